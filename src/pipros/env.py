@@ -1,0 +1,83 @@
+"""The `ROS_*` environment variables, read in one place."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from pipros.errors import PiprosError
+
+DEFAULT_MASTER_PORT = 11311
+DEFAULT_MASTER_URI = f"http://localhost:{DEFAULT_MASTER_PORT}"
+
+
+class InvalidEnvironment(PiprosError, ValueError):
+    """An environment variable has a value that ROS cannot work with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Environment:
+    """What a ROS process is told by its surroundings.
+
+    Attributes:
+        master_uri: `ROS_MASTER_URI`.
+        hostname: `ROS_HOSTNAME`, the name to advertise; wins over `ip`.
+        ip: `ROS_IP`, the address to advertise.
+        namespace: `ROS_NAMESPACE` with a leading and trailing slash; `/` when unset.
+        package_path: the folders of `ROS_PACKAGE_PATH`, first one wins.
+        ros_home: `ROS_HOME`, else `~/.ros`.
+        log_dir: `ROS_LOG_DIR`, else `<ros_home>/log`.
+        test_results_dir: `ROS_TEST_RESULTS_DIR`, else `<ros_home>/test_results`.
+        console_format: `ROSCONSOLE_FORMAT`, None when unset.
+    """
+
+    master_uri: str = DEFAULT_MASTER_URI
+    hostname: str | None = None
+    ip: str | None = None
+    namespace: str = "/"
+    package_path: tuple[Path, ...] = ()
+    ros_home: Path = Path("~/.ros")
+    log_dir: Path = Path("~/.ros/log")
+    test_results_dir: Path = Path("~/.ros/test_results")
+    console_format: str | None = None
+
+    @classmethod
+    def from_os(cls, variables: Mapping[str, str] | None = None) -> Environment:
+        """Reads the variables given, by default those of this process, at the time of the call."""
+        get = (os.environ if variables is None else variables).get
+        home = Path(get("ROS_HOME") or Path("~").expanduser() / ".ros")
+        namespace = (get("ROS_NAMESPACE") or "").strip("/")
+        return cls(
+            master_uri=get("ROS_MASTER_URI") or DEFAULT_MASTER_URI,
+            hostname=get("ROS_HOSTNAME") or None,
+            ip=get("ROS_IP") or None,
+            namespace=f"/{namespace}/" if namespace else "/",
+            package_path=tuple(
+                Path(folder) for folder in (get("ROS_PACKAGE_PATH") or "").split(os.pathsep) if folder
+            ),
+            ros_home=home,
+            log_dir=Path(get("ROS_LOG_DIR") or home / "log"),
+            test_results_dir=Path(get("ROS_TEST_RESULTS_DIR") or home / "test_results"),
+            console_format=get("ROSCONSOLE_FORMAT") or None,
+        )
+
+
+def split_master_uri(uri: str) -> tuple[str, int]:
+    """Host and port of a master URI.
+
+    Raises:
+        InvalidEnvironment: for another scheme than http, or without a host or a port.
+    """
+    try:
+        parts = urlsplit(uri)
+        host, port = parts.hostname, parts.port
+    except ValueError as error:
+        raise InvalidEnvironment(f"ROS_MASTER_URI [{uri}] is no URI: {error}") from None
+    if parts.scheme not in ("http", "rosrpc") or not host or not port:
+        raise InvalidEnvironment(
+            f"ROS_MASTER_URI [{uri}] needs the form http://HOST:PORT, for example {DEFAULT_MASTER_URI}"
+        )
+    return host, port

@@ -1,0 +1,170 @@
+"""Graph resource names: what is legal, how they resolve, how arguments remap them.
+
+The rules are those of http://wiki.ros.org/Names as genuine ROS applies them. Nothing here
+knows of a node or an environment: a name goes in, a name comes out.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from pipros.errors import InvalidName
+
+_LEGAL = re.compile(r"[~/A-Za-z][\w/]*", re.ASCII)
+_LEGAL_BASE = re.compile(r"[A-Za-z]\w*", re.ASCII)
+_ILLEGAL_IN_ANONYMOUS = re.compile(r"[.\-:]")
+
+
+def is_legal(name: str) -> bool:
+    """True for a name that may stand in the graph: `a`, `/a/b`, `~a`, and the empty name."""
+    return not name or (_LEGAL.fullmatch(name) is not None and "//" not in name)
+
+
+def is_legal_base(name: str) -> bool:
+    """True for a name without any namespace, as a node name must be: `talker`."""
+    return _LEGAL_BASE.fullmatch(name) is not None
+
+
+def is_global(name: str) -> bool:
+    return name.startswith("/")
+
+
+def is_private(name: str) -> bool:
+    return name.startswith("~")
+
+
+def canonicalize(name: str) -> str:
+    """The name without doubled and trailing slashes: `//a//b/` is `/a/b`.
+
+    >>> canonicalize("//a//b/")
+    '/a/b'
+    """
+    if not name or name == "/":
+        return name
+    parts = [part for part in name.split("/") if part]
+    return ("/" if name[0] == "/" else "") + "/".join(parts)
+
+
+def namespace(name: str) -> str:
+    """The namespace that a name stands in, always with a trailing slash: `/a/b/` is in `/a/`.
+
+    >>> namespace("/a/b/")
+    '/a/'
+    """
+    return name.rstrip("/").rpartition("/")[0] + "/"
+
+
+def join(ns: str, name: str) -> str:
+    """Puts `name` below the namespace `ns`; a global or private name wins over it.
+
+    >>> join("/robot", "battery"), join("/robot/", "/battery"), join("~", "rate")
+    ('/robot/battery', '/battery', '~rate')
+    """
+    if not ns or is_global(name) or is_private(name):
+        return name
+    if ns == "~" or ns.endswith("/"):
+        return ns + name
+    return f"{ns}/{name}"
+
+
+def make_global_namespace(ns: str) -> str:
+    """The namespace with a leading and a trailing slash.
+
+    Raises:
+        InvalidName: for a private name, which is no namespace.
+    """
+    if is_private(ns):
+        raise InvalidName(f"cannot turn [{ns}] into a global name")
+    if not is_global(ns):
+        ns = "/" + ns
+    return ns if ns.endswith("/") else ns + "/"
+
+
+def resolve(name: str, node_name: str, remappings: Mapping[str, str] | None = None) -> str:
+    """The global name that `name` means inside the node `node_name`, remappings applied.
+
+    `node_name` is the node's full name (`/ns/node`). The keys and values of `remappings` are
+    global names already, so that a key written relatively matches only what it resolves to.
+
+    >>> resolve("~rate", "/ns/talker"), resolve("rate", "/ns/talker"), resolve("", "/ns/talker")
+    ('/ns/talker/rate', '/ns/rate', '/ns/')
+    """
+    if not name:
+        return namespace(node_name)
+    name = canonicalize(name)
+    if is_global(name):
+        resolved = name
+    elif is_private(name):
+        resolved = canonicalize(f"{node_name}/{name[1:]}")
+    else:
+        resolved = namespace(node_name) + name
+    return remappings.get(resolved, resolved) if remappings else resolved
+
+
+def anonymous(base: str) -> str:
+    """`base` made unique the way rospy does it: `base_<process id>_<milliseconds>`."""
+    return _ILLEGAL_IN_ANONYMOUS.sub("_", f"{base}_{os.getpid()}_{int(time.time() * 1000)}")
+
+
+@dataclass(frozen=True, slots=True)
+class Arguments:
+    """A command line, sorted into what the ROS argument rules make of it.
+
+    Attributes:
+        remappings: `from:=to`, both as written.
+        params: `_name:=value`, the name without its underscore, the value as text (YAML).
+        special: `__name:=value`, keys with both underscores: `__name`, `__ns`, `__log`,
+            `__ip`, `__hostname`, `__master`, ….
+        rest: all other arguments in order.
+        malformed: arguments with a key and more than one `:=`, which set nothing.
+    """
+
+    remappings: Mapping[str, str] = field(default_factory=dict)
+    params: Mapping[str, str] = field(default_factory=dict)
+    special: Mapping[str, str] = field(default_factory=dict)
+    rest: Sequence[str] = ()
+    malformed: Sequence[str] = ()
+
+
+def is_remapping_argument(argument: str) -> bool:
+    """True for `key:=...`, also with nothing behind it; `:=` and `:=b` have no key."""
+    return ":=" in argument and not argument.startswith(":=")
+
+
+def parse_arguments(argv: Iterable[str]) -> Arguments:
+    """Sorts a command line by http://wiki.ros.org/Remapping%20Arguments.
+
+    >>> parsed = parse_arguments(["prog", "a:=b", "_rate:=3", "__name:=t", "file"])
+    >>> parsed.remappings, parsed.params, parsed.special, parsed.rest
+    ({'a': 'b'}, {'rate': '3'}, {'__name': 't'}, ('prog', 'file'))
+    """
+    remappings: dict[str, str] = {}
+    params: dict[str, str] = {}
+    special: dict[str, str] = {}
+    rest: list[str] = []
+    malformed: list[str] = []
+    for argument in argv:
+        if not is_remapping_argument(argument):
+            rest.append(argument)
+            continue
+        key, value, *more = (part.strip() for part in argument.split(":="))
+        if more:
+            malformed.append(argument)
+        elif not key or not value:
+            continue
+        elif key.startswith("__"):
+            special[key] = value
+        elif key.startswith("_") and len(key) > 1:
+            params[key[1:]] = value
+        else:
+            remappings[key] = value
+    return Arguments(remappings, params, special, tuple(rest), tuple(malformed))
+
+
+def resolve_remappings(remappings: Mapping[str, str], node_name: str) -> dict[str, str]:
+    """Remappings as written, turned into global names for the node `node_name`."""
+    return {resolve(key, node_name): resolve(value, node_name) for key, value in remappings.items()}
