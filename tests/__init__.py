@@ -1,0 +1,1 @@
+"""The tests of pipros, and what they share (`tests.support`)."""

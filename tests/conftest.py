@@ -1,0 +1,75 @@
+"""Fixtures for all rooms, and what happens on a machine without genuine ROS."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.environments import make_tool_folder
+from tests.support.genuine import INSTALL, is_required, missing_packages
+from tests.support.ports import ClaimedPort
+from tests.support.processes import Processes
+from tests.support.ros import RosSystem
+
+_INTEROP = Path(__file__).parent / "interop"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if is_required() and (missing := missing_packages()):
+        raise pytest.UsageError(
+            f"genuine ROS 1 is needed here (CI is set) and lacks: {' '.join(missing)}. As root: {INSTALL}"
+        )
+
+
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    return True if collection_path == _INTEROP and missing_packages() else None
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    if missing := missing_packages():
+        terminalreporter.section("left out")
+        terminalreporter.write_line("tests/interop: genuine ROS 1 is not complete on this machine")
+        terminalreporter.write_line(f"lacking: {' '.join(missing)}")
+        terminalreporter.write_line(f"to have it on Debian 12, as root: {INSTALL}")
+
+
+@pytest.fixture(scope="session")
+def bare_tools(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A PATH folder with a shell's usual tools and no ROS command."""
+    return make_tool_folder(tmp_path_factory.mktemp("bare") / "bin")
+
+
+@pytest.fixture(autouse=True)
+def isolated_ros_variables(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """No test sees the ROS settings of the person who runs it, nor a master or ~/.ros of theirs."""
+    for name in [name for name in os.environ if name.startswith(("ROS_", "ROSCONSOLE_"))]:
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("ROS_HOME", str(tmp_path_factory.getbasetemp() / "ros_home"))
+    monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:1")
+
+
+@pytest.fixture
+def claimed_port() -> Iterator[ClaimedPort]:
+    """A free port that no other test uses, for what must know its port beforehand (else use port 0)."""
+    port = ClaimedPort()
+    yield port
+    port.release()
+
+
+@pytest.fixture
+def processes(tmp_path: Path) -> Iterator[Processes]:
+    """Starts programs in this process' environment; ends them afterwards and fails if one is left."""
+    started = Processes(os.environ, tmp_path)
+    yield started
+    started.end_all()
+
+
+@pytest.fixture
+def ros(claimed_port: ClaimedPort, tmp_path: Path, bare_tools: Path) -> Iterator[RosSystem]:
+    """A ROS system of the test's own: free master port, empty home, pipros and genuine programs."""
+    system = RosSystem(claimed_port.number, tmp_path, bare_tools)
+    yield system
+    system.close()

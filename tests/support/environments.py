@@ -1,0 +1,61 @@
+"""The environments in which tests start programs: the one of pipros, and the one of genuine ROS."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from pathlib import Path
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+EXAMPLES = REPOSITORY / "examples" / "catkin_ws" / "src"
+VENV_BIN = Path(sys.executable).parent
+
+# fmt: off
+_SHELL_TOOLS = (
+    "bash", "sh", "env", "cat", "ls", "chmod", "mkdir", "cp", "mv", "rm", "sleep", "kill", "sed", "grep",
+    "head", "tail", "tee", "stty", "uname", "touch", "ln", "id", "date", "tty", "dirname", "basename",
+    "find", "ps", "timeout", "true", "false",
+)
+# fmt: on
+
+
+def make_tool_folder(folder: Path) -> Path:
+    """A folder for PATH with a bare shell's tools, so that no genuine ROS command is found by accident."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for tool in _SHELL_TOOLS:
+        if found := shutil.which(tool, path="/usr/bin:/bin"):
+            (folder / tool).symlink_to(found)
+    return folder
+
+
+def pipros_environment(home: Path, master_uri: str, tools: Path) -> dict[str, str]:
+    """What `. .venv/bin/activate` and a ROS_PACKAGE_PATH give; nothing of a ROS installation in it."""
+    return {
+        **_common(home, master_uri),
+        "PATH": f"{VENV_BIN}{os.pathsep}{tools}",
+        "VIRTUAL_ENV": str(VENV_BIN.parent),
+        "ROS_PACKAGE_PATH": str(EXAMPLES),
+    }
+
+
+def genuine_environment(home: Path, master_uri: str) -> dict[str, str]:
+    """What a shell on a machine with Debian's ROS packages has: nothing of pipros, nor of its interpreter."""
+    return {
+        **_common(home, master_uri),
+        "PATH": "/usr/bin:/bin",
+        "ROS_PACKAGE_PATH": os.pathsep.join(map(str, (EXAMPLES, "/usr/share"))),
+        "ROS_IP": "127.0.0.1",
+    }
+
+
+def _common(home: Path, master_uri: str) -> dict[str, str]:
+    return {
+        "HOME": str(home),
+        "ROS_HOME": str(home / ".ros"),
+        "ROS_MASTER_URI": master_uri,
+        "LANG": "C.UTF-8",
+        "TERM": "xterm",
+        # A pipe would make Python keep its lines back until the end; a person's terminal does not.
+        "PYTHONUNBUFFERED": "1",
+    }

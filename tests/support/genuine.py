@@ -1,0 +1,40 @@
+"""Genuine ROS 1 from Debian's packages: is it there, and what to do when it is not."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+_NEEDED = {
+    "/usr/bin/rosmaster": "python3-rosmaster",
+    "/usr/bin/roslaunch": "python3-roslaunch",
+    "/usr/bin/rostest": "python3-rostest",
+    "/usr/bin/rostopic": "python3-rostopic",
+    "/usr/bin/rosnode": "python3-rosnode",
+    "/usr/bin/rosparam": "python3-rosparam",
+    "/usr/bin/rosrun": "rosbash",
+    "/usr/bin/catkin_make": "catkin",
+    "/usr/lib/python3/dist-packages/rospy/__init__.py": "python3-rospy",
+    "/usr/lib/python3/dist-packages/rosunit/__init__.py": "python3-rosunit",
+    "/usr/include/ros/ros.h": "libroscpp-dev",
+    "/usr/share/message_generation/package.xml": "ros-message-generation",
+    "/usr/share/message_runtime/package.xml": "ros-message-runtime",
+    "/usr/include/std_msgs/String.h": "libstd-msgs-dev",
+}
+INSTALL = (
+    "apt-get install --no-install-recommends ros-core-dev python3-rospy python3-rostest "
+    "python3-roslaunch python3-rostopic python3-rosnode python3-rosservice python3-rosparam "
+    "python3-rosmsg python3-rosbag rosbash libroscpp-dev catkin ros-message-generation "
+    "ros-message-runtime python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-std-srvs "
+    "python3-diagnostic-msgs python3-tf2-ros python3-actionlib topic-tools"
+)
+
+
+def missing_packages() -> list[str]:
+    """The Debian packages that interop tests need and this machine lacks; empty when all is there."""
+    return sorted({package for path, package in _NEEDED.items() if not Path(path).exists()})
+
+
+def is_required() -> bool:
+    """True in continuous integration, where a missing peer is a failure, not a reason to leave tests out."""
+    return os.environ.get("CI", "").lower() in ("1", "true")

@@ -1,0 +1,223 @@
+"""Processes started by a test: their output as it comes, Ctrl-C, and nothing left at the end."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import threading
+import time
+import uuid
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import IO
+
+from tests.support.waiting import wait_until
+
+_VARIABLE = "PIPROS_TEST_RUN"
+_GRACE_S = 5.0
+
+
+class Process:
+    """A running program in a session of its own. Its output is read all the time, so it never blocks on it.
+
+    Attributes:
+        stdout, stderr: the lines so far, without their line ends.
+        lines: both, in the order in which they came.
+    """
+
+    def __init__(
+        self, argv: Sequence[str], environment: Mapping[str, str], cwd: Path | None, stdin: int
+    ) -> None:
+        self.argv = [str(part) for part in argv]
+        self.stdout: list[str] = []
+        self.stderr: list[str] = []
+        self.lines: list[str] = []
+        self._changed = threading.Condition()
+        self._popen = subprocess.Popen(
+            self.argv,
+            env=dict(environment),
+            cwd=cwd,
+            stdin=stdin,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+            text=True,
+            encoding="utf-8",
+            errors="replace",
+        )
+        self._readers = [
+            threading.Thread(target=self._read, args=(stream, lines), daemon=True)
+            for stream, lines in ((self._popen.stdout, self.stdout), (self._popen.stderr, self.stderr))
+        ]
+        for reader in self._readers:
+            reader.start()
+
+    def _read(self, stream: IO[str], lines: list[str]) -> None:
+        with contextlib.closing(stream):
+            for line in stream:
+                with self._changed:
+                    lines.append(line.rstrip("\n"))
+                    self.lines.append(line.rstrip("\n"))
+                    self._changed.notify_all()
+
+    @property
+    def pid(self) -> int:
+        return self._popen.pid
+
+    @property
+    def is_running(self) -> bool:
+        return self._popen.poll() is None
+
+    @property
+    def returncode(self) -> int | None:
+        return self._popen.poll()
+
+    @property
+    def output(self) -> str:
+        """Everything it printed so far."""
+        return "\n".join(self.lines)
+
+    def mark(self) -> int:
+        """A place in the output, for `wait_for(..., since=mark)`."""
+        return len(self.lines)
+
+    def wait_for(self, pattern: str, timeout_s: float = 20.0, since: int = 0) -> re.Match[str]:
+        """Waits for a line in which the regular expression `pattern` is found.
+
+        Raises:
+            AssertionError: with the whole output, when the program ends or the time is over without it.
+        """
+        looked_for = re.compile(pattern)
+        deadline = time.monotonic() + timeout_s
+        seen = since
+        with self._changed:
+            while True:
+                for line in self.lines[seen:]:
+                    if found := looked_for.search(line):
+                        return found
+                seen = len(self.lines)
+                if not any(reader.is_alive() for reader in self._readers):
+                    raise AssertionError(f"{self} ended without the line /{pattern}/:\n{self.output}")
+                if time.monotonic() >= deadline:
+                    raise AssertionError(f"{self}: no line /{pattern}/ in {timeout_s} s:\n{self.output}")
+                self._changed.wait(0.1)
+
+    def press_ctrl_c(self) -> None:
+        """What a terminal does: SIGINT to every process of the session's foreground group."""
+        self._signal_group(signal.SIGINT)
+
+    def send_signal(self, number: int) -> None:
+        """A signal to this one process."""
+        self._popen.send_signal(number)
+
+    def kill(self) -> None:
+        self._popen.kill()
+
+    def wait(self, timeout_s: float = 20.0) -> int:
+        """The exit code, once the program ended and its output is read.
+
+        Raises:
+            AssertionError: with the whole output, when it is still running after `timeout_s`.
+        """
+        try:
+            code = self._popen.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f"{self} still runs after {timeout_s} s:\n{self.output}") from None
+        for reader in self._readers:
+            reader.join(2.0)
+        return code
+
+    def end(self) -> None:
+        """Ends it if it still runs: Ctrl-C, and after a while SIGKILL to its group."""
+        self._signal_group(signal.SIGINT)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._popen.wait(_GRACE_S)
+        if self.is_running:
+            self._signal_group(signal.SIGKILL)
+            self._popen.wait(_GRACE_S)
+        for reader in self._readers:
+            reader.join(1.0)
+
+    def _signal_group(self, number: int) -> None:
+        if self.is_running:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self.pid, number)
+
+    def __str__(self) -> str:
+        return " ".join(self.argv)
+
+
+class Processes:
+    """Starts programs in one environment; a token in it lets it find all of their descendants."""
+
+    def __init__(self, environment: Mapping[str, str], cwd: Path | None = None) -> None:
+        self._token = f"{_VARIABLE}={uuid.uuid4()}"
+        name, _, value = self._token.partition("=")
+        self.environment = {**environment, name: value}
+        self.cwd = cwd
+        self._started: list[Process] = []
+
+    def start(
+        self,
+        *argv: str | Path,
+        cwd: Path | None = None,
+        stdin: int = subprocess.DEVNULL,
+        environment: Mapping[str, str] | None = None,
+    ) -> Process:
+        """Starts a program; `environment` is laid over the common one."""
+        process = Process(
+            [str(part) for part in argv],
+            {**self.environment, **(environment or {})},
+            cwd or self.cwd,
+            stdin,
+        )
+        self._started.append(process)
+        return process
+
+    def run(
+        self,
+        *argv: str | Path,
+        timeout_s: float = 30.0,
+        cwd: Path | None = None,
+        environment: Mapping[str, str] | None = None,
+    ) -> Process:
+        """Runs a program to its end; see `.returncode`, `.stdout`, `.stderr`, `.output` of the result."""
+        process = self.start(*argv, cwd=cwd, environment=environment)
+        process.wait(timeout_s)
+        return process
+
+    def left(self) -> list[str]:
+        """`pid: command line` of every process that still runs with the token, an orphan too."""
+        return [f"{pid}: {command}" for pid, command in self._find_left()]
+
+    def _find_left(self) -> list[tuple[int, str]]:
+        token = self._token.encode()
+        found = []
+        for folder in Path("/proc").glob("[0-9]*"):
+            with contextlib.suppress(OSError):
+                if token in (folder / "environ").read_bytes().split(b"\0"):
+                    command = (folder / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+                    found.append((int(folder.name), command.strip()))
+        return found
+
+    def assert_nothing_left(self, timeout_s: float = 3.0) -> None:
+        """Raises AssertionError, and kills them, when processes are left."""
+        try:
+            wait_until(lambda: not self._find_left(), timeout_s)
+        except AssertionError:
+            left = self._find_left()
+            for pid, _ in left:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(pid, signal.SIGKILL)
+            if left:
+                listing = "\n".join(f"{pid}: {command}" for pid, command in left)
+                raise AssertionError(f"left running:\n{listing}") from None
+
+    def end_all(self) -> None:
+        """Ends what was started, the latest first, and makes sure that nothing is left."""
+        for process in reversed(self._started):
+            process.end()
+        self.assert_nothing_left()

@@ -1,0 +1,76 @@
+"""One ROS system of a test: a port for its master, a home, and programs of pipros or of genuine ROS in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from xmlrpc.client import ServerProxy
+
+from tests.support.environments import genuine_environment, pipros_environment
+from tests.support.processes import Process, Processes
+from tests.support.waiting import wait_until
+
+
+class Side:
+    """The programs of one implementation in a RosSystem: `side.start("rosrun", "pkg", "node.py")`."""
+
+    def __init__(self, environment: Mapping[str, str], cwd: Path) -> None:
+        self.processes = Processes(environment, cwd)
+
+    @property
+    def environment(self) -> dict[str, str]:
+        return self.processes.environment
+
+    def start(self, *argv: str | Path, **more: str) -> Process:
+        """Starts a program; keywords are environment variables laid over those of this side."""
+        return self.processes.start(*argv, environment=more)
+
+    def run(self, *argv: str | Path, timeout_s: float = 30.0, **more: str) -> Process:
+        """Runs a program to its end."""
+        return self.processes.run(*argv, timeout_s=timeout_s, environment=more)
+
+    def start_master(self) -> Process:
+        """`roscore`, and waits until its last word of starting up."""
+        core = self.start("roscore")
+        core.wait_for(r"started core service \[/rosout\]")
+        return core
+
+    def wait_for_publisher(self, topic: str, timeout_s: float = 15.0) -> None:
+        """Waits until the master knows a publisher of the topic, asking it as any program can."""
+        wait_until(lambda: topic in _published_topics(self.environment), timeout_s, f"a publisher of {topic}")
+
+
+def _published_topics(environment: Mapping[str, str]) -> set[str]:
+    master: Any = ServerProxy(environment["ROS_MASTER_URI"])
+    try:
+        publishers = master.getSystemState("/a_test")[2][0]
+    except OSError:
+        return set()
+    finally:
+        master("close")()
+    return {topic for topic, _ in publishers}
+
+
+class RosSystem:
+    """A master's address, a home folder, and both implementations at hand.
+
+    Attributes:
+        port, master_uri: where the master of this system is to be. None runs until one is started.
+        home: an empty folder; `ROS_HOME` is `.ros` in it, and programs run with it as working folder.
+        pipros, genuine: the two sides.
+    """
+
+    def __init__(self, port: int, home: Path, tools: Path) -> None:
+        self.port = port
+        self.master_uri = f"http://127.0.0.1:{port}"
+        self.home = home
+        self.pipros = Side(pipros_environment(home, self.master_uri, tools), home)
+        self.genuine = Side(genuine_environment(home, self.master_uri), home)
+
+    def close(self) -> None:
+        """Ends all programs of both sides and makes sure that nothing is left running."""
+        try:
+            self.genuine.processes.end_all()
+        finally:
+            self.pipros.processes.end_all()

@@ -1,0 +1,33 @@
+"""Waiting for conditions. No test waits for time."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import TypeVar
+
+T = TypeVar("T")
+
+_LOOK_EVERY_S = 0.01
+
+
+def wait_until(condition: Callable[[], T], timeout_s: float = 10.0, what: str | Callable[[], str] = "") -> T:
+    """Returns the first true value of `condition`, looking at it again and again.
+
+    `what` is said when the time is over: what was waited for, or a function that tells the state
+    that was found instead.
+
+    Raises:
+        AssertionError: when `condition` did not become true within `timeout_s`.
+    """
+    deadline = time.monotonic() + timeout_s
+    pause = threading.Event()
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() >= deadline:
+            text = what() if callable(what) else what or getattr(condition, "__name__", repr(condition))
+            raise AssertionError(f"not within {timeout_s} s: {text}")
+        pause.wait(_LOOK_EVERY_S)
