@@ -1,0 +1,41 @@
+"""The chain of built workspaces that `CMAKE_PREFIX_PATH` names, the topmost overlay first.
+
+A folder of that path is a workspace when it holds a file `.catkin`. In a devel space the file lists
+the source folders whose packages were built there; in an install space it is empty.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+MARKER = ".catkin"
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltWorkspace:
+    """A devel or install space: its folder, and the source folders that a devel space was built from."""
+
+    prefix: Path
+    sources: tuple[Path, ...] = ()
+
+    def executables_of(self, package: str) -> Path:
+        """Where the build puts the programs of a package, whether or not it built any."""
+        return self.prefix / "lib" / package
+
+
+def built_workspaces(variables: Mapping[str, str] | None = None) -> tuple[BuiltWorkspace, ...]:
+    """The workspaces of the environment given, by default that of this process."""
+    prefix_path = (os.environ if variables is None else variables).get("CMAKE_PREFIX_PATH") or ""
+    workspaces = []
+    for folder in prefix_path.split(os.pathsep):
+        try:
+            sources = Path(folder, MARKER).read_text("utf-8") if folder else None
+        except OSError:
+            continue
+        if sources is not None:
+            listed = (Path(source.strip()) for source in sources.split(";") if source.strip())
+            workspaces.append(BuiltWorkspace(Path(folder), tuple(listed)))
+    return tuple(workspaces)

@@ -1,0 +1,112 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipros.workspace.executables import find_executables, list_executables
+from pipros.workspace.index import Package
+from pipros.workspace.overlays import BuiltWorkspace, built_workspaces
+
+
+def program(path: Path, *, mode: int = 0o755) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("#!/bin/sh\n")
+    path.chmod(mode)
+    return path
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Package:
+    (tmp_path / "src" / "p").mkdir(parents=True)
+    return Package("p", tmp_path / "src" / "p")
+
+
+@pytest.fixture
+def workspace(tmp_path: Path) -> BuiltWorkspace:
+    return BuiltWorkspace(tmp_path / "devel", (tmp_path / "src",))
+
+
+def test_a_script_is_found_at_any_depth(package: Package) -> None:
+    script = program(package.path / "scripts" / "deep" / "talker.py")
+    assert find_executables(package, "talker.py", ()).runnable == (script,)
+    assert find_executables(package, "deep/talker.py", ()).runnable == (script,)
+    assert find_executables(package, "other/talker.py", ()).runnable == ()
+
+
+def test_what_cannot_be_executed_is_reported_apart(package: Package) -> None:
+    plain = program(package.path / "scripts" / "talker.py", mode=0o644)
+    folder = package.path / "talker.py"
+    folder.mkdir()
+    found = find_executables(package, "talker.py", ())
+    assert (found.runnable, found.unusable) == ((), (folder, plain))
+
+
+def test_a_name_is_matched_whole(package: Package) -> None:
+    program(package.path / "talker.py")
+    assert find_executables(package, "talker", ()).runnable == ()
+
+
+def test_hidden_folders_are_passed_over(package: Package) -> None:
+    program(package.path / ".git" / "talker.py")
+    assert find_executables(package, "talker.py", ()).runnable == ()
+
+
+def test_links_to_one_file_count_once(package: Package) -> None:
+    script = program(package.path / "a" / "talker.py")
+    (package.path / "b").mkdir()
+    (package.path / "b" / "talker.py").symlink_to(script)
+    assert find_executables(package, "talker.py", ()).runnable == (script,)
+
+
+def test_several_candidates_are_all_given(package: Package) -> None:
+    one, two = program(package.path / "a" / "talker.py"), program(package.path / "b" / "talker.py")
+    found = find_executables(package, "talker.py", ())
+    assert found.runnable == (one, two)
+    assert found.relay is None
+
+
+def test_a_built_program_comes_first_and_relays_to_its_source(
+    package: Package, workspace: BuiltWorkspace
+) -> None:
+    source = program(package.path / "scripts" / "talker.py")
+    built = program(workspace.executables_of("p") / "talker.py")
+    found = find_executables(package, "talker.py", [workspace])
+    assert found.runnable == (built, source)
+    assert found.relay == built
+
+
+def test_two_built_programs_are_no_relay(package: Package, workspace: BuiltWorkspace) -> None:
+    program(workspace.executables_of("p") / "a" / "talker.py")
+    program(workspace.executables_of("p") / "b" / "talker.py")
+    assert find_executables(package, "talker.py", [workspace]).relay is None
+
+
+def test_only_the_topmost_workspace_with_this_package_counts(
+    package: Package, workspace: BuiltWorkspace, tmp_path: Path
+) -> None:
+    below = BuiltWorkspace(tmp_path / "underlay")
+    program(below.executables_of("p") / "talker")
+    built = program(workspace.executables_of("p") / "talker")
+    assert find_executables(package, "talker", [workspace, below]).runnable == (built,)
+
+
+def test_programs_are_listed_by_name(package: Package, workspace: BuiltWorkspace) -> None:
+    program(package.path / "scripts" / "b.py")
+    program(package.path / "scripts" / "plain.py", mode=0o644)
+    program(workspace.executables_of("p") / "a")
+    assert list_executables(package, [workspace]) == ["a", "b.py"]
+
+
+def test_workspaces_are_the_marked_folders_of_the_prefix_path(tmp_path: Path) -> None:
+    devel, install, other = tmp_path / "devel", tmp_path / "install", tmp_path / "other"
+    for folder in (devel, install, other):
+        folder.mkdir()
+    (devel / ".catkin").write_text("/ws/a;/ws/b")
+    (install / ".catkin").write_text("")
+    variables = {"CMAKE_PREFIX_PATH": f"{devel}::{other}:{install}:/nowhere"}
+    assert built_workspaces(variables) == (
+        BuiltWorkspace(devel, (Path("/ws/a"), Path("/ws/b"))),
+        BuiltWorkspace(install),
+    )
+    assert built_workspaces({}) == ()

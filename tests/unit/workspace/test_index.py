@@ -1,0 +1,163 @@
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from pipros.env import Environment
+from pipros.errors import NotFound
+from pipros.workspace import crawl as crawling
+from pipros.workspace.index import Package, PackageIndex
+
+
+def add_package(folder: Path, name: str | None = None) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text(f"<package><name>{name or folder.name}</name></package>")
+    return folder
+
+
+def age(folder: Path) -> None:
+    """Makes everything below `folder` old enough for its times to be trusted."""
+    for path in (folder, *folder.rglob("*")):
+        os.utime(path, (1_000_000_000, 1_000_000_000))
+
+
+def test_a_package_is_found_by_the_name_in_its_manifest(tmp_path: Path) -> None:
+    place = add_package(tmp_path / "folder_of_another_name", "talkers")
+    assert PackageIndex([tmp_path]).find("talkers") == Package("talkers", place)
+
+
+def test_a_name_inside_a_comment_is_not_the_name(tmp_path: Path) -> None:
+    add_package(tmp_path / "a")
+    (tmp_path / "a" / "package.xml").write_text(
+        "<package><!-- <name>old</name> --><name> new </name></package>"
+    )
+    assert [package.name for package in PackageIndex([tmp_path])] == ["new"]
+
+
+def test_a_manifest_without_a_name_is_known_by_its_folder(tmp_path: Path) -> None:
+    add_package(tmp_path / "broken")
+    (tmp_path / "broken" / "package.xml").write_text("<package")
+    assert PackageIndex([tmp_path]).find("broken").path == tmp_path / "broken"
+
+
+def test_the_earlier_folder_wins_and_the_duplicate_is_listed(tmp_path: Path) -> None:
+    first, second = add_package(tmp_path / "overlay" / "p"), add_package(tmp_path / "underlay" / "p")
+    index = PackageIndex([tmp_path / "overlay", tmp_path / "underlay"])
+    assert index.find("p").path == first
+    assert index.duplicates() == {"p": [first, second]}
+
+
+def test_packages_do_not_nest(tmp_path: Path) -> None:
+    add_package(tmp_path / "outer")
+    add_package(tmp_path / "outer" / "inner")
+    assert [package.name for package in PackageIndex([tmp_path])] == ["outer"]
+
+
+@pytest.mark.parametrize("marker", ["CATKIN_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"])
+def test_a_marked_folder_is_passed_over(tmp_path: Path, marker: str) -> None:
+    add_package(tmp_path / "marked" / "p")
+    (tmp_path / "marked" / marker).touch()
+    assert "p" not in PackageIndex([tmp_path])
+
+
+def test_an_ignored_package_is_no_package(tmp_path: Path) -> None:
+    (add_package(tmp_path / "p") / "CATKIN_IGNORE").touch()
+    assert list(PackageIndex([tmp_path])) == []
+
+
+def test_hidden_folders_are_passed_over(tmp_path: Path) -> None:
+    add_package(tmp_path / ".git" / "p")
+    assert "p" not in PackageIndex([tmp_path])
+
+
+def test_a_link_that_leads_back_ends_the_walk(tmp_path: Path) -> None:
+    place = add_package(tmp_path / "a" / "p")
+    (tmp_path / "a" / "loop").symlink_to(tmp_path)
+    assert [package.path for package in PackageIndex([tmp_path])] == [place]
+
+
+def test_an_unknown_package_is_refused_with_the_folders_that_were_searched(tmp_path: Path) -> None:
+    with pytest.raises(NotFound, match=r"package \[nope\] not found") as refusal:
+        PackageIndex([tmp_path / "one", tmp_path / "two"]).find("nope")
+    assert str(tmp_path / "two") in str(refusal.value)
+
+
+def test_a_package_that_was_added_later_is_noticed(tmp_path: Path) -> None:
+    index = PackageIndex([tmp_path])
+    assert index.get("late") is None
+    add_package(tmp_path / "deep" / "late")
+    assert index.find("late").path == tmp_path / "deep" / "late"
+
+
+def test_the_package_around_a_file_is_found(tmp_path: Path) -> None:
+    place = add_package(tmp_path / "p", "named")
+    (place / "scripts").mkdir()
+    index = PackageIndex([tmp_path])
+    assert index.containing(place / "scripts" / "x.py") == Package("named", place)
+    assert index.containing(tmp_path) is None
+
+
+def test_the_environment_lists_its_folders_before_the_shipped_packages(tmp_path: Path) -> None:
+    place = add_package(tmp_path / "std_msgs")
+    index = PackageIndex.from_environment(Environment(package_path=(tmp_path,), ros_home=tmp_path / "home"))
+    assert index.find("std_msgs").path == place
+
+
+def many_packages(folder: Path) -> None:
+    for number in range(50):
+        add_package(folder / f"p{number}")
+    age(folder)
+
+
+def test_a_large_folder_is_answered_from_the_cache_while_nothing_changes(tmp_path: Path) -> None:
+    root, cache = tmp_path / "root", tmp_path / "cache"
+    many_packages(root)
+    assert len(list(PackageIndex([root], cache_folder=cache))) == 50
+    (stored,) = cache.iterdir()
+    stored.write_text(stored.read_text().replace("\tp7\n", "\tfrom_the_cache\n"))
+    assert "from_the_cache" in PackageIndex([root], cache_folder=cache)
+
+
+@pytest.mark.parametrize("change", ["new package", "gone package", "other name", "damaged cache"])
+def test_the_cache_gives_way_to_every_change(tmp_path: Path, change: str) -> None:
+    root, cache = tmp_path / "root", tmp_path / "cache"
+    many_packages(root)
+    list(PackageIndex([root], cache_folder=cache))
+    expected = {f"p{number}" for number in range(50)}
+    if change == "new package":
+        add_package(root / "new")
+        expected.add("new")
+    elif change == "gone package":
+        (root / "p3" / "package.xml").unlink()
+        expected.remove("p3")
+    elif change == "other name":
+        (root / "p3" / "package.xml").write_text("<package><name>renamed</name></package>")
+        expected = expected - {"p3"} | {"renamed"}
+    else:
+        next(cache.iterdir()).write_text("1\n?")
+    assert {package.name for package in PackageIndex([root], cache_folder=cache)} == expected
+
+
+def test_a_cache_that_cannot_be_written_is_done_without(tmp_path: Path) -> None:
+    root = tmp_path / "root"
+    many_packages(root)
+    (tmp_path / "file").touch()
+    assert len(list(PackageIndex([root], cache_folder=tmp_path / "file" / "below"))) == 50
+
+
+def test_what_changed_a_moment_ago_is_never_trusted_later(tmp_path: Path) -> None:
+    add_package(tmp_path / "p")
+    assert not crawling.crawl(str(tmp_path)).is_current()
+    age(tmp_path)
+    assert crawling.crawl(str(tmp_path)).is_current()
+
+
+def test_a_crawl_survives_being_written_down(tmp_path: Path) -> None:
+    add_package(tmp_path / "with blanks" / "pä")
+    found = crawling.crawl(str(tmp_path))
+    text = crawling.dump(found)
+    assert text is not None
+    assert crawling.load(text, str(tmp_path)) == found
+    assert crawling.load(text, "/elsewhere") is None
