@@ -1,0 +1,144 @@
+"""`rosrun`: finds a program by its package and its name, and becomes that program."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from pipros.workspace.executables import Executables, find_executables, list_executables
+from pipros.workspace.index import Package, PackageIndex
+from pipros.workspace.interpreter import command_of, why_not_startable, with_own_python_first
+
+USAGE = """\
+Usage: rosrun [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
+  rosrun will locate PACKAGE and try to find
+  an executable named EXECUTABLE in the PACKAGE tree.
+  If it finds it, it will run it with ARGS."""
+
+# The exit codes of Noetic's rosrun; the last two are the shell's for what cannot be run.
+UNKNOWN_PACKAGE = 2
+NOT_FOUND = 3
+CANNOT_RUN = 126
+NO_SUCH_COMMAND = 127
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Returns an exit code only when there is nothing to run; otherwise this process becomes the program."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    prefix, debug = "", False
+    while arguments and arguments[0] in ("--prefix", "--debug", "-h", "--help"):
+        option = arguments.pop(0)
+        if option == "--debug":
+            debug = True
+        elif option == "--prefix" and arguments:
+            prefix = arguments.pop(0)
+        else:
+            arguments = []
+    if len(arguments) < 2:
+        print(USAGE)
+        return 0
+    package_name, name, *rest = arguments
+    if package_name.startswith("-"):
+        print(f"[rosrun] Error: unknown option {package_name}\n{USAGE}", file=sys.stderr)
+        return UNKNOWN_PACKAGE
+
+    index = PackageIndex.from_environment()
+    package = index.get(package_name)
+    if package is None:
+        _complain_about_package(index, package_name)
+        return UNKNOWN_PACKAGE
+    found = find_executables(package, name)
+    if debug:
+        _print_search(found, name)
+    program = _choose(found)
+    if program is None:
+        if found.runnable:
+            return NO_SUCH_COMMAND
+        _complain_about_name(package, name, found)
+        return NOT_FOUND
+    try:
+        command = command_of(program, rest, prefix)
+    except ValueError as error:
+        print(f"[rosrun] the prefix [{prefix}] is no command: {error}", file=sys.stderr)
+        return CANNOT_RUN
+    if debug:
+        print(f"[rosrun] Running {prefix} {' '.join([str(program), *rest])}")
+    return _run(program, command)
+
+
+def _choose(found: Executables) -> Path | None:
+    """The one program that is meant; a person is asked when there are several."""
+    if len(found.runnable) <= 1 or found.relay:
+        return found.runnable[0] if found.runnable else None
+    print("[rosrun] You have chosen a non-unique executable, please pick one of the following:")
+    for number, path in enumerate(found.runnable, 1):
+        print(f"{number}) {path}", file=sys.stderr)
+    print("#? ", end="", file=sys.stderr, flush=True)
+    answer = sys.stdin.readline().strip()
+    if answer.isdecimal() and 1 <= int(answer) <= len(found.runnable):
+        return found.runnable[int(answer) - 1]
+    print(f"[rosrun] [{answer}] is none of these numbers, so nothing is run", file=sys.stderr)
+    return None
+
+
+def _run(program: Path, command: list[str]) -> int:
+    environment = with_own_python_first(os.environ)
+    sys.stdout.flush()
+    try:
+        if os.name == "nt":
+            import subprocess
+
+            return subprocess.run(command, env=environment, check=False).returncode  # noqa: S603
+        _become(command, environment)
+    except FileNotFoundError as error:
+        reason = why_not_startable(program) if command[0] == str(program) else None
+        print(f"[rosrun] {reason or f'{command[0]}: {error.strerror}'}", file=sys.stderr)
+        return NO_SUCH_COMMAND
+    except OSError as error:
+        reason = why_not_startable(program) or f"{command[0]}: {error.strerror}"
+        print(f"[rosrun] {reason}", file=sys.stderr)
+        return CANNOT_RUN
+
+
+def _become(command: list[str], environment: dict[str, str]) -> NoReturn:
+    os.execvpe(command[0], command, environment)  # noqa: S606
+
+
+def _print_search(found: Executables, name: str) -> None:
+    *builds, place = found.searched
+    print("[rosrun] Looking in catkin libexec dirs: ")
+    print("\n".join(str(folder) for folder in builds))
+    print(f"[rosrun] Looking in rospack dir: {place}")
+    print(f"[rosrun] Searching for {name} with permissions /111")
+    if found.relay:
+        print(f"[rosrun] Assuming {found.relay} is a devel-space relay for {found.runnable[1]}")
+
+
+def _complain_about_package(index: PackageIndex, name: str) -> None:
+    print(f"[rospack] Error: package '{name}' not found", file=sys.stderr)
+    _suggest(name, [package.name for package in index])
+
+
+def _complain_about_name(package: Package, name: str, found: Executables) -> None:
+    if "/" in name:
+        print(f"[rosrun] Couldn't find executable named {package.path / name}")
+    else:
+        print(f"[rosrun] Couldn't find executable named {name} below {package.path}")
+    if found.unusable:
+        print("[rosrun] Found the following, but they're either not files,\n[rosrun] or not executable:")
+        for path in found.unusable:
+            print(f"[rosrun]   {path}")
+    else:
+        _suggest(name, list_executables(package))
+
+
+def _suggest(name: str, known: list[str]) -> None:
+    """Names what is nearest to a mistyped name. On stderr, so that stdout stays as scripts know it."""
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, known, n=3, cutoff=0.7)
+    if near:
+        print(f"[rosrun] Did you mean {' or '.join(near)}?", file=sys.stderr)

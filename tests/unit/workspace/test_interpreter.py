@@ -1,0 +1,53 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipros.workspace.interpreter import command_of, why_not_startable, with_own_python_first
+
+
+def program(path: Path, content: str = "#!/bin/sh\n") -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content.encode())
+    path.chmod(0o755)
+    return path
+
+
+def test_the_own_interpreter_comes_first_when_another_python_would_be_found(tmp_path: Path) -> None:
+    own, other = program(tmp_path / "venv" / "python3"), program(tmp_path / "other" / "python3")
+    environment = with_own_python_first({"PATH": str(other.parent), "A": "b"}, str(own))
+    assert environment == {"PATH": f"{own.parent}:{other.parent}", "A": "b"}
+
+
+def test_a_path_that_leads_to_the_own_interpreter_is_left_alone(tmp_path: Path) -> None:
+    own, tools = program(tmp_path / "venv" / "python3"), program(tmp_path / "tools" / "gdb")
+    variables = {"PATH": f"{tools.parent}:{own.parent}"}
+    assert with_own_python_first(variables, str(own)) == variables
+
+
+def test_a_prefix_is_split_into_words_and_seen_by_no_shell(tmp_path: Path) -> None:
+    script = program(tmp_path / "talker")
+    command = command_of(script, ["a b"], "gdb -ex 'run $(x)' --args")
+    assert command == ["gdb", "-ex", "run $(x)", "--args", str(script), "a b"]
+
+
+def test_a_script_without_a_first_line_is_run_by_the_shell(tmp_path: Path) -> None:
+    script = program(tmp_path / "start", "echo hello\n")
+    assert command_of(script) == ["/bin/sh", str(script)]
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        ("import rospy\n", "put '#!/usr/bin/env python3' there"),
+        ("#!/usr/bin/env python3\r\nimport rospy\r\n", "Windows line ends"),
+        ("#!/opt/none/python3\n", "/opt/none/python3, which does not exist"),
+    ],
+)
+def test_a_bad_first_line_is_explained(tmp_path: Path, content: str, complaint: str) -> None:
+    assert complaint in (why_not_startable(program(tmp_path / "talker.py", content)) or "")
+
+
+def test_a_good_script_has_no_complaint(tmp_path: Path) -> None:
+    assert why_not_startable(program(tmp_path / "talker.py", "#!/bin/sh\n")) is None
