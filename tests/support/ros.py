@@ -9,6 +9,7 @@ from xmlrpc.client import ServerProxy
 
 from tests.support.environments import genuine_environment, pipros_environment
 from tests.support.processes import Process, Processes
+from tests.support.terminal import Terminal
 from tests.support.waiting import wait_until
 
 
@@ -17,6 +18,7 @@ class Side:
 
     def __init__(self, environment: Mapping[str, str], cwd: Path) -> None:
         self.processes = Processes(environment, cwd)
+        self._terminals: list[Terminal] = []
 
     @property
     def environment(self) -> dict[str, str]:
@@ -30,15 +32,27 @@ class Side:
         """Runs a program to its end."""
         return self.processes.run(*argv, timeout_s=timeout_s, environment=more)
 
+    def open_terminal(self) -> Terminal:
+        """A terminal with a shell in the environment of this side."""
+        terminal = Terminal(self.environment, self.processes.cwd or Path.cwd())
+        self._terminals.append(terminal)
+        return terminal
+
     def start_master(self) -> Process:
-        """`roscore`, and waits until its last word of starting up."""
-        core = self.start("roscore")
+        """`roscore` on this system's port (it takes 11311 unless told), until it is up."""
+        core = self.start("roscore", "-p", self.environment["ROS_MASTER_URI"].rpartition(":")[2])
         core.wait_for(r"started core service \[/rosout\]")
         return core
 
     def wait_for_publisher(self, topic: str, timeout_s: float = 15.0) -> None:
         """Waits until the master knows a publisher of the topic, asking it as any program can."""
         wait_until(lambda: topic in _published_topics(self.environment), timeout_s, f"a publisher of {topic}")
+
+    def close(self) -> None:
+        """Ends everything that runs, and makes sure that nothing is left."""
+        for terminal in reversed(self._terminals):
+            terminal.close()
+        self.processes.end_all()
 
 
 def _published_topics(environment: Mapping[str, str]) -> set[str]:
@@ -71,6 +85,6 @@ class RosSystem:
     def close(self) -> None:
         """Ends all programs of both sides and makes sure that nothing is left running."""
         try:
-            self.genuine.processes.end_all()
+            self.genuine.close()
         finally:
-            self.pipros.processes.end_all()
+            self.pipros.close()

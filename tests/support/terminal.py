@@ -1,0 +1,126 @@
+"""A terminal with a shell in it, as a person has it: typed lines, a prompt, Ctrl-C, colours."""
+
+from __future__ import annotations
+
+import codecs
+import contextlib
+import fcntl
+import os
+import re
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import threading
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+# The exit code of the last command stands in the prompt, so that the end of a command and its result are one.
+_PROMPT = re.compile(r"\[(\d+)\]> $")
+_PROMPT_SETTING = "[$?]> "
+_ROWS, _COLUMNS = 50, 200
+_TAKE_TERMINAL_AND_BECOME_BASH = (
+    "import fcntl, os, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0); "
+    "os.execvp('bash', ['bash', '--norc', '--noprofile', '--noediting', '-i'])"
+)
+
+
+class Terminal:
+    """An interactive bash on a pseudo-terminal. One person types one line at a time into it."""
+
+    def __init__(self, environment: Mapping[str, str], cwd: Path) -> None:
+        self._keyboard, tty = os.openpty()
+        fcntl.ioctl(tty, termios.TIOCSWINSZ, struct.pack("HHHH", _ROWS, _COLUMNS, 0, 0))
+        self._shell = subprocess.Popen(
+            [sys.executable, "-S", "-c", _TAKE_TERMINAL_AND_BECOME_BASH],
+            env={**environment, "PS1": _PROMPT_SETTING, "BASH_SILENCE_DEPRECATION_WARNING": "1"},
+            cwd=cwd,
+            stdin=tty,
+            stdout=tty,
+            stderr=tty,
+            start_new_session=True,
+        )
+        os.close(tty)
+        self._screen = ""
+        self._changed = threading.Condition()
+        self._typed_at = 0
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+        self.wait_for_prompt()
+
+    def _read(self) -> None:
+        # A pseudo-terminal whose last program ended says so with an error, not with an empty read.
+        decode = codecs.getincrementaldecoder("utf-8")("replace").decode
+        with contextlib.suppress(OSError):
+            while chunk := os.read(self._keyboard, 65536):
+                with self._changed:
+                    self._screen += decode(chunk).replace("\r", "")
+                    self._changed.notify_all()
+
+    @property
+    def output(self) -> str:
+        """What came since the last typed line, escape sequences included."""
+        return self._screen[self._typed_at :]
+
+    def type(self, line: str) -> None:
+        """Types a line and Enter, once the prompt is there."""
+        self.wait_for_prompt()
+        self._typed_at = len(self._screen)
+        os.write(self._keyboard, line.encode() + b"\n")
+        self._wait(lambda: self.output.startswith(line + "\n"), 5.0, f"the echo of {line!r}")
+        self._typed_at += len(line) + 1
+
+    def run(self, line: str, timeout_s: float = 30.0) -> tuple[int, str]:
+        """Types a command and waits for its end: the exit code, and what it printed."""
+        self.type(line)
+        code = self.wait_for_prompt(timeout_s)
+        return code, _PROMPT.sub("", self.output)
+
+    def wait_for(self, pattern: str, timeout_s: float = 20.0) -> re.Match[str]:
+        """Waits until the regular expression is found in the output of the command typed last."""
+        looked_for = re.compile(pattern)
+        self._wait(lambda: looked_for.search(self.output) is not None, timeout_s, f"/{pattern}/")
+        found = looked_for.search(self.output)
+        assert found
+        return found
+
+    def wait_for_prompt(self, timeout_s: float = 20.0) -> int:
+        """Waits for the end of the command; its exit code."""
+        self._wait(lambda: _PROMPT.search(self.output) is not None, timeout_s, "the prompt")
+        found = _PROMPT.search(self.output)
+        assert found
+        return int(found[1])
+
+    def press_ctrl_c(self) -> None:
+        """Types Ctrl-C; the terminal sends SIGINT to the command in the foreground."""
+        os.write(self._keyboard, b"\x03")
+
+    def close(self) -> None:
+        """Ends the command in the foreground as a person would, and closes the window."""
+        with contextlib.suppress(AssertionError, OSError):
+            if not _PROMPT.search(self.output):
+                self.press_ctrl_c()
+            self.type("exit")
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._shell.wait(1.0)
+        if self._shell.poll() is None:
+            os.kill(self._shell.pid, signal.SIGHUP)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._shell.wait(1.0)
+        if self._shell.poll() is None:
+            self._shell.kill()
+            self._shell.wait()
+        os.close(self._keyboard)
+        self._reader.join(1.0)
+
+    def _wait(self, condition: Callable[[], bool], timeout_s: float, what: str) -> None:
+        deadline = time.monotonic() + timeout_s
+        with self._changed:
+            while not condition():
+                if time.monotonic() >= deadline:
+                    raise AssertionError(f"no {what} in {timeout_s} s; on the screen:\n{self.output}")
+                if not self._reader.is_alive():
+                    raise AssertionError(f"the shell ended without {what}; on the screen:\n{self.output}")
+                self._changed.wait(0.1)
