@@ -1,0 +1,84 @@
+"""A workspace built by genuine catkin: once a test run, shared by all workers of pytest-xdist."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.support.environments import EXAMPLES, REPOSITORY, genuine_environment
+
+_PACKAGES = (EXAMPLES / "composiv_tryouts", REPOSITORY / "tests" / "interop" / "cpp_battery")
+_BUILD_TIMEOUT_S = 300
+
+
+@dataclass(frozen=True, slots=True)
+class CatkinWorkspace:
+    """A built workspace.
+
+    Attributes:
+        folder: with `src`, `build` and `devel` in it.
+        log: what `catkin_make` printed.
+        variables: what `source devel/setup.bash` leaves in an environment that was genuine ROS' before.
+    """
+
+    folder: Path
+    log: str
+    variables: dict[str, str]
+
+
+def build_once(shared: Path) -> CatkinWorkspace:
+    """Copies the example and the C++ nodes into `shared/catkin_ws` and runs catkin_make, unless that is done.
+
+    Raises:
+        AssertionError: with the whole output, when the build fails.
+    """
+    folder = shared / "catkin_ws"
+    log = shared / "catkin_make.log"
+    with (shared / "catkin.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not log.exists():
+            for package in _PACKAGES:
+                shutil.copytree(package, folder / "src" / package.name, dirs_exist_ok=True)
+            output = _run(shared, "catkin_make", "-C", str(folder))
+            log.write_text(output)
+    return CatkinWorkspace(folder, log.read_text(), _variables_after_sourcing(shared, folder))
+
+
+def _variables_after_sourcing(home: Path, folder: Path) -> dict[str, str]:
+    listing = _run(home, "bash", "-c", f". '{folder}/devel/setup.bash' && env -0")
+    pairs = (entry.partition("=") for entry in listing.split("\0") if "=" in entry)
+    names = (
+        "CMAKE_PREFIX_PATH",
+        "LD_LIBRARY_PATH",
+        "PATH",
+        "PKG_CONFIG_PATH",
+        "PYTHONPATH",
+        "ROS_PACKAGE_PATH",
+        "ROSLISP_PACKAGE_DIRECTORIES",
+    )
+    variables = {name: value for name, _, value in pairs if name in names}
+    # Debian's packages carry no marker that would make catkin's setup add their folder.
+    variables["ROS_PACKAGE_PATH"] += os.pathsep + "/usr/share"
+    return variables
+
+
+def _run(home: Path, *argv: str) -> str:
+    environment = genuine_environment(home, "http://127.0.0.1:1")
+    # As after `source /opt/ros/noetic/setup.bash`: the system's packages are the workspace's underlay.
+    environment |= {"CMAKE_PREFIX_PATH": "/usr", "MAKEFLAGS": f"-j{os.cpu_count() or 1}"}
+    ended = subprocess.run(
+        argv,
+        env=environment,
+        cwd=home,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=_BUILD_TIMEOUT_S,
+        check=False,
+    )
+    assert ended.returncode == 0, f"{' '.join(argv)} ended with {ended.returncode}:\n{ended.stdout}"
+    return ended.stdout
