@@ -1,0 +1,322 @@
+"""Evaluates expressions that come from files and command lines, without ever running Python code.
+
+The text is parsed by Python's own parser, then walked node by node; a node that is not on the list
+below is refused with its place. There are no attributes, so nothing leads from a value to the
+interpreter's insides (CVE-2024-39835, CVE-2024-39289); a caller may allow *fields*, which it looks up
+itself. Text, depth, steps and the size of every result are limited, so no expression of one line can take
+the machine's memory or time.
+
+Two languages are built on it: `evaluate`, for `$(eval …)` and message filters, and `arithmetic`, for the
+angles `rad(…)` and `deg(…)` of parameter files.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pipros.errors import PiprosError
+from pipros.safe import guarded
+
+TEXT_LIMIT = 4_000
+"""Characters of one expression; launch files have lines of some hundred at most."""
+
+DEPTH_LIMIT = 50
+"""Nesting, well below what would exhaust the interpreter's stack."""
+
+Function = Callable[..., Any]
+FieldAccess = Callable[[Any, str], Any]
+
+
+class ExpressionError(PiprosError, ValueError):
+    """An expression is malformed, uses what is not allowed, or fails.
+
+    Attributes:
+        text: the whole expression.
+        column: where in it, counted from 1; 0 when no single place is to blame.
+    """
+
+    def __init__(self, text: str, column: int, reason: str) -> None:
+        self.text = text
+        self.column = column
+        self.reason = reason
+        place = f", column {column}" if column else ""
+        shown = text if len(text) <= 200 else text[:200] + "…"
+        super().__init__(f"in the expression [{shown}]{place}: {reason}")
+
+
+_BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: guarded.add,
+    ast.Sub: operator.sub,
+    ast.Mult: guarded.multiply,
+    ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: guarded.modulo,
+    ast.Pow: guarded.power,
+    ast.LShift: guarded.shift_left,
+    ast.RShift: operator.rshift,
+    ast.BitAnd: operator.and_,
+    ast.BitOr: operator.or_,
+    ast.BitXor: operator.xor,
+}
+_UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = {
+    ast.UAdd: operator.pos,
+    ast.USub: operator.neg,
+    ast.Not: operator.not_,
+    ast.Invert: operator.invert,
+}
+_COMPARE: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+    ast.In: lambda item, container: item in container,
+    ast.NotIn: lambda item, container: item not in container,
+    ast.Is: operator.is_,
+    ast.IsNot: operator.is_not,
+}
+_CONVERSIONS: Mapping[int, Callable[[Any], str]] = {ord("s"): str, ord("r"): repr, ord("a"): ascii}
+_ARITHMETIC = (
+    ast.Constant, ast.Name, ast.UnaryOp, ast.UAdd, ast.USub,
+    ast.BinOp, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow,
+)  # fmt: skip
+
+
+def evaluate(
+    text: str,
+    *,
+    names: Mapping[str, Any] | None = None,
+    functions: Mapping[str, Function] | None = None,
+    fields: FieldAccess | None = None,
+) -> Any:
+    """The value of an expression.
+
+    Literals, arithmetic, comparison, `and`/`or`/`not`, `a if b else c`, subscripts, f-strings and calls
+    of named functions; `guarded.FUNCTIONS` and `guarded.CONSTANTS` (the names of `math` among them) are
+    always there, `functions` and `names` come on top and win. `a.b` calls `fields(a, "b")`, if given.
+
+    Raises:
+        ExpressionError: for everything that goes wrong, errors of the functions included (the
+            original as its cause).
+
+    >>> evaluate("rate * 2 if fast else max(rate, 1)", names={"rate": 5, "fast": True})
+    10
+    """
+    tree = _parse(text)
+    walk = _Walk(
+        text,
+        {**guarded.CONSTANTS, **(names or {})},
+        {**guarded.FUNCTIONS, **(functions or {})},
+        fields,
+    )
+    return walk.value(tree)
+
+
+def arithmetic(text: str) -> float:
+    """The value of a sum of numbers and `pi`, such as `pi/2` or `-2*(pi+1)`.
+
+    Raises:
+        ExpressionError: for anything else.
+
+    >>> round(arithmetic("pi/2"), 4)
+    1.5708
+    """
+    tree = _parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.expr_context, *_ARITHMETIC)):
+            continue
+        raise ExpressionError(text, _column(node), "only numbers, pi, + - * / ** and brackets may stand here")
+    value = _Walk(text, {"pi": math.pi}, {}, None).value(tree)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ExpressionError(text, 0, f"{value!r} is not a number")
+    return float(value)
+
+
+def _parse(text: str) -> ast.expr:
+    if len(text) > TEXT_LIMIT:
+        raise ExpressionError(text, 0, f"longer than {TEXT_LIMIT} characters")
+    try:
+        return ast.parse(text.strip(), mode="eval").body
+    except SyntaxError as error:
+        raise ExpressionError(text, error.offset or 0, f"{error.msg}") from None
+    except (ValueError, RecursionError, MemoryError) as error:
+        raise ExpressionError(text, 0, str(error) or "nested too deeply") from None
+
+
+def _column(node: ast.AST) -> int:
+    return getattr(node, "col_offset", -1) + 1
+
+
+class _Walk:
+    """One evaluation: the names that it knows, how deep it is, and what it may still spend."""
+
+    def __init__(
+        self,
+        text: str,
+        names: Mapping[str, Any],
+        functions: Mapping[str, Function],
+        fields: FieldAccess | None,
+    ) -> None:
+        self._text = text
+        self._names = names
+        self._functions = functions
+        self._fields = fields
+        self._depth = 0
+        self._budget = guarded.Budget()
+
+    def value(self, node: ast.expr) -> Any:
+        evaluate_node = _NODES.get(type(node))
+        if evaluate_node is None:
+            raise self._error(node, _refusal(node))
+        if self._depth >= DEPTH_LIMIT:
+            raise self._error(node, f"nested more than {DEPTH_LIMIT} deep")
+        self._depth += 1
+        try:
+            return evaluate_node(self, node)
+        except ExpressionError:
+            raise
+        except Exception as error:
+            raise self._error(node, f"{error}") from error
+        finally:
+            self._depth -= 1
+
+    def _error(self, node: ast.AST, reason: str) -> ExpressionError:
+        return ExpressionError(self._text, _column(node), reason)
+
+    def constant(self, node: ast.Constant) -> Any:
+        return node.value
+
+    def name(self, node: ast.Name) -> Any:
+        if node.id in self._names:
+            return self._names[node.id]
+        if node.id in self._functions:
+            raise self._error(node, f"{node.id} is a function; write {node.id}(…)")
+        raise self._error(node, f"name '{node.id}' is not defined")
+
+    def unary(self, node: ast.UnaryOp) -> Any:
+        return _UNARY[type(node.op)](self.value(node.operand))
+
+    def binary(self, node: ast.BinOp) -> Any:
+        operation = _BINARY.get(type(node.op))
+        if operation is None:
+            raise self._error(node, "this operator is not allowed")
+        return self._budget.charge(operation(self.value(node.left), self.value(node.right)))
+
+    def boolean(self, node: ast.BoolOp) -> Any:
+        ends_on = isinstance(node.op, ast.Or)
+        result: Any = None
+        for part in node.values:
+            result = self.value(part)
+            if bool(result) is ends_on:
+                break
+        return result
+
+    def compare(self, node: ast.Compare) -> Any:
+        left = self.value(node.left)
+        result: Any = True
+        for operation, part in zip(node.ops, node.comparators, strict=True):
+            right = self.value(part)
+            result = _COMPARE[type(operation)](left, right)
+            if not result:
+                break
+            left = right
+        return result
+
+    def conditional(self, node: ast.IfExp) -> Any:
+        return self.value(node.body if self.value(node.test) else node.orelse)
+
+    def subscript(self, node: ast.Subscript) -> Any:
+        return self.value(node.value)[self.value(node.slice)]
+
+    def bounds(self, node: ast.Slice) -> Any:
+        parts = (node.lower, node.upper, node.step)
+        return slice(*(None if part is None else self.value(part) for part in parts))
+
+    def new_list(self, node: ast.List) -> Any:
+        return self._budget.charge([self.value(part) for part in node.elts])
+
+    def new_tuple(self, node: ast.Tuple) -> Any:
+        return self._budget.charge(tuple(self.value(part) for part in node.elts))
+
+    def new_set(self, node: ast.Set) -> Any:
+        return self._budget.charge({self.value(part) for part in node.elts})
+
+    def new_dict(self, node: ast.Dict) -> Any:
+        result = {}
+        for key, part in zip(node.keys, node.values, strict=True):
+            if key is None:
+                raise self._error(node, "** is not allowed")
+            result[self.value(key)] = self.value(part)
+        return self._budget.charge(result)
+
+    def call(self, node: ast.Call) -> Any:
+        if not isinstance(node.func, ast.Name):
+            raise self._error(node.func, "only functions that have a plain name can be called")
+        function = self._functions.get(node.func.id)
+        if function is None:
+            raise self._error(node.func, f"there is no function '{node.func.id}'")
+        keywords = {}
+        for keyword in node.keywords:
+            if keyword.arg is None:
+                raise self._error(node, "** is not allowed")
+            keywords[keyword.arg] = self.value(keyword.value)
+        arguments = [self.value(argument) for argument in node.args]
+        return self._budget.charge(function(*arguments, **keywords))
+
+    def attribute(self, node: ast.Attribute) -> Any:
+        if self._fields is None or node.attr.startswith("_"):
+            raise self._error(node, f"attributes such as .{node.attr} are not allowed here")
+        return self._fields(self.value(node.value), node.attr)
+
+    def joined_text(self, node: ast.JoinedStr) -> Any:
+        text = ""
+        for part in node.values:
+            text = guarded.add(text, str(self.value(part)))
+        return text
+
+    def formatted(self, node: ast.FormattedValue) -> Any:
+        value = self.value(node.value)
+        if node.conversion != -1:
+            value = _CONVERSIONS[node.conversion](value)
+        form = "" if node.format_spec is None else self.value(node.format_spec)
+        return guarded.format_value(value, form)
+
+
+# The allow-list: what is not here is refused.
+_NODES: Mapping[type[ast.expr], Callable[[_Walk, Any], Any]] = {
+    ast.Constant: _Walk.constant,
+    ast.Name: _Walk.name,
+    ast.UnaryOp: _Walk.unary,
+    ast.BinOp: _Walk.binary,
+    ast.BoolOp: _Walk.boolean,
+    ast.Compare: _Walk.compare,
+    ast.IfExp: _Walk.conditional,
+    ast.Subscript: _Walk.subscript,
+    ast.Slice: _Walk.bounds,
+    ast.List: _Walk.new_list,
+    ast.Tuple: _Walk.new_tuple,
+    ast.Set: _Walk.new_set,
+    ast.Dict: _Walk.new_dict,
+    ast.Call: _Walk.call,
+    ast.Attribute: _Walk.attribute,
+    ast.JoinedStr: _Walk.joined_text,
+    ast.FormattedValue: _Walk.formatted,
+}
+
+
+def _refusal(node: ast.AST) -> str:
+    words = {
+        "Lambda": "functions of one's own are not allowed",
+        "Starred": "* is not allowed",
+        "NamedExpr": ":= is not allowed",
+        "Await": "await is not allowed",
+    }
+    name = type(node).__name__
+    if name.endswith("Comp") or name == "GeneratorExp":
+        return "loops (… for … in …) are not allowed"
+    return words.get(name, f"{name} is not allowed")

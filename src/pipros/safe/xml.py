@@ -1,0 +1,105 @@
+"""Reads XML files into elements that know their line and column; refuses document types and entities.
+
+A document type can define entities that expand to gigabytes or read other files. No ROS file needs one,
+so any `<!DOCTYPE` is an error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from xml.parsers import expat
+
+from pipros.errors import PiprosError
+
+DEPTH_LIMIT = 100
+"""Nesting of elements: a launch file of 10 levels is a deep one."""
+
+SIZE_LIMIT_BYTES = 16 * 1024 * 1024
+"""Bytes of one file; also what a parameter server takes in one call."""
+
+
+class XmlError(PiprosError):
+    """A text is not the XML that it should be.
+
+    Attributes:
+        file: where the text came from.
+        line: counted from 1.
+        column: counted from 1.
+    """
+
+    def __init__(self, file: str, line: int, column: int, reason: str) -> None:
+        self.file = file
+        self.line = line
+        self.column = column
+        self.reason = reason
+        super().__init__(f"{file}:{line}:{column}: {reason}")
+
+
+@dataclass(slots=True)
+class Element:
+    """One element: its tag, attributes, children in order, own text, and where its `<` stands."""
+
+    tag: str
+    attributes: Mapping[str, str]
+    line: int
+    column: int
+    children: list[Element] = field(default_factory=list)
+    text: str = ""
+
+    def all(self, tag: str) -> Iterator[Element]:
+        """The direct children of that tag."""
+        return (child for child in self.children if child.tag == tag)
+
+    def first(self, tag: str) -> Element | None:
+        """The first direct child of that tag."""
+        return next(self.all(tag), None)
+
+
+def parse(content: bytes | str, file: str = "<string>") -> Element:
+    """The root element of a document. Text of an element is joined around its children and comments.
+
+    Raises:
+        XmlError: for malformed XML, a document type, nesting or size beyond the limits.
+    """
+    if len(content) > SIZE_LIMIT_BYTES:
+        raise XmlError(file, 1, 1, f"larger than {SIZE_LIMIT_BYTES} bytes")
+    # Text that is decoded already may still declare the encoding that it once had.
+    parser = expat.ParserCreate("utf-8" if isinstance(content, str) else None)
+    parser.buffer_text = True
+    roots: list[Element] = []
+    stack: list[Element] = []
+
+    def place() -> tuple[int, int]:
+        return parser.CurrentLineNumber, parser.CurrentColumnNumber + 1
+
+    def open_element(tag: str, attributes: dict[str, str]) -> None:
+        line, column = place()
+        if len(stack) >= DEPTH_LIMIT:
+            raise XmlError(file, line, column, f"elements are nested more than {DEPTH_LIMIT} deep")
+        element = Element(tag, attributes, line, column)
+        (stack[-1].children if stack else roots).append(element)
+        stack.append(element)
+
+    def close_element(_tag: str) -> None:
+        stack.pop()
+
+    def add_text(text: str) -> None:
+        stack[-1].text += text
+
+    def refuse_document_type(*_declaration: object) -> None:
+        raise XmlError(file, *place(), "a document type (<!DOCTYPE …>) is not allowed")
+
+    parser.StartElementHandler = open_element
+    parser.EndElementHandler = close_element
+    parser.CharacterDataHandler = add_text
+    parser.StartDoctypeDeclHandler = refuse_document_type
+    parser.EntityDeclHandler = refuse_document_type
+    try:
+        parser.Parse(content.encode("utf-8", "surrogatepass") if isinstance(content, str) else content, True)
+    except expat.ExpatError as error:
+        reason = expat.ErrorString(error.code) or "not XML"
+        raise XmlError(file, error.lineno, error.offset + 1, f"invalid XML: {reason}") from None
+    except (LookupError, ValueError) as error:
+        raise XmlError(file, *place(), f"invalid XML: {error}") from None
+    return roots[0]

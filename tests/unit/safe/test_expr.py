@@ -1,0 +1,180 @@
+from __future__ import annotations
+
+import contextlib
+import math
+import time
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipros.safe.expr import ExpressionError, arithmetic, evaluate
+
+NAMES = {"a": 3, "b": True, "s": "hi", "xs": [1, 2, 3], "d": {"k": "v"}}
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("a + 1", 4),
+        ("-a * 2 // 4", -2),
+        ("2 ** 10", 1024),
+        ("7 % 4", 3),
+        ("1 << 4 | 3", 19),
+        ("not b", False),
+        ("a == 3 and s == 'hi'", True),
+        ("0 or s", "hi"),
+        ("1 < a < 3", False),
+        ("2 in xs and 9 not in xs", True),
+        ("'yes' if b else 'no'", "yes"),
+        ("xs[0] + xs[-1]", 4),
+        ("xs[1:]", [2, 3]),
+        ("d['k']", "v"),
+        ("{'x': a}", {"x": 3}),
+        ("(a, s)", (3, "hi")),
+        ("{a, a}", {3}),
+        ("'x%d-%s' % (a, s)", "x3-hi"),
+        ("f'{a}/{s!r:>6}'", "3/  'hi'"),
+        ("s + ' x'", "hi x"),
+        ("3 * '-'", "---"),
+        ("max(a, 5)", 5),
+        ("sum(xs)", 6),
+        ("len(s)", 2),
+        ("dict(k=1)", {"k": 1}),
+        ("round(1.26, 1)", 1.3),
+        ("sin(0) + cos(0)", 1.0),
+        ("pi", math.pi),
+        ("true", True),
+        ("None", None),
+        ("factorial(5)", 120),
+        ("  a\n", 3),
+    ],
+)
+def test_expressions_have_the_value_that_python_gives_them(text: str, value: Any) -> None:
+    assert evaluate(text, names=NAMES) == value
+
+
+def test_functions_of_the_caller_are_called_and_win() -> None:
+    assert evaluate("arg('x') + len('abc')", functions={"arg": lambda name: name, "len": str}) == "xabc"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "().__class__.__bases__[0].__subclasses__()",
+        "s.upper()",
+        "(1).real",
+        "'{0.__class__}'.format(1)",
+        "f'{s.__class__}'",
+        "f'{xs.append}'",
+        "math.os",
+        "__import__('os')",
+        "open('/etc/passwd')",
+        "eval('1')",
+        "exec('1')",
+        "getattr(s, 'upper')",
+        "[x for x in xs]",
+        "(x for x in xs)",
+        "(lambda: 1)()",
+        "(a := 1)",
+        "print(*xs)",
+        "dict(**d)",
+        "{**d}",
+        "xs[0]()",
+        "len",
+        "a @ a",
+        "nope",
+        "import os",
+        "a = 1",
+        "",
+        "1 +",
+        "yield a",
+    ],
+)
+def test_what_is_not_on_the_list_is_refused(text: str) -> None:
+    with pytest.raises(ExpressionError):
+        evaluate(text, names=NAMES)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "9 ** 9 ** 9",
+        "10 ** -(10 ** 9)",
+        "pow(10, 10 ** 9)",
+        "1 << 10 ** 9",
+        "'a' * 10 ** 9",
+        "10 ** 9 * 'a'",
+        "[0] * 10 ** 9",
+        "str([['a' * 300] * 300] * 300)",
+        "'%999999999d' % 1",
+        "'%*d' % (999999999, 1)",
+        "'%s' * 900 % ((s * 40000,) * 900)",
+        "f'{1:999999999}'",
+        "f'{1:{10 ** 9}}'",
+        "factorial(10 ** 6)",
+        "comb(10 ** 6, 10 ** 5)",
+        "round(5, -10 ** 300)",
+        "list(range(10 ** 9))",
+        "sum(range(10 ** 12))",
+        "prod([10 ** 300] * 300)",
+        "[" + ", ".join(["range(90000)"] * 50) + "]",
+        "+".join(["a"] * 100_000),
+        "(" * 500 + "a" + ")" * 500,
+        "-" * 500 + "1",
+        "-" * 3000 + "1",
+        "not " * 300 + "1",
+    ],
+)
+def test_what_would_run_away_is_refused_at_once(text: str) -> None:
+    started = time.process_time()
+    with pytest.raises(ExpressionError):
+        evaluate(text, names=NAMES)
+    assert time.process_time() - started < 5
+
+
+def test_an_error_names_the_place() -> None:
+    with pytest.raises(ExpressionError, match=r"column 5: name 'nope' is not defined") as error:
+        evaluate("1 + nope")
+    assert (error.value.column, error.value.text) == (5, "1 + nope")
+
+
+def test_an_error_of_a_function_is_kept_as_the_cause() -> None:
+    def fail() -> None:
+        raise KeyError("x")
+
+    with pytest.raises(ExpressionError) as error:
+        evaluate("1 if fail() else 2", functions={"fail": fail})
+    assert isinstance(error.value.__cause__, KeyError)
+
+
+def test_fields_are_looked_up_by_the_caller_only() -> None:
+    def field(value: Any, name: str) -> Any:
+        return value[name]
+
+    message = {"header": {"seq": 7}}
+    assert evaluate("m.header.seq > 6", names={"m": message}, fields=field) is True
+    with pytest.raises(ExpressionError):
+        evaluate("m._slots", names={"m": {"_slots": 1}}, fields=field)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("pi/2", math.pi / 2), ("-2*(pi+1)", -2 * (math.pi + 1)), (" 90 ", 90), ("2**3", 8)]
+)
+def test_arithmetic_knows_numbers_and_pi(text: str, value: float) -> None:
+    assert arithmetic(text) == pytest.approx(value)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "x", "sin(1)", "'a'", "1 if 1 else 2", "1 < 2", "True", "a.b", "1j", "1/0", "8**9**9"]
+)
+def test_arithmetic_refuses_all_else(text: str) -> None:
+    with pytest.raises(ExpressionError):
+        arithmetic(text)
+
+
+@given(st.text(alphabet="abs(),.[]{}'\"+-*/%<>=:! \n0123456789_lambdifoneratu", max_size=60))
+def test_no_text_does_anything_but_give_a_value_or_an_expression_error(text: str) -> None:
+    with contextlib.suppress(ExpressionError):
+        evaluate(text, names=NAMES)

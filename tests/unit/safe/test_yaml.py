@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from pipros.safe.yaml import YamlError, load, load_all
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("a: [1, 2.5, true, text]", {"a": [1, 2.5, True, "text"]}),
+        ("0777", 0o777),
+        ("1e3", "1e3"),
+        ("yes", True),
+        ("~", None),
+        ("", None),
+        ("a: deg(90)", {"a": math.pi / 2}),
+        ("a: rad(pi/2)", {"a": math.pi / 2}),
+        ("a: rad( pi )", {"a": math.pi}),
+        ("a: !degrees 180", {"a": math.pi}),
+        ("a: !radians pi", {"a": math.pi}),
+        ("[rad(1), 'rad(pi)', rad(1) + 2]", [1.0, "rad(pi)", "rad(1) + 2"]),
+        ("base: &b {x: 1}\nother: {<<: *b, y: 2}", {"base": {"x": 1}, "other": {"x": 1, "y": 2}}),
+    ],
+)
+def test_parameter_files_are_read_as_genuine_ros_reads_them(text: str, value: Any) -> None:
+    assert load(text) == value
+
+
+def test_angles_can_be_left_as_text() -> None:
+    assert load("a: rad(pi)", angles=False) == {"a": "rad(pi)"}
+
+
+def test_several_documents_are_all_given() -> None:
+    assert load_all("a: 1\n---\nb: 2") == [{"a": 1}, {"b": 2}]
+    assert load_all("") == []
+    with pytest.raises(YamlError, match="single document"):
+        load("a: 1\n---\nb: 2")
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("a: 1\nb: [", "p.yaml:3:1"),
+        ("a: 'x", "p.yaml:1:"),
+        ("!!python/object/apply:os.system ['true']", "p.yaml:1:1"),
+        ("!!python/name:os.system", "p.yaml:1:1"),
+        ("a: rad(__import__)", "p.yaml:1:4"),
+        ("a: !radians x.y", "p.yaml:1:4"),
+        ("a: deg(x)", "p.yaml:1:4"),
+        ("a: rad(9**9**9)", "p.yaml:1:4"),
+        ("? [1]\n: 2", "p.yaml:1:"),
+    ],
+)
+def test_a_bad_document_is_refused_with_its_place(text: str, place: str) -> None:
+    with pytest.raises(YamlError) as error:
+        load(text, "p.yaml")
+    assert str(error.value).startswith(place)
+
+
+def test_aliases_that_multiply_are_refused() -> None:
+    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
+    lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 9)]
+    with pytest.raises(YamlError, match="expands to more than"):
+        load("\n".join(lines))
+
+
+def test_an_alias_to_itself_is_refused() -> None:
+    with pytest.raises(YamlError, match="nested more than"):
+        load("&a [*a]")
+
+
+def test_deep_nesting_is_refused() -> None:
+    with pytest.raises(YamlError, match="nested"):
+        load("[" * 200 + "]" * 200)
