@@ -1,0 +1,221 @@
+"""The blocking XML-RPC client. It imports no asyncio, so that tools start quickly.
+
+The server that master and nodes answer with is `pipros.net.rpc_server.RpcServer`; the client for
+use inside an asyncio loop is `pipros.net.rpc_async`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+import time
+from typing import Any, Final
+
+from pipros.errors import ProtocolError, Unreachable
+from pipros.net.address import split_uri
+from pipros.wire.http import HttpError, Response, ResponseReader, build_request
+from pipros.wire.xmlrpc import Fault, decode_response, encode_call
+
+__all__ = ["Fault", "RpcClient"]
+
+KEPT_CONNECTIONS: Final = 4
+"""How many idle connections a client keeps; more are made, and closed again, when more threads call."""
+TIMEOUT_OF_CLIENT: Final = -1.0
+"""As `timeout_s` of one call: what the client was made with."""
+_READ_BYTES: Final = 65536
+
+
+class RpcClient:
+    """Calls the methods of one XML-RPC server.
+
+    May be used from any number of threads; calls of different threads go over different
+    connections and do not wait for each other. Connections are kept open and used again.
+
+    A call that meets a kept connection which the server has closed meanwhile is sent once more
+    over a fresh one, as Python's and ROS' own clients do.
+
+    >>> RpcClient("http://localhost:11311/").call("getPid", "/me")     # doctest: +SKIP
+    [1, '', 4711]
+    """
+
+    def __init__(self, uri: str, *, timeout_s: float | None = None) -> None:
+        """Nothing is connected yet.
+
+        Args:
+            uri: `http://HOST:PORT/`.
+            timeout_s: how long one call may take in all; None is for ever. Each call may say otherwise.
+
+        Raises:
+            ValueError: when `uri` is no such URI.
+        """
+        self.uri = uri
+        self.timeout_s = timeout_s
+        self._host, self._port, self._path = split_uri(uri)
+        self._idle: list[_Connection] = []
+        self._lock = threading.Lock()
+        self._is_closed = False
+
+    def call(self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT) -> Any:
+        """Calls `method` and returns its value. Blocks until the answer is there or the time is over.
+
+        Raises:
+            Unreachable: no connection, or it was lost or silent for too long.
+            Fault: the server answered with a fault.
+            ProtocolError: the answer is no XML-RPC.
+            TypeError, OverflowError, ValueError: a parameter that XML-RPC cannot carry; nothing was sent.
+        """
+        body = encode_call(method, params)
+        if timeout_s == TIMEOUT_OF_CLIENT:
+            timeout_s = self.timeout_s
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        response = self._exchange(body, deadline)
+        if response.status != 200:
+            detail = response.body[:200].decode("utf-8", "replace").strip()
+            raise ProtocolError(f"{self.uri} answered {response.status} {response.reason}: {detail}")
+        return decode_response(response.body)
+
+    def close(self) -> None:
+        """Closes the kept connections. The client may be used again, without keeping any."""
+        with self._lock:
+            self._is_closed = True
+            idle, self._idle = self._idle, []
+        for connection in idle:
+            connection.close()
+
+    def __enter__(self) -> RpcClient:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _exchange(self, body: bytes, deadline: float | None) -> Response:
+        request = build_request(f"{self._host}:{self._port}", self._path, body)
+        if connection := self._take_idle():
+            try:
+                response = connection.exchange(request, deadline)
+            except _ClosedBeforeAnswer:
+                connection.close()
+            except (OSError, HttpError) as error:
+                connection.close()
+                raise self._explain(error) from None
+            except BaseException:
+                connection.close()
+                raise
+            else:
+                self._give_back(connection, response)
+                return response
+        try:
+            connection = _Connection(self._host, self._port, deadline)
+        except OSError as error:
+            raise self._explain(error) from None
+        try:
+            response = connection.exchange(request, deadline)
+        except (OSError, HttpError) as error:
+            connection.close()
+            raise self._explain(error) from None
+        except BaseException:  # Ctrl-C in the middle of an exchange: the connection is of no use any more
+            connection.close()
+            raise
+        self._give_back(connection, response)
+        return response
+
+    def _take_idle(self) -> _Connection | None:
+        while True:
+            with self._lock:
+                if not self._idle:
+                    return None
+                connection = self._idle.pop()
+            if connection.is_fresh():
+                return connection
+            connection.close()
+
+    def _give_back(self, connection: _Connection, response: Response) -> None:
+        with self._lock:
+            if response.keep_alive and not self._is_closed and len(self._idle) < KEPT_CONNECTIONS:
+                self._idle.append(connection)
+                return
+        connection.close()
+
+    def _explain(self, error: OSError | HttpError) -> Exception:
+        if isinstance(error, HttpError):
+            return ProtocolError(f"{self.uri} does not speak XML-RPC: {error}")
+        return Unreachable(self.uri, reason_of(error))
+
+
+def reason_of(error: OSError) -> str:
+    """What the operating system said, in its plain words: `Connection refused`."""
+    if isinstance(error, TimeoutError):
+        return "no answer in time"
+    return error.strerror or str(error) or type(error).__name__
+
+
+class _ClosedBeforeAnswer(ConnectionError):
+    """The server closed, or had closed, the connection before the first byte of an answer."""
+
+
+class _Connection:
+    """One kept-alive connection; used by one thread at a time."""
+
+    __slots__ = ("_reader", "_socket")
+
+    def __init__(self, host: str, port: int, deadline: float | None) -> None:
+        self._socket = socket.create_connection((host, port), _left(deadline))
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._reader = ResponseReader()
+
+    def is_fresh(self) -> bool:
+        """False when the server has closed the idle connection, or sent what nobody asked for."""
+        try:
+            self._socket.settimeout(0)
+            self._socket.recv(1, socket.MSG_PEEK)
+        except BlockingIOError:
+            return True
+        except OSError:
+            return False
+        return False
+
+    def exchange(self, request: bytes, deadline: float | None) -> Response:
+        reader = self._reader
+        has_answer_begun = False
+        try:
+            self._socket.settimeout(_left(deadline))
+            self._socket.sendall(request)
+            while True:
+                if deadline is not None:
+                    self._socket.settimeout(_left(deadline))
+                data = self._socket.recv(_READ_BYTES)
+                if not data:
+                    return self._last_response(has_answer_begun)
+                has_answer_begun = True
+                if response := reader.feed(data):
+                    return response
+        except (ConnectionResetError, ConnectionAbortedError, BrokenPipeError) as error:
+            if has_answer_begun:
+                raise
+            raise _ClosedBeforeAnswer(error.errno, error.strerror) from None
+
+    def _last_response(self, has_answer_begun: bool) -> Response:
+        """The response that the server ended by closing the connection."""
+        if not has_answer_begun:
+            raise _ClosedBeforeAnswer("connection closed before the answer")
+        try:
+            response = self._reader.end()
+        except HttpError:
+            response = None
+        if response is None:
+            raise ConnectionError("connection closed in the middle of the answer")
+        return response
+
+    def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self._socket.close()
+
+
+def _left(deadline: float | None) -> float | None:
+    if deadline is None:
+        return None
+    left = deadline - time.monotonic()
+    if left <= 0:
+        raise TimeoutError("no answer in time")
+    return left

@@ -1,0 +1,141 @@
+"""The XML-RPC client for use inside an asyncio loop."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+from pipros.errors import ProtocolError, Unreachable
+from pipros.net.address import split_uri
+from pipros.net.rpc import reason_of
+from pipros.wire.http import HttpError, Response, ResponseReader, build_request
+from pipros.wire.xmlrpc import decode_response, encode_call
+
+
+async def call_async(uri: str, method: str, *params: Any, timeout_s: float | None) -> Any:
+    """Calls one method over a connection of its own. Returns and raises as `RpcClient.call`."""
+    client = AsyncRpcClient(uri)
+    try:
+        return await client.call(method, *params, timeout_s=timeout_s)
+    finally:
+        client.close()
+
+
+class AsyncRpcClient:
+    """Calls the methods of one XML-RPC server over one connection that is kept open.
+
+    Calls are made one at a time: whoever uses it from several tasks has to queue them. A kept
+    connection that the server has closed meanwhile is replaced without a word.
+    """
+
+    def __init__(self, uri: str) -> None:
+        """Nothing is connected yet.
+
+        Raises:
+            ValueError: when `uri` is no `http://HOST:PORT/`.
+        """
+        self.uri = uri
+        self._host, self._port, self._path = split_uri(uri)
+        self._connection: _Connection | None = None
+
+    async def call(self, method: str, *params: Any, timeout_s: float | None) -> Any:
+        """Calls `method` and returns its value. Raises what `RpcClient.call` raises."""
+        request = build_request(f"{self._host}:{self._port}", self._path, encode_call(method, params))
+        try:
+            response = await asyncio.wait_for(self._exchange(request), timeout_s)
+        except asyncio.TimeoutError:
+            self.close()
+            raise Unreachable(self.uri, "no answer in time") from None
+        except HttpError as error:
+            self.close()
+            raise ProtocolError(f"{self.uri} does not speak XML-RPC: {error}") from None
+        except OSError as error:
+            self.close()
+            raise Unreachable(self.uri, reason_of(error)) from error
+        except BaseException:
+            self.close()
+            raise
+        if not response.keep_alive:
+            self.close()
+        if response.status != 200:
+            raise ProtocolError(f"{self.uri} answered {response.status} {response.reason}")
+        return decode_response(response.body)
+
+    def close(self) -> None:
+        """Closes the kept connection. The client may be used again."""
+        connection, self._connection = self._connection, None
+        if connection:
+            connection.close()
+
+    async def _exchange(self, request: bytes) -> Response:
+        kept, self._connection = self._connection, None
+        if kept and not kept.is_closed:
+            self._connection = kept
+            try:
+                return await kept.exchange(request)
+            except ConnectionError:
+                kept.close()
+                if kept.has_answer_begun:
+                    raise
+        loop = asyncio.get_running_loop()
+        _, self._connection = await loop.create_connection(lambda: _Connection(loop), self._host, self._port)
+        return await self._connection.exchange(request)
+
+
+class _Connection(asyncio.Protocol):
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+        self._reader = ResponseReader()
+        self._transport: asyncio.Transport | None = None
+        self._answer: asyncio.Future[Response] | None = None
+        self.has_answer_begun = False
+        self.is_closed = False
+
+    async def exchange(self, request: bytes) -> Response:
+        if self._transport is None or self.is_closed:
+            raise ConnectionResetError("connection closed before the answer")
+        self._answer = self._loop.create_future()
+        self.has_answer_begun = False
+        self._transport.write(request)
+        try:
+            return await self._answer
+        finally:
+            self._answer = None
+
+    def close(self) -> None:
+        self.is_closed = True
+        if self._transport:
+            self._transport.abort()
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)  # noqa: S101  # a TCP client makes no others
+        self._transport = transport
+
+    def data_received(self, data: bytes) -> None:
+        if self._answer is None or self._answer.done():
+            self.close()  # bytes that nobody asked for
+            return
+        self.has_answer_begun = True
+        try:
+            response = self._reader.feed(data)
+        except HttpError as error:
+            self._answer.set_exception(error)
+        else:
+            if response:
+                self._answer.set_result(response)
+
+    def eof_received(self) -> None:
+        if self._answer and not self._answer.done():
+            try:
+                response = self._reader.end()
+            except HttpError:
+                return
+            if response:
+                self._answer.set_result(response)
+
+    def connection_lost(self, error: Exception | None) -> None:
+        self.is_closed = True
+        self._transport = None
+        if self._answer and not self._answer.done():
+            lost = error if isinstance(error, ConnectionError) else None
+            self._answer.set_exception(lost or ConnectionResetError("connection closed before the answer"))

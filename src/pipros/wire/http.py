@@ -1,0 +1,354 @@
+"""The little HTTP/1.1 that XML-RPC needs, as bytes in and messages out.
+
+Theory of operation: a reader is in one of two states, waiting for a head (everything up to the
+blank line) or for a body whose end it knows: by `Content-Length`, by chunks, or, for responses
+only, by the end of the connection. Memory grows with the bytes that arrived, never by the length
+a peer announces, and an announced length beyond the limit is refused before its bytes come.
+
+h11 does all of HTTP and is exemplary, but costs 17 ms to import and 40 us a request; this costs
+0.5 ms and 5 us, and the master answers a request in less time than h11 needs to read it.
+
+Written for the parsers on the other side: XmlRpc++ (roscpp) looks for `Content-length: ` in any
+case, knows no chunks and no compression; Python's `http.server` is happy with anything.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final, NamedTuple
+
+from pipros.errors import LimitExceeded, ProtocolError
+
+HEAD_LIMIT_BYTES: Final = 16 * 1024
+"""Heads of ROS peers have 100 to 300 bytes."""
+BODY_LIMIT_BYTES: Final = 16 * 1024 * 1024
+
+_REASONS: Final = {
+    200: "OK",
+    400: "Bad Request",
+    403: "Forbidden",
+    405: "Method Not Allowed",
+    408: "Request Timeout",
+    411: "Length Required",
+    413: "Content Too Large",
+    415: "Unsupported Media Type",
+    431: "Request Header Fields Too Large",
+    500: "Internal Server Error",
+    503: "Service Unavailable",
+    505: "HTTP Version Not Supported",
+}
+
+
+class HttpError(ProtocolError):
+    """A message that breaks HTTP, or asks for what is not spoken here.
+
+    Attributes:
+        status: what a server answers to it.
+    """
+
+    def __init__(self, status: int, text: str) -> None:
+        self.status = status
+        super().__init__(text)
+
+
+class HttpLimitExceeded(HttpError, LimitExceeded):
+    """A head or a body that is larger than its limit, or is announced to be."""
+
+
+class Request(NamedTuple):
+    """One request. Header names are lower case; of a repeated header the values are joined by commas."""
+
+    method: str
+    target: str
+    headers: dict[str, str]
+    body: bytes
+    keep_alive: bool
+
+
+class Response(NamedTuple):
+    """One response. `keep_alive` says whether the connection may carry another request."""
+
+    status: int
+    reason: str
+    headers: dict[str, str]
+    body: bytes
+    keep_alive: bool
+
+
+def build_request(host: str, target: str, body: bytes) -> bytes:
+    """A POST of an XML-RPC document. `host` is what the `Host` header says: `localhost:11311`."""
+    return (
+        f"POST {target} HTTP/1.1\r\nHost: {host}\r\nUser-Agent: pipros\r\n"
+        f"Content-Type: text/xml\r\nContent-length: {len(body)}\r\n\r\n"
+    ).encode("latin-1") + body
+
+
+def build_response(
+    body: bytes, *, status: int = 200, keep_alive: bool = True, http_1_0: bool = False
+) -> bytes:
+    """A response with an XML-RPC document, or with a plain text when `status` is not 200."""
+    connection = "Connection: close\r\n"
+    if keep_alive:
+        connection = "Connection: keep-alive\r\n" if http_1_0 else ""
+    content = "text/xml" if status == 200 else "text/plain"
+    return (
+        f"HTTP/1.1 {status} {_REASONS.get(status, 'Error')}\r\nServer: pipros\r\n{connection}"
+        f"Content-Type: {content}\r\nContent-length: {len(body)}\r\n\r\n"
+    ).encode("latin-1") + body
+
+
+CONTINUE: Final = b"HTTP/1.1 100 Continue\r\n\r\n"
+
+_END_OF_HEAD = re.compile(rb"\r?\n\r?\n")
+_TOKEN = re.compile(r"[!#$%&'*+.^_`|~0-9A-Za-z-]+").fullmatch
+_REQUEST_LINE = re.compile(r"([A-Z]{1,20}) ([!-~]{1,2000}) HTTP/(\d)\.(\d)").fullmatch
+_STATUS_LINE = re.compile(r"HTTP/(\d)\.(\d) (\d{3})(?: ([^\r\n]*))?").fullmatch
+_DECIMAL = re.compile(r"[0-9]{1,15}").fullmatch
+_CHUNK_SIZE = re.compile(rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r?").fullmatch
+_CHUNK_LINE_LIMIT: Final = 256
+
+_UNTIL_END: Final = -1
+_CHUNKED: Final = -2
+
+
+class _Reader:
+    """What requests and responses have in common: a head, then a body."""
+
+    def __init__(self, *, head_limit: int = HEAD_LIMIT_BYTES, body_limit: int = BODY_LIMIT_BYTES) -> None:
+        self._head_limit = head_limit
+        self._body_limit = body_limit
+        self._buffer = bytearray()
+        self._searched = 0
+        self._start: re.Match[str] | None = None
+        self._headers: dict[str, str] = {}
+        self._length = 0
+        self._chunks = bytearray()
+        self._in_trailer = False
+
+    @property
+    def is_idle(self) -> bool:
+        """True between two messages: nothing of the next one has arrived."""
+        return self._start is None and not self._buffer
+
+    def _read_head(self) -> bool:
+        """Takes a head from the buffer; False when it is not complete."""
+        buffer = self._buffer
+        if not self._searched:  # blank lines before a start line are to be skipped (RFC 9112, 2.2)
+            while buffer and buffer[0] in b"\r\n":
+                del buffer[0]
+        end = _END_OF_HEAD.search(buffer, max(0, self._searched - 3))
+        if (end.start() if end else len(buffer)) > self._head_limit:
+            raise HttpLimitExceeded(431, f"an HTTP head of more than {self._head_limit} bytes")
+        if end is None:
+            self._searched = len(buffer)
+            return False
+        lines = bytes(buffer[: end.start()]).decode("latin-1").split("\n")
+        del buffer[: end.end()]
+        self._searched = 0
+        self._headers = _parse_headers(lines)
+        self._start = self._parse_start_line(lines[0].rstrip("\r"))
+        self._length = self._body_length()
+        if self._length > self._body_limit:
+            raise HttpLimitExceeded(
+                413, f"an HTTP body of {self._length} bytes is announced; the limit is {self._body_limit}"
+            )
+        return True
+
+    def _read_body(self) -> bytes | None:
+        """Takes a body from the buffer; None when it is not complete."""
+        if self._length == _CHUNKED:
+            return self._read_chunks()
+        if self._length == _UNTIL_END:
+            self._check_body(len(self._buffer))
+            return None
+        if len(self._buffer) < self._length:
+            return None
+        body = bytes(self._buffer[: self._length])
+        del self._buffer[: self._length]
+        return body
+
+    def _read_chunks(self) -> bytes | None:
+        buffer = self._buffer
+        while (line_end := buffer.find(b"\n", 0, _CHUNK_LINE_LIMIT)) >= 0:
+            line = bytes(buffer[:line_end])
+            if self._in_trailer:
+                del buffer[: line_end + 1]
+                if not line.rstrip(b"\r"):
+                    body = bytes(self._chunks)
+                    self._chunks = bytearray()
+                    self._in_trailer = False
+                    return body
+                continue
+            size_text = _CHUNK_SIZE(line)
+            if size_text is None:
+                raise HttpError(400, f"an HTTP chunk that begins with {line[:40]!r}")
+            size = int(size_text[1], 16)
+            self._check_body(len(self._chunks) + size)
+            if not size:
+                del buffer[: line_end + 1]
+                self._in_trailer = True
+                continue
+            start = line_end + 1
+            if len(buffer) < start + size + 2:
+                return None
+            self._chunks += buffer[start : start + size]
+            after = bytes(buffer[start + size : start + size + 2])
+            if after != b"\r\n":
+                raise HttpError(400, "an HTTP chunk that is longer than it says")
+            del buffer[: start + size + 2]
+        if len(buffer) >= _CHUNK_LINE_LIMIT:
+            raise HttpError(400, "an HTTP chunk without a size")
+        return None
+
+    def _check_body(self, length: int) -> None:
+        if length > self._body_limit:
+            raise HttpLimitExceeded(413, f"an HTTP body of more than {self._body_limit} bytes")
+
+    def _declared_length(self) -> int | None:
+        """The length by the headers, None when they do not say."""
+        headers = self._headers
+        if headers.get("content-encoding", "identity").lower() != "identity":
+            raise HttpError(415, f"a body compressed by {headers['content-encoding'][:40]!r}; send it plain")
+        length = headers.get("content-length")
+        if "transfer-encoding" in headers:
+            if length is not None:
+                raise HttpError(400, "both Content-Length and Transfer-Encoding")
+            if headers["transfer-encoding"].lower() != "chunked":
+                raise HttpError(400, f"the transfer encoding {headers['transfer-encoding'][:40]!r}")
+            return _CHUNKED
+        if length is None:
+            return None
+        if not _DECIMAL(length):
+            raise HttpError(400, f"Content-Length {length[:40]!r} is no number")
+        return int(length)
+
+    def _keep_alive(self, start: re.Match[str], major: int, minor: int) -> bool:
+        connection = self._headers.get("connection", "").lower()
+        if start[major] == "1" and start[minor] != "0":
+            return "close" not in connection
+        return "keep-alive" in connection
+
+    def _parse_start_line(self, line: str) -> re.Match[str]:
+        raise HttpError(400, f"no HTTP message: {line[:40]!r}")
+
+    def _body_length(self) -> int:
+        return 0
+
+
+class RequestReader(_Reader):
+    """Cuts what a client sends into requests.
+
+    Feed it whatever the socket gave; it returns the requests that became complete, in order.
+
+    Raises `HttpError` for bytes that are no request, also for a request without a length, with a
+    compressed body or with another method than POST; the connection is of no use after that.
+
+    >>> reader = RequestReader()
+    >>> reader.feed(b"POST / HTTP/1.1\\r\\nContent-Length: 2\\r\\n\\r\\nh")
+    []
+    >>> [request.body for request in reader.feed(b"i")]
+    [b'hi']
+    """
+
+    def feed(self, data: bytes) -> list[Request]:
+        self._buffer += data
+        requests = []
+        while self._start is not None or (self._buffer and self._read_head()):
+            body = self._read_body()
+            if body is None:
+                break
+            start = self._start
+            assert start is not None  # noqa: S101  # _read_head() has set it
+            self._start = None
+            requests.append(Request(start[1], start[2], self._headers, body, self._keep_alive(start, 3, 4)))
+        return requests
+
+    def wants_continue(self) -> bool:
+        """True, once a request, when the client waits for `100 Continue` before it sends the body."""
+        return self._start is not None and self._headers.pop("expect", "").lower() == "100-continue"
+
+    def _parse_start_line(self, line: str) -> re.Match[str]:
+        match = _REQUEST_LINE(line)
+        if match is None:
+            raise HttpError(400, f"no HTTP request: it begins with {line[:40]!r}")
+        if match[3] != "1":
+            raise HttpError(505, f"HTTP/{match[3]} is not spoken here, only HTTP/1")
+        if match[1] != "POST":
+            raise HttpError(405, f"{match[1]} of {match[2][:80]}; XML-RPC is spoken here, and it needs POST")
+        return match
+
+    def _body_length(self) -> int:
+        length = self._declared_length()
+        if length is None:
+            raise HttpError(411, "a request that does not say how long it is")
+        return length
+
+
+class ResponseReader(_Reader):
+    """Cuts what a server sends into responses; the mirror of `RequestReader`.
+
+    Interim responses (`100 Continue`) are left out. Tell it by `end()` when the server closed.
+    """
+
+    def feed(self, data: bytes) -> Response | None:
+        """The response, once it is complete. What follows it stays for the next call."""
+        self._buffer += data
+        while self._start is not None or (self._buffer and self._read_head()):
+            if self._start is not None and self._start[3].startswith("1"):
+                self._start = None
+                continue
+            body = self._read_body()
+            return None if body is None else self._finish(body)
+        return None
+
+    def end(self) -> Response | None:
+        """The response that the end of the connection completes, if there is one.
+
+        Raises:
+            HttpError: when the connection ended in the middle of a response.
+        """
+        if self.is_idle:
+            return None
+        if self._start is None or self._length != _UNTIL_END:
+            raise HttpError(400, "the connection ended in the middle of a response")
+        body = bytes(self._buffer)
+        self._buffer.clear()
+        return self._finish(body)
+
+    def _finish(self, body: bytes) -> Response:
+        start = self._start
+        assert start is not None  # noqa: S101  # only called with a head
+        self._start = None
+        keep_alive = self._length != _UNTIL_END and self._keep_alive(start, 1, 2)
+        return Response(int(start[3]), start[4] or "", self._headers, body, keep_alive)
+
+    def _parse_start_line(self, line: str) -> re.Match[str]:
+        match = _STATUS_LINE(line)
+        if match is None or match[1] != "1":
+            raise HttpError(400, f"no HTTP response: it begins with {line[:40]!r}")
+        return match
+
+    def _body_length(self) -> int:
+        assert self._start is not None  # noqa: S101  # only called with a head
+        if self._start[3].startswith("1") or self._start[3] in ("204", "304"):
+            return 0
+        length = self._declared_length()
+        return _UNTIL_END if length is None else length
+
+
+def _parse_headers(lines: list[str]) -> dict[str, str]:
+    headers: dict[str, str] = {}
+    for line in lines[1:]:
+        name, colon, value = line.partition(":")
+        if not colon or not _TOKEN(name):
+            raise HttpError(400, f"an HTTP header line that begins with {line[:40]!r}")
+        name = name.lower()
+        value = value.strip(" \t\r")
+        if name in headers:
+            if name == "content-length" and headers[name] != value:
+                raise HttpError(400, "two different values of Content-Length")
+            if name != "content-length":
+                headers[name] += ", " + value
+        else:
+            headers[name] = value
+    return headers

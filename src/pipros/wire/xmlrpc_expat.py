@@ -1,0 +1,217 @@
+"""The thorough XML-RPC reader: any well-formed document, and the wording of every refusal.
+
+Theory of operation: a stack of open elements. Each element knows which elements may stand in it
+(`_MAY_CONTAIN`); anything else ends the reading. Values that are complete wait in the element
+that encloses them and are put together when it closes. Attributes, comments and CDATA are read
+as XML says; a DTD is refused at its first byte, so there are no entities but XML's own five.
+"""
+
+from __future__ import annotations
+
+import re
+from binascii import Error as Base64Error
+from binascii import a2b_base64
+from collections.abc import Callable
+from typing import Any
+from xml.parsers import expat
+
+from pipros.errors import LimitExceeded, ProtocolError
+
+_SCALARS = frozenset(
+    ["int", "i1", "i2", "i4", "i8", "string", "double", "boolean", "base64", "dateTime.iso8601"]
+)
+_MAY_CONTAIN: dict[str, frozenset[str]] = {
+    "": frozenset(["methodCall", "methodResponse"]),
+    "methodCall": frozenset(["methodName", "params"]),
+    "methodResponse": frozenset(["params", "fault"]),
+    "params": frozenset(["param"]),
+    "param": frozenset(["value"]),
+    "fault": frozenset(["value"]),
+    "value": _SCALARS | {"array", "struct"},
+    "array": frozenset(["data"]),
+    "data": frozenset(["value"]),
+    "struct": frozenset(["member"]),
+    "member": frozenset(["name", "value"]),
+}
+_NOTHING: frozenset[str] = frozenset()
+
+
+def decode_call(body: bytes, nesting_limit: int) -> tuple[str, tuple[Any, ...]]:
+    """As `wire.xmlrpc.decode_call`."""
+    root, children = _read(body, nesting_limit)
+    if root != "methodCall" or not children or not isinstance(children[0], _Name):
+        raise ProtocolError("an XML-RPC call was expected: a methodCall element that has a methodName")
+    params = children[1] if len(children) == 2 else []
+    if len(children) > 2 or not isinstance(params, list):
+        raise ProtocolError("a methodCall has one methodName and one params element")
+    return children[0].text, tuple(params)
+
+
+def decode_response(body: bytes, nesting_limit: int) -> tuple[Any, bool]:
+    """The value, and whether it is a fault."""
+    root, children = _read(body, nesting_limit)
+    if root == "methodResponse" and len(children) == 1:
+        [content] = children
+        if isinstance(content, _Fault):
+            return content.value, True
+        if isinstance(content, list) and len(content) == 1:
+            return content[0], False
+    raise ProtocolError("an XML-RPC response was expected: a methodResponse element with one value or fault")
+
+
+class _Name:
+    __slots__ = ("text",)
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+
+
+class _Fault:
+    __slots__ = ("value",)
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+
+class _Element:
+    __slots__ = ("children", "tag", "text")
+
+    def __init__(self, tag: str) -> None:
+        self.tag = tag
+        self.text: list[str] = []
+        self.children: list[Any] = []
+
+
+def _read(body: bytes, nesting_limit: int) -> tuple[str, list[Any]]:
+    """Name of the root element and what stands in it."""
+    document = _Element("")
+    open_elements = [document]
+    containers = 0
+
+    def start(tag: str, _attributes: dict[str, str]) -> None:
+        nonlocal containers
+        parent = open_elements[-1]
+        if tag not in _MAY_CONTAIN.get(parent.tag, _NOTHING):
+            if tag == "nil":
+                raise ProtocolError("nil is no value that ROS knows")
+            raise ProtocolError(f"element <{tag[:40]}> may not stand in <{parent.tag}> in XML-RPC")
+        if tag in ("array", "struct"):
+            containers += 1
+            if containers > nesting_limit:
+                raise LimitExceeded(f"an XML-RPC value nested deeper than {nesting_limit}")
+        open_elements.append(_Element(tag))
+
+    def characters(text: str) -> None:
+        open_elements[-1].text.append(text)
+
+    def end(tag: str) -> None:
+        nonlocal containers
+        element = open_elements.pop()
+        if tag in ("array", "struct"):
+            containers -= 1
+        open_elements[-1].children.append(_close(element))
+        if tag in ("methodCall", "methodResponse"):
+            document.tag = tag
+            document.children = element.children
+
+    def refuse_dtd(*_: Any) -> None:
+        raise ProtocolError("an XML-RPC document with a DTD, which could define entities; refused")
+
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    parser.CharacterDataHandler = characters
+    parser.StartDoctypeDeclHandler = refuse_dtd
+    try:
+        parser.Parse(body, True)
+    except expat.ExpatError as error:
+        raise ProtocolError(f"an XML-RPC document that is not well-formed XML: {error}") from None
+    except (UnicodeError, LookupError) as error:
+        raise ProtocolError(f"an XML-RPC document in an encoding that cannot be read: {error}") from None
+    return document.tag, document.children
+
+
+def _close(element: _Element) -> Any:
+    tag, children = element.tag, element.children
+    text = "".join(element.text)
+    if tag in _MAY_CONTAIN and children and text.strip():
+        raise ProtocolError(f"text {text.strip()[:40]!r} between the elements of <{tag}> in XML-RPC")
+    if convert := _CONVERT.get(tag):
+        try:
+            return convert(text)
+        except (ValueError, Base64Error) as error:
+            raise ProtocolError(f"<{tag}> with the content {text[:40]!r} in XML-RPC: {error}") from None
+    if tag == "value":
+        if not children:
+            return text
+        return _only_child(element)
+    if tag == "struct":
+        return dict(children)
+    if tag == "member":
+        if len(children) != 2 or not isinstance(children[0], _Name):
+            raise ProtocolError("a member of an XML-RPC struct needs one name and one value, in this order")
+        return children[0].text, children[1]
+    if tag == "fault":
+        return _Fault(_only_child(element))
+    if tag in ("param", "array"):
+        return _only_child(element)
+    return children
+
+
+def _only_child(element: _Element) -> Any:
+    if len(element.children) != 1:
+        raise ProtocolError(f"<{element.tag}> with {len(element.children)} elements in XML-RPC; it needs one")
+    return element.children[0]
+
+
+_INTEGER = re.compile(r"\s*[+-]?[0-9]{1,20}\s*", re.ASCII)
+
+
+def _integer(text: str) -> int:
+    if not _INTEGER.fullmatch(text):
+        raise ValueError("no integer")
+    value = int(text)
+    if not -(2**31) <= value < 2**31:
+        raise ValueError("beyond 32 bits")
+    return value
+
+
+def _double(text: str) -> float:
+    if "_" in text:
+        raise ValueError("no number")
+    return float(text)
+
+
+def _boolean(text: str) -> bool:
+    if text.strip() not in ("0", "1"):
+        raise ValueError("no boolean")
+    return text.strip() == "1"
+
+
+def _binary(text: str) -> Any:
+    from xmlrpc.client import Binary
+
+    return Binary(a2b_base64(text))
+
+
+def _date(text: str) -> Any:
+    from xmlrpc.client import DateTime
+
+    return DateTime(text.strip())
+
+
+_CONVERT: dict[str, Callable[[str], Any]] = {
+    "int": _integer,
+    "i1": _integer,
+    "i2": _integer,
+    "i4": _integer,
+    "i8": _integer,
+    "double": _double,
+    "boolean": _boolean,
+    "string": str,
+    "name": _Name,
+    "methodName": _Name,
+    "base64": _binary,
+    "dateTime.iso8601": _date,
+}
