@@ -1,0 +1,87 @@
+"""Starts the case study with `roslaunch --screen` (see script/demo, which makes the environment for it)."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import socket
+import sys
+import threading
+from pathlib import Path
+from xmlrpc.client import ServerProxy
+
+from pipros.cli import roslaunch
+from pipros.env import DEFAULT_MASTER_URI, InvalidEnvironment, split_master_uri
+
+_REPOSITORY = Path(__file__).resolve().parents[1]
+_EXAMPLES = _REPOSITORY / "examples" / "catkin_ws" / "src"
+_ASK_TIMEOUT_S = 2.0
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="script/demo", description="Runs the case study until Ctrl-C.")
+    parser.add_argument("--seconds", type=float, metavar="N", help="end after N seconds, with exit code 0")
+    seconds: float | None = parser.parse_args().seconds
+
+    uri = os.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
+    try:
+        print(_describe(uri, *split_master_uri(uri)), flush=True)
+    except (InvalidEnvironment, _PortTaken) as error:
+        print(f"script/demo: {error}", file=sys.stderr)
+        return 1
+
+    others = os.environ.get("ROS_PACKAGE_PATH")
+    os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join(filter(None, [str(_EXAMPLES), others]))
+    # A person who starts a script in their shell sees `script/demo`; roslaunch finds its own name in argv.
+    sys.argv[0] = "roslaunch"
+    if seconds is not None:
+        end = threading.Timer(seconds, os.kill, (os.getpid(), signal.SIGINT))
+        end.daemon = True
+        end.start()
+    return roslaunch.main(["--screen", "composiv_tryouts", "composiv_tryout.launch"])
+
+
+class _PortTaken(Exception):
+    pass
+
+
+def _describe(uri: str, host: str, port: int) -> str:
+    """The one line about what runs and how to look at it.
+
+    Raises:
+        _PortTaken: when a program that is no ROS master listens at the master's address.
+    """
+    look = "rostopic echo /battery_topic"
+    if uri != DEFAULT_MASTER_URI:
+        look = f"export ROS_MASTER_URI={uri} && {look}"
+    line = (
+        "A talker publishes a battery level and a listener shows it, until Ctrl-C. "
+        f"To look from a second terminal, in {_REPOSITORY}: . .venv/bin/activate && {look}"
+    )
+    try:
+        socket.create_connection((host, port), _ASK_TIMEOUT_S).close()
+    except OSError:
+        return line
+    if not _is_master(uri):
+        raise _PortTaken(
+            f"port {port} is in use by a program that is no ROS master. End that program, or take another "
+            f"port: ROS_MASTER_URI=http://localhost:{port + 1} script/demo"
+        )
+    return f"{line}\nA ROS master already runs at {uri}: the demo joins it, and leaves it running."
+
+
+def _is_master(uri: str) -> bool:
+    socket.setdefaulttimeout(_ASK_TIMEOUT_S)
+    try:
+        with ServerProxy(uri) as master:
+            answer = master.getPid("/demo")
+    except Exception:
+        return False
+    finally:
+        socket.setdefaulttimeout(None)
+    return isinstance(answer, list) and len(answer) == 3
+
+
+if __name__ == "__main__":
+    sys.exit(main())
