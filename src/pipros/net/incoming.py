@@ -1,0 +1,151 @@
+"""The receiving end of one TCPROS topic link: a thread that reads, keeps the newest, delivers.
+
+Theory of operation. One thread a link receives large chunks, cuts all complete frames and calls
+`deliver` for each itself, so that the common message has no hand-over at all. Frames that still
+wait are kept undecoded. Whenever a delivery took a while, the thread looks at the socket again
+before the next one and keeps only the newest `queue_size` frames: a slow callback with
+queue_size=1 sees the newest message, however large it is and whatever the socket holds
+(ros_comm#536, ros_comm#1901).
+"""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pipros.errors import ProtocolError
+from pipros.net import sockets
+from pipros.wire.frames import FRAME_LIMIT_BYTES, FrameBuffer
+
+#: A delivery longer than this is followed by a look at the socket. Less would cost fast callbacks.
+SLOW_DELIVERY_S = 0.001
+
+#: How long one look at the socket may go on when the peer sends faster than we can read.
+DRAIN_LIMIT_S = 0.02
+
+
+@dataclass(slots=True)
+class ReceiveStatistics:
+    """What came over a link so far, and what was dropped because the callbacks were too slow."""
+
+    frames: int = 0
+    bytes: int = 0
+    dropped: int = 0
+
+
+class IncomingLink:
+    """Receives the frames of one publisher and delivers them in order, in a thread of its own.
+
+    `turn` is held during each delivery: links that share one never deliver at the same time.
+    The frame given to `deliver` is valid during the call only. `on_closed` is called once, from
+    the link's thread, with the reason when the link ended by an error.
+    """
+
+    def __init__(
+        self,
+        sock: socket.socket,
+        *,
+        name: str,
+        deliver: Callable[[memoryview | bytes], object],
+        turn: threading.Lock,
+        queue_size: int | None,
+        on_closed: Callable[[IncomingLink, Exception | None], object],
+        limit_bytes: int = FRAME_LIMIT_BYTES,
+    ) -> None:
+        sock.setblocking(True)
+        self.peer = sockets.peer_name(sock)
+        self.queue_size = queue_size
+        self.statistics = ReceiveStatistics()
+        self._sock = sock
+        self._deliver = deliver
+        self._turn = turn
+        self._on_closed = on_closed
+        self._buffer = FrameBuffer(limit_bytes)
+        self._waiting: deque[memoryview | bytes] = deque()
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+
+    def start(self, first: bytes = b"") -> None:
+        """Starts reading; `first` is what came behind the handshake already."""
+        self._first = first
+        self._thread.start()
+
+    def close(self) -> None:
+        """Ends the link now; a delivery under way ends by itself. Harmless when repeated."""
+        sockets.abort(self._sock)
+
+    def join(self, timeout_s: float) -> None:
+        """Waits for the thread to end, unless it is the one that calls."""
+        if self._thread is not threading.current_thread():
+            self._thread.join(timeout_s)
+
+    def _run(self) -> None:
+        error: Exception | None = None
+        try:
+            self._accept_first()
+            while count := self._sock.recv_into(self._buffer.room()):
+                self._accept(count)
+                self._deliver_waiting()
+        except (OSError, ProtocolError) as reason:
+            error = reason
+        finally:
+            self._sock.close()
+            self._on_closed(self, error)
+
+    def _accept_first(self) -> None:
+        first = memoryview(self._first)
+        while first:
+            room = self._buffer.room()
+            count = min(len(room), len(first))
+            room[:count] = first[:count]
+            first = first[count:]
+            self._accept(count)
+            self._keep_waiting()
+        self._deliver_waiting()
+
+    def _accept(self, count: int) -> None:
+        """Takes over `count` received bytes; the frames they complete wait as views of the buffer."""
+        self.statistics.bytes += count
+        waiting = self._waiting
+        waiting.extend(self._buffer.received(count))
+        if self.queue_size:
+            while len(waiting) > self.queue_size:
+                waiting.popleft()
+                self.statistics.dropped += 1
+
+    def _deliver_waiting(self) -> None:
+        waiting, turn, statistics = self._waiting, self._turn, self.statistics
+        while waiting:
+            if not turn.acquire(blocking=False):
+                turn.acquire()
+                self._look_again()
+            before = time.monotonic()
+            try:
+                self._deliver(waiting.popleft())
+            finally:
+                turn.release()
+            statistics.frames += 1
+            if self.queue_size and time.monotonic() - before > SLOW_DELIVERY_S:
+                self._look_again()
+
+    def _look_again(self) -> None:
+        """Takes what the socket holds by now, so that only the newest frames wait."""
+        end = time.monotonic() + DRAIN_LIMIT_S
+        while self.queue_size and time.monotonic() < end:
+            self._keep_waiting()
+            try:
+                count = sockets.receive_now(self._sock, self._buffer.room())
+            except BlockingIOError:
+                return
+            if not count:
+                return  # the stream has ended; the next blocking read tells
+            self._accept(count)
+
+    def _keep_waiting(self) -> None:
+        """Copies the waiting frames out of the buffer, which is about to be used again."""
+        waiting = self._waiting
+        for _ in range(len(waiting)):
+            waiting.append(bytes(waiting.popleft()))

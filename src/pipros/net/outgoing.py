@@ -1,0 +1,240 @@
+"""The sending end of one TCPROS topic link: a bounded queue above a socket.
+
+Theory of operation. `send` is called by whatever thread publishes. While the socket keeps up, it
+writes there and then, without any hand-over. When the socket is full, the frame waits in the
+link's own queue; the publishing thread takes the queue along at its next call, and the event
+loop does when the publisher has gone quiet. A frame of which a part went out must follow whole,
+so only frames of which nothing went out are ever dropped: the oldest first, and counted.
+
+What `queue_size` means, as in rospy:
+    None  `drain` waits until the frame is in the socket's hands. A peer that takes nothing for
+          STALL_LIMIT_S is treated as queue_size=1 until it moves again, so that a subscriber that
+          hangs cannot stop a robot (genuine rospy waits for ever).
+    0     unlimited.
+    n     at most n frames wait.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import socket
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from pipros.net import sockets
+from pipros.net.loop import BackgroundLoop
+
+#: How long a synchronous publisher waits for a subscriber that takes nothing at all.
+STALL_LIMIT_S = 2.0
+
+Buffer = bytes | memoryview
+#: A frame as it goes over the wire, its length in front: buffers to be written in a row.
+Frame = Sequence[Buffer]
+
+
+@dataclass(slots=True)
+class SendStatistics:
+    """What went over a link so far, and what was dropped because the peer was too slow."""
+
+    frames: int = 0
+    bytes: int = 0
+    dropped: int = 0
+
+
+class OutgoingLink:
+    """Sends frames to one subscriber, at no cost to any other.
+
+    Safe to use from several threads; the frames of one thread arrive in order. `on_closed` is
+    called once, in the event loop, when the peer has gone or `close` was called.
+    """
+
+    def __init__(
+        self,
+        sock: socket.socket,
+        loop: BackgroundLoop,
+        *,
+        queue_size: int | None,
+        on_closed: Callable[[OutgoingLink], object],
+    ) -> None:
+        sock.setblocking(False)
+        self.peer = sockets.peer_name(sock)
+        self.queue_size = queue_size
+        self.statistics = SendStatistics()
+        self.is_closed = False
+        self._sock = sock
+        self._loop = loop
+        self._on_closed = on_closed
+        self._lock = threading.Lock()
+        self._rest: deque[Buffer] = deque()  # of a frame that is partly out
+        self._waiting: deque[Frame] = deque()  # whole frames
+        self._is_watched = False
+        self._is_stalled = False
+        loop.call(self._watch_peer)
+
+    def send(self, frame: Frame) -> None:
+        """Writes a frame, or queues what the socket does not take. Returns at once."""
+        with self._lock:
+            if self.is_closed:
+                return
+            if not self._rest and not self._waiting:
+                sent = self._write(frame)
+                if sent < 0:
+                    return
+                if sent:
+                    self._keep_rest(frame, sent)
+                    if not self._rest:
+                        return
+                else:
+                    self._waiting.append(_own(frame))
+            else:
+                self._waiting.append(_own(frame))
+                self._flush()
+            if self._rest or self._waiting:
+                self._drop_oldest()
+                self._watch_writable()
+
+    def drain(self) -> None:
+        """Waits until nothing waits, if `queue_size` is None; else returns at once."""
+        if self.queue_size is not None or self._is_stalled:
+            return
+        moved, deadline = self.statistics.bytes, time.monotonic() + STALL_LIMIT_S
+        while (self._rest or self._waiting) and not self.is_closed:
+            with contextlib.suppress(OSError, ValueError):  # closed meanwhile
+                sockets.wait_writable(self._sock, 0.1)
+            with self._lock:
+                self._flush()
+            if self.statistics.bytes != moved:
+                moved, deadline = self.statistics.bytes, time.monotonic() + STALL_LIMIT_S
+            elif time.monotonic() > deadline:
+                self._is_stalled = True
+                return
+
+    def close(self) -> None:
+        """Ends the link; what waits is dropped. Harmless when repeated, from any thread."""
+        with self._lock:
+            self._give_up()
+
+    # -- with the lock held ---------------------------------------------------
+
+    def _write(self, frame: Frame) -> int:
+        """How many bytes the socket took; -1 when it took all, or the link ended."""
+        try:
+            sent = self._sock.send(frame[0]) if len(frame) == 1 else sockets.send_gathered(self._sock, frame)
+        except (BlockingIOError, InterruptedError):
+            return 0
+        except OSError:
+            self._give_up()
+            return -1
+        self.statistics.bytes += sent
+        if sent == sum(map(len, frame)):
+            self.statistics.frames += 1
+            return -1
+        return sent
+
+    def _flush(self) -> None:
+        """Writes as much of what waits as the socket takes."""
+        while (self._rest or self._waiting) and not self.is_closed:
+            waiting = itertools.chain.from_iterable(self._waiting)
+            batch = list(itertools.islice(itertools.chain(self._rest, waiting), sockets.GATHER_LIMIT))
+            try:
+                sent = sockets.send_gathered(self._sock, batch)
+            except (BlockingIOError, InterruptedError):
+                return
+            except OSError:
+                self._give_up()
+                return
+            self._is_stalled = False
+            self.statistics.bytes += sent
+            self._forget(sent)
+
+    def _forget(self, sent: int) -> None:
+        """Drops `sent` bytes from the front of what waits: they are out."""
+        while self._rest and sent >= len(self._rest[0]):
+            sent -= len(self._rest.popleft())
+            if not self._rest:
+                self.statistics.frames += 1
+        if self._rest:
+            self._rest[0] = memoryview(self._rest[0])[sent:]
+            return
+        while sent:
+            frame = self._waiting.popleft()
+            size = sum(map(len, frame))
+            if sent < size:
+                self._keep_rest(frame, sent)
+                return
+            sent -= size
+            self.statistics.frames += 1
+
+    def _keep_rest(self, frame: Frame, sent: int) -> None:
+        for buffer in _own(frame):
+            if sent >= len(buffer):
+                sent -= len(buffer)
+            else:
+                self._rest.append(memoryview(buffer)[sent:])
+                sent = 0
+
+    def _drop_oldest(self) -> None:
+        limit = 1 if self.queue_size is None and self._is_stalled else self.queue_size
+        while limit and len(self._waiting) > limit:
+            self._waiting.popleft()
+            self.statistics.dropped += 1
+
+    def _give_up(self) -> None:
+        if not self.is_closed:
+            self.is_closed = True
+            self._rest.clear()
+            self._waiting.clear()
+            sockets.abort(self._sock)
+            self._loop.call(self._end)
+
+    def _watch_writable(self) -> None:
+        if not self._is_watched:
+            self._is_watched = True
+            self._loop.call(self._start_writer)
+
+    # -- in the event loop ----------------------------------------------------
+
+    def _watch_peer(self) -> None:
+        if not self.is_closed:
+            self._loop.asyncio.add_reader(self._sock, self._read)
+
+    def _read(self) -> None:
+        """A subscriber has nothing to say on a topic link; its silence ends when it leaves."""
+        try:
+            if self._sock.recv(4096):
+                return
+        except (BlockingIOError, InterruptedError):
+            return
+        except OSError:
+            pass  # reset by the peer: gone all the same
+        self.close()
+
+    def _start_writer(self) -> None:
+        if not self.is_closed:
+            self._loop.asyncio.add_writer(self._sock, self._write_waiting)
+
+    def _write_waiting(self) -> None:
+        with self._lock:
+            self._flush()
+            if not self._rest and not self._waiting and not self.is_closed:
+                self._is_watched = False
+                self._loop.asyncio.remove_writer(self._sock)
+
+    def _end(self) -> None:
+        self._loop.asyncio.remove_reader(self._sock)
+        self._loop.asyncio.remove_writer(self._sock)
+        self._sock.close()
+        self._on_closed(self)
+
+
+def _own(frame: Frame) -> Frame:
+    """The frame in buffers that nobody can change any more: the publisher may reuse its message."""
+    return [buffer if _is_constant(buffer) else bytes(buffer) for buffer in frame]
+
+
+def _is_constant(buffer: Buffer) -> bool:
+    return not isinstance(buffer, memoryview) or type(buffer.obj) is bytes

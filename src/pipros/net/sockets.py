@@ -1,0 +1,99 @@
+"""What pipros asks of TCP sockets, and where operating systems differ on it."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import socket
+import struct
+from collections.abc import Sequence
+
+_DONTWAIT: int = getattr(socket, "MSG_DONTWAIT", 0)
+
+#: The most buffers that one gathered write may take (IOV_MAX on Linux, macOS and Windows is no less).
+GATHER_LIMIT = 512
+
+#: A peer that vanished without a word is found after about idle + interval * count seconds.
+KEEPALIVE_IDLE_S = 20
+KEEPALIVE_INTERVAL_S = 5
+KEEPALIVE_COUNT = 4
+
+
+def listen(host: str, port: int = 0, backlog: int = 128) -> socket.socket:
+    """A listening TCP socket, non-blocking; port 0 takes a free one."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    server = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        if hasattr(socket, "SO_EXCLUSIVEADDRUSE"):  # Windows: SO_REUSEADDR would share the port
+            server.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
+        else:
+            server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        server.bind((host, port))
+        server.listen(backlog)
+        server.setblocking(False)
+    except BaseException:
+        server.close()
+        raise
+    return server
+
+
+def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
+    """Sets what every TCPROS link wants: small messages at once, and vanished peers noticed."""
+    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, int(no_delay))
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for name, value in (
+        ("TCP_KEEPIDLE", KEEPALIVE_IDLE_S),
+        ("TCP_KEEPINTVL", KEEPALIVE_INTERVAL_S),
+        ("TCP_KEEPCNT", KEEPALIVE_COUNT),
+    ):
+        if hasattr(socket, name):
+            sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
+
+
+def receive_now(sock: socket.socket, room: memoryview) -> int:
+    """Receives what is there from a blocking socket without waiting; 0 at the end of the stream.
+
+    Raises:
+        BlockingIOError: nothing is there.
+    """
+    if not _DONTWAIT and not select.select([sock], [], [], 0)[0]:
+        raise BlockingIOError
+    return sock.recv_into(room, 0, _DONTWAIT)
+
+
+def send_gathered(sock: socket.socket, buffers: Sequence[bytes | memoryview]) -> int:
+    """Writes several buffers in one call; returns how many bytes the socket took."""
+    if hasattr(sock, "sendmsg"):
+        return sock.sendmsg(buffers)
+    return sock.send(b"".join(buffers))
+
+
+def wait_writable(sock: socket.socket, timeout_s: float) -> bool:
+    """Waits until a write would take something (or fail at once); False when the time is over."""
+    if hasattr(select, "poll"):  # select() itself cannot watch descriptors above 1024
+        poll = select.poll()
+        poll.register(sock, select.POLLOUT)
+        return bool(poll.poll(timeout_s * 1000))
+    return bool(select.select([], [sock], [], timeout_s)[1])
+
+
+def abort(sock: socket.socket) -> None:
+    """Ends a connection now, waking whoever is blocked on it. Harmless when repeated."""
+    with contextlib.suppress(OSError):  # not connected any more, which is what was wanted
+        sock.shutdown(socket.SHUT_RDWR)
+
+
+def reset(sock: socket.socket) -> None:
+    """Closes with a TCP reset: the peer learns at once, nothing lingers."""
+    with contextlib.suppress(OSError):
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    sock.close()
+
+
+def peer_name(sock: socket.socket) -> str:
+    """`host:port` of the other end, or `?` when it is gone already."""
+    try:
+        name = sock.getpeername()
+    except OSError:
+        return "?"
+    return f"{name[0]}:{name[1]}"

@@ -1,0 +1,215 @@
+"""Where a node's log lines go: the console, a file, and the topic `/rosout`.
+
+Handlers for Python's `logging`; the node's logger carries them. The console format is that of
+`ROSCONSOLE_FORMAT`, see http://wiki.ros.org/rosconsole#Console_Output_Formatting
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
+
+from pipros.node.clock import NS_PER_S, Clock
+
+if TYPE_CHECKING:
+    from pipros.node.publisher import Publisher
+
+DEFAULT_FORMAT = "[${severity}] [${time}]: ${message}"
+
+#: A log file is put aside at this size, and this many old ones are kept.
+FILE_LIMIT_BYTES = 50_000_000
+FILES_KEPT = 4
+
+_FILE_FORMAT = "[%(name)s][%(levelname)s] %(asctime)s: %(message)s"
+_PLACEHOLDER = re.compile(r"\$\{(?P<key>\w+)(?::(?P<format>[^}]*))?\}")
+_RESET = "\033[0m"
+
+
+class Severity:
+    """One level as ROS sees it: its name, its number on `/rosout`, its colour on a terminal."""
+
+    __slots__ = ("colour", "name", "number")
+
+    def __init__(self, name: str, number: int, colour: str) -> None:
+        self.name = name
+        self.number = number
+        self.colour = colour
+
+    @staticmethod
+    def of(levelno: int) -> Severity:
+        """The ROS level of a level of Python's logging; levels in between count as the one below."""
+        return next((severity for lowest, severity in _SEVERITIES if levelno >= lowest), _DEBUG)
+
+
+_DEBUG = Severity("DEBUG", 1, "\033[32m")
+_SEVERITIES = (
+    (logging.CRITICAL, Severity("FATAL", 16, "\033[31m")),
+    (logging.ERROR, Severity("ERROR", 8, "\033[31m")),
+    (logging.WARNING, Severity("WARN", 4, "\033[33m")),
+    (logging.INFO, Severity("INFO", 2, "")),
+    (logging.DEBUG, _DEBUG),
+)
+
+
+class ConsoleHandler(logging.Handler):
+    """Writes DEBUG and INFO to stdout, the rest to stderr; in colour where that is a terminal.
+
+    The streams are looked up at each line, so that redirecting `sys.stdout` works.
+    """
+
+    def __init__(self, node_name: str, clock: Callable[[], Clock | None], line_format: str | None) -> None:
+        super().__init__()
+        self._node_name = node_name
+        self._clock = clock
+        self._line_format = line_format or DEFAULT_FORMAT
+
+    def emit(self, record: logging.LogRecord) -> None:
+        severity = Severity.of(record.levelno)
+        stream: TextIO | None = sys.stdout if record.levelno < logging.WARNING else sys.stderr
+        if stream is None:  # a process without a console
+            return
+        try:
+            line = self._render(record, severity)
+            if severity.colour and stream.isatty():
+                stream.write(f"{severity.colour}{line}\n{_RESET}")
+            else:
+                stream.write(line + "\n")
+            stream.flush()
+        except (OSError, ValueError):
+            pass  # the console was closed: a node lives on without one
+        except Exception:
+            self.handleError(record)
+
+    def _render(self, record: logging.LogRecord, severity: Severity) -> str:
+        message = full_text(record)
+
+        def value(match: re.Match[str]) -> str:
+            key, time_format = match["key"], match["format"]
+            if key == "time":
+                return self._time(record.created, time_format)
+            if key == "walltime":
+                return wall_time(record.created, time_format)
+            values = {
+                "severity": severity.name,
+                "message": message,
+                "logger": record.name,
+                "thread": str(record.thread),
+                "file": record.pathname,
+                "line": str(record.lineno),
+                "function": record.funcName,
+                "node": self._node_name,
+            }
+            return values.get(key, match[0])
+
+        return _PLACEHOLDER.sub(value, self._line_format)
+
+    def _time(self, created: float, time_format: str | None) -> str:
+        text, clock = wall_time(created, time_format), self._clock()
+        if clock is None or not clock.is_simulated:
+            return text
+        return f"{text}, {wall_time(clock.now_ns() / NS_PER_S, time_format)}"
+
+
+class RosoutHandler(logging.Handler):
+    """Publishes each record on `/rosout` as a `rosgraph_msgs/Log`."""
+
+    def __init__(
+        self, publisher: Publisher, node_name: str, clock: Clock, topics: Callable[[], Iterable[str]]
+    ) -> None:
+        super().__init__()
+        from pipros.msg import load_message_class
+        from pipros.msg.time import Time
+
+        self._log_class = load_message_class("rosgraph_msgs/Log")
+        self._time_class = Time
+        self._publisher = publisher
+        self._node_name = node_name
+        self._clock = clock
+        self._topics = topics
+        self._busy = threading.local()  # a line that publishing a line brings about is not published
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if getattr(self._busy, "is_set", False):
+            return
+        self._busy.is_set = True
+        try:
+            message = self._log_class(
+                level=Severity.of(record.levelno).number,
+                name=self._node_name,
+                msg=full_text(record),
+                file=record.pathname,
+                line=record.lineno,
+                function=record.funcName or "",
+                topics=list(self._topics()),
+            )
+            seconds, nanoseconds = divmod(self._clock.now_ns(), NS_PER_S)
+            message.header.stamp = self._time_class(seconds, nanoseconds)
+            self._publisher.publish(message)
+        except Exception:
+            self.handleError(record)
+        finally:
+            self._busy.is_set = False
+
+
+def open_file_handler(path: Path) -> logging.Handler:
+    """A handler that appends to `path`, put aside when it grows too large; its folder is made.
+
+    Raises:
+        OSError: the folder or the file cannot be made.
+    """
+    from logging.handlers import RotatingFileHandler
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handler = RotatingFileHandler(path, maxBytes=FILE_LIMIT_BYTES, backupCount=FILES_KEPT, encoding="utf-8")
+    handler.setFormatter(logging.Formatter(_FILE_FORMAT))
+    return handler
+
+
+def log_file(log_dir: Path, node_name: str, given: str | None) -> Path:
+    """Where a node logs to: the file given by `__log:=`, else one named after the node."""
+    if given:
+        return Path(given)
+    return log_dir / (node_name.strip("/").replace("/", "-") + ".log")
+
+
+def full_text(record: logging.LogRecord) -> str:
+    """A record's message, with the traceback behind it if it has one."""
+    text = record.getMessage()
+    if record.exc_info and record.exc_info[0]:
+        text += "\n" + logging.Formatter().formatException(record.exc_info)
+    return text
+
+
+def wall_time(seconds: float, time_format: str | None) -> str:
+    if time_format is None:
+        return f"{seconds:f}"
+    return time.strftime(time_format, time.localtime(seconds))
+
+
+def logger_levels() -> list[tuple[str, str]]:
+    """All loggers of the process and their levels by ROS's names, as `~get_loggers` answers."""
+    known = logging.Logger.manager.loggerDict
+    loggers = [logger for logger in known.values() if isinstance(logger, logging.Logger)]
+    return [(logger.name, Severity.of(logger.getEffectiveLevel()).name.lower()) for logger in loggers]
+
+
+def set_logger_level(name: str, level: str) -> None:
+    """What `~set_logger_level` does. A level that ROS does not know is ignored, as genuine nodes do."""
+    for lowest, severity in _SEVERITIES:
+        if severity.name == level.upper():
+            logging.getLogger(name).setLevel(lowest)
+
+
+def is_writable_place(path: Path) -> bool:
+    """True when a log file could be made at `path`, judged without making it."""
+    folder = path.parent
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    return os.access(folder, os.W_OK)

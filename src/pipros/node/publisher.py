@@ -1,0 +1,218 @@
+"""Publishing: one `Publication` a topic, and a `Publisher` handle for each who advertised it."""
+
+from __future__ import annotations
+
+import io
+import logging
+import struct
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pipros.net.loop import BackgroundLoop
+from pipros.net.outgoing import Buffer, Frame, OutgoingLink
+from pipros.net.tcpros import Connection, send_header
+from pipros.wire.handshake import Interface, accept_topic_link, check_topic_request, refuse
+
+if TYPE_CHECKING:
+    from pipros.msg.base import Message
+
+#: Frames up to this size are joined and written by one plain send; larger ones are never copied.
+JOIN_LIMIT_BYTES = 32 * 1024
+
+_pack_length = struct.Struct("<I").pack
+
+
+class PeerListener(Protocol):
+    """Is told when subscribers come and go; see `rospy.SubscribeListener`."""
+
+    def peer_subscribe(
+        self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[..., None]
+    ) -> None: ...
+
+    def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class PublisherLink:
+    """One subscriber of a publication: who it is, and the way to it."""
+
+    caller_id: str
+    number: int
+    link: OutgoingLink
+
+
+class Publication:
+    """All that a node publishes on one topic, however many handles it has.
+
+    Invariant: `links` is replaced, never changed, so that `publish` reads it without a lock.
+    """
+
+    def __init__(
+        self,
+        topic: str,
+        message_class: type[Message],
+        *,
+        caller_id: str,
+        loop: BackgroundLoop,
+        log: logging.Logger,
+        next_link_number: Callable[[], int],
+    ) -> None:
+        self.topic = topic
+        self.message_class = message_class
+        self.interface = Interface(message_class._type, message_class._md5sum, message_class._full_text)
+        self.queue_size: int | None = None
+        self.is_latching = False
+        self.links: tuple[PublisherLink, ...] = ()
+        self.handles = 0
+        self.listeners: list[PeerListener] = []
+        self.dropped = 0  # by links that are closed already
+        self._caller_id = caller_id
+        self._loop = loop
+        self._log = log
+        self._next_link_number = next_link_number
+        self._has_header = bool(getattr(message_class, "_has_header", False))
+        self._sequence = 0
+        self._latched: Message | None = None
+        self._lock = threading.Lock()  # keeps sequence numbers and frames of several threads in step
+        self._is_closed = False
+
+    def publish(self, message: Message) -> None:
+        """Sends a message to every subscriber; serialises it once, and not at all for nobody.
+
+        Raises:
+            SerializationError: a field has a value that its type cannot hold. Nothing was sent.
+        """
+        with self._lock:
+            if self.is_latching:
+                self._latched = message
+            links = self.links
+            if not links:
+                return
+            frame = self._frame(message)
+            for peer in links:
+                peer.link.send(frame)
+        if self.queue_size is None:
+            for peer in links:
+                peer.link.drain()
+
+    def publish_to(self, peer: PublisherLink, message: Message) -> None:
+        """Sends a message to one subscriber only."""
+        with self._lock:
+            peer.link.send(self._frame(message))
+
+    async def attach(self, connection: Connection) -> None:
+        """Answers a subscriber's header: links it and sends the latched message, or refuses it."""
+        refusal = check_topic_request(connection.fields, self.interface)
+        if refusal or self._is_closed:
+            await send_header(connection.sock, refuse(refusal or f"[{self.topic}] is being closed"))
+            connection.sock.close()
+            if refusal:
+                self._log.warning(refusal)
+            return
+        answer = accept_topic_link(self.topic, self._caller_id, self.interface, latching=self.is_latching)
+        await send_header(connection.sock, answer)
+        link = OutgoingLink(connection.sock, self._loop, queue_size=self.queue_size, on_closed=self._detach)
+        peer = PublisherLink(connection.fields["callerid"], self._next_link_number(), link)
+        with self._lock:
+            if self.is_latching and self._latched is not None:
+                link.send(self._frame(self._latched))
+            self.links = (*self.links, peer)
+        self._tell_listeners(
+            lambda listener: listener.peer_subscribe(
+                self.topic, self.publish, lambda message: self.publish_to(peer, message)
+            )
+        )
+
+    def set_queue_size(self, queue_size: int | None) -> None:
+        self.queue_size = queue_size
+        for peer in self.links:
+            peer.link.queue_size = queue_size
+
+    def close(self) -> None:
+        """Closes all links; further messages go nowhere."""
+        self._is_closed = True
+        for peer in self.links:
+            peer.link.close()
+
+    def _frame(self, message: Message) -> Frame:
+        if self._has_header:
+            self._sequence += 1
+            header: Any = message.header  # type: ignore[attr-defined]
+            header.seq = self._sequence
+            if header.frame_id is None:
+                header.frame_id = "0"
+        buffers = body_buffers(message)
+        size = sum(map(len, buffers))
+        if size <= JOIN_LIMIT_BYTES:
+            return (b"".join((_pack_length(size), *buffers)),)
+        return (_pack_length(size), *buffers)
+
+    def _detach(self, link: OutgoingLink) -> None:
+        with self._lock:
+            self.links = tuple(peer for peer in self.links if peer.link is not link)
+            self.dropped += link.statistics.dropped
+        self._tell_listeners(lambda listener: listener.peer_unsubscribe(self.topic, len(self.links)))
+
+    def _tell_listeners(self, tell: Callable[[PeerListener], None]) -> None:
+        """Calls the users' listeners in a thread: they may block, the event loop must not."""
+        if self.listeners:
+            self._loop.asyncio.run_in_executor(None, self._call_listeners, tell)
+
+    def _call_listeners(self, tell: Callable[[PeerListener], None]) -> None:
+        for listener in list(self.listeners):
+            try:
+                tell(listener)
+            except Exception:
+                self._log.exception("a subscribe listener of [%s] failed", self.topic)
+
+
+def body_buffers(message: Message) -> list[Buffer]:
+    """A message's bytes, without its length. Classes from genuine generators only write to a file."""
+    to_buffers = getattr(message, "_to_buffers", None)
+    if to_buffers is not None:
+        buffers: list[Buffer] = to_buffers()
+        return buffers
+    file = io.BytesIO()
+    message.serialize(file)
+    return [file.getbuffer()]
+
+
+class Publisher:
+    """A handle on a topic that the node publishes. Made by `Node.advertise`."""
+
+    def __init__(self, publication: Publication, release: Callable[[Publication], None]) -> None:
+        self.publication = publication
+        self._release: Callable[[Publication], None] | None = release
+
+    @property
+    def topic(self) -> str:
+        return self.publication.topic
+
+    @property
+    def connection_count(self) -> int:
+        return len(self.publication.links)
+
+    @property
+    def is_unregistered(self) -> bool:
+        return self._release is None
+
+    def publish(self, message: Message) -> None:
+        """See `Publication.publish`; does nothing once the node has shut down."""
+        self.publication.publish(message)
+
+    def statistics(self) -> Mapping[str, int]:
+        """Frames and bytes sent, and frames dropped because a subscriber was too slow."""
+        links = [peer.link.statistics for peer in self.publication.links]
+        return {
+            "frames": sum(link.frames for link in links),
+            "bytes": sum(link.bytes for link in links),
+            "dropped": self.publication.dropped + sum(link.dropped for link in links),
+        }
+
+    def unregister(self) -> None:
+        """Gives the handle up; with the last one the topic is unregistered. Harmless when repeated."""
+        release, self._release = self._release, None
+        if release is not None:
+            release(self.publication)

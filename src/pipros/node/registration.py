@@ -1,0 +1,180 @@
+"""A node's entries at the master: made, taken back, and made again when the master forgot them.
+
+The master is asked about the node once a second. A master that was restarted does not know it
+any more, and gets all its entries again; links between nodes need no master and carry on.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from pipros.errors import PiprosError, Refused, Unreachable
+from pipros.net.master import MasterClient
+from pipros.net.rpc_async import call_async
+
+#: How often the master is asked whether it still knows the node.
+WATCH_INTERVAL_S = 1.0
+#: A master that takes longer is busy; the next round asks again.
+WATCH_DEADLINE_S = 5.0
+#: A node that ends waits no longer than this for a master that hangs.
+FAREWELL_DEADLINE_S = 1.0
+
+
+class Entry(Protocol):
+    """Something a node has at the master. `api` is the URI of the node's slave API."""
+
+    def register(self, master: MasterClient, api: str, /) -> None: ...
+
+    def unregister(self, master: MasterClient, api: str, /) -> None: ...
+
+    def __str__(self) -> str:
+        """What it is, as messages name it: `publication [/chatter]`."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PublicationEntry:
+    topic: str
+    type: str
+
+    def register(self, master: MasterClient, api: str) -> None:
+        master.register_publisher(self.topic, self.type, api)
+
+    def unregister(self, master: MasterClient, api: str) -> None:
+        master.unregister_publisher(self.topic, api)
+
+    def __str__(self) -> str:
+        return f"publication [{self.topic}]"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SubscriptionEntry:
+    topic: str
+    type: str
+    on_publishers: Callable[[Sequence[str]], None]
+
+    def register(self, master: MasterClient, api: str) -> None:
+        self.on_publishers(master.register_subscriber(self.topic, self.type, api))
+
+    def unregister(self, master: MasterClient, api: str) -> None:
+        master.unregister_subscriber(self.topic, api)
+
+    def __str__(self) -> str:
+        return f"subscription [{self.topic}]"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ServiceEntry:
+    service: str
+    service_uri: str
+
+    def register(self, master: MasterClient, api: str) -> None:
+        master.register_service(self.service, self.service_uri, api)
+
+    def unregister(self, master: MasterClient, _api: str) -> None:
+        master.unregister_service(self.service, self.service_uri)
+
+    def __str__(self) -> str:
+        return f"service [{self.service}]"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ParameterEntry:
+    key: str
+    on_value: Callable[[object], object]
+
+    def register(self, master: MasterClient, api: str) -> None:
+        self.on_value(master.subscribe_param(api, self.key))
+
+    def unregister(self, master: MasterClient, api: str) -> None:
+        master.unsubscribe_param(api, self.key)
+
+    def __str__(self) -> str:
+        return f"parameter [{self.key}]"
+
+
+class Registrations:
+    """Keeps the master's view of a node equal to what the node has."""
+
+    def __init__(self, master: MasterClient, node_name: str, api: str, log: logging.Logger) -> None:
+        self._master = master
+        self._node_name = node_name
+        self._api = api
+        self._log = log
+        self._entries: list[Entry] = []
+        self._lock = threading.RLock()  # keeps a re-registration and a change of entries apart
+        self._is_closed = False
+
+    def add(self, entry: Entry) -> None:
+        """Registers an entry. A master that says no is reported; one that is away gets it later."""
+        with self._lock:
+            self._entries.append(entry)
+            self._register(entry)
+
+    def remove(self, entry: Entry) -> None:
+        with self._lock:
+            self._entries.remove(entry)
+            self._unregister(entry, self._master)
+
+    def close(self) -> None:
+        """Takes all entries back, the last one first; gives up at the first sign of no master."""
+        self._is_closed = True
+        master = MasterClient(self._master.uri, self._node_name, timeout_s=FAREWELL_DEADLINE_S)
+        with self._lock:
+            while self._entries and self._unregister(self._entries.pop(), master):
+                pass
+            self._entries.clear()
+        master.close()
+
+    async def watch(self) -> None:
+        """Runs until cancelled: registers all entries again whenever the master does not know the node."""
+        is_away = False
+        while True:
+            await asyncio.sleep(WATCH_INTERVAL_S)
+            if not self._entries:
+                continue
+            try:
+                code, _, _ = await call_async(
+                    self._master.uri,
+                    "lookupNode",
+                    self._node_name,
+                    self._node_name,
+                    timeout_s=WATCH_DEADLINE_S,
+                )
+            except PiprosError as error:
+                if not is_away and isinstance(error, Unreachable):
+                    is_away = True
+                    self._log.debug("lost the master at %s: %s", self._master.uri, error.reason)
+                continue
+            is_away = False
+            if code != 1:
+                await asyncio.get_running_loop().run_in_executor(None, self._register_all)
+
+    def _register_all(self) -> None:
+        with self._lock:
+            if not self._is_closed:
+                self._log.debug("the master has forgotten this node: registering again")
+                for entry in self._entries:
+                    self._register(entry)
+
+    def _register(self, entry: Entry) -> None:
+        try:
+            entry.register(self._master, self._api)
+        except Refused as error:
+            self._log.fatal("unable to register %s with master: %s", entry, error.text)
+        except PiprosError as error:
+            self._log.error("unable to register %s with master: %s. Will keep trying.", entry, error)
+
+    def _unregister(self, entry: Entry, master: MasterClient) -> bool:
+        try:
+            entry.unregister(master, self._api)
+        except Refused:
+            pass  # the master's loss: it is gone anyway
+        except PiprosError:
+            return False
+        return True

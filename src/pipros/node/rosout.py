@@ -1,0 +1,81 @@
+"""The `/rosout` node: repeats on `/rosout_agg` what all nodes say on `/rosout`, and keeps it in a file."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from pipros.env import Environment
+from pipros.msg import load_message_class
+from pipros.node.log import open_file_handler
+from pipros.node.node import Node
+
+#: Lines that may wait for one reader of `/rosout_agg`, as in genuine rosout.
+QUEUE_SIZE = 1000
+
+_NAMES = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
+
+
+class RosoutAggregator:
+    """Runs the `/rosout` node inside this process. Use it as a context manager, or start and stop it."""
+
+    def __init__(self, environment: Environment, log_file: Path | None = None) -> None:
+        """Nothing is connected until `start`.
+
+        Args:
+            environment: names the master.
+            log_file: gets a line for each message; None for no file.
+        """
+        self.node = Node("rosout", environment=environment)
+        self._log_file = log_file
+        self._lines = logging.Logger("rosout")
+        self._handler: logging.Handler | None = None
+
+    def start(self) -> None:
+        """Registers the node with the master.
+
+        Raises:
+            OSError: the log file cannot be made. The node was not started.
+        """
+        if self._log_file is not None:
+            self._handler = open_file_handler(self._log_file)
+            self._handler.setFormatter(logging.Formatter("%(message)s"))
+            self._lines.addHandler(self._handler)
+        log_class = load_message_class("rosgraph_msgs/Log")
+        self.node.start()
+        self._publisher = self.node.advertise("/rosout_agg", log_class, queue_size=QUEUE_SIZE)
+        self.node.subscribe("/rosout", log_class, self._repeat)
+
+    def stop(self) -> None:
+        """Ends the node and closes the file. Harmless when repeated."""
+        self.node.shutdown("the end of rosout")
+        if self._handler is not None:
+            self._handler.close()
+
+    def _repeat(self, message: Any) -> None:
+        self._publisher.publish(message)
+        if self._handler is not None:
+            stamp, severity = message.header.stamp, _NAMES.get(message.level, str(message.level))
+            self._lines.info(
+                "%d.%09d %s %s [%s:%d(%s)] [topics: %s] %s",
+                stamp.secs,
+                stamp.nsecs,
+                severity,
+                message.name,
+                message.file,
+                message.line,
+                message.function,
+                ", ".join(message.topics),
+                message.msg,
+            )
+
+    def __enter__(self) -> RosoutAggregator:
+        self.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stop()

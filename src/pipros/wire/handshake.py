@@ -1,0 +1,163 @@
+"""What the two ends of a TCPROS connection tell each other first, and when one refuses.
+
+Pure: headers in, headers or a refusal out. Sources: http://wiki.ros.org/ROS/TCPROS and, where it
+is silent, genuine rospy and roscpp. The end that connects speaks first; a refusal is a header
+with the one field `error`, after which the connection closes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from pipros.errors import ProtocolError, Refused
+
+ANY = "*"  # an md5sum or type of `*` agrees with every other
+
+
+@dataclass(frozen=True, slots=True)
+class Interface:
+    """A message or service type as the two ends of a connection compare it."""
+
+    type: str
+    md5sum: str
+    definition: str = ""
+
+
+def request_topic_link(
+    topic: str, caller_id: str, interface: Interface, *, tcp_nodelay: bool
+) -> dict[str, str]:
+    """The header by which a subscriber asks a publisher for a topic."""
+    return {
+        "callerid": caller_id,
+        "md5sum": interface.md5sum,
+        "message_definition": interface.definition,
+        "tcp_nodelay": "1" if tcp_nodelay else "0",
+        "topic": topic,
+        "type": interface.type,
+    }
+
+
+def accept_topic_link(topic: str, caller_id: str, interface: Interface, *, latching: bool) -> dict[str, str]:
+    """The header by which a publisher grants a subscriber its topic."""
+    return {
+        "callerid": caller_id,
+        "latching": "1" if latching else "0",
+        "md5sum": interface.md5sum,
+        "message_definition": interface.definition,
+        "topic": topic,
+        "type": interface.type,
+    }
+
+
+def request_service_link(
+    service: str,
+    caller_id: str,
+    interface: Interface,
+    *,
+    persistent: bool = False,
+    probe: bool = False,
+    extra: Mapping[str, str] | None = None,
+) -> dict[str, str]:
+    """The header by which a client asks for a service, its own `extra` fields added."""
+    fields = {
+        "service": service,
+        "md5sum": interface.md5sum,
+        "callerid": caller_id,
+        "type": interface.type,
+    }
+    if persistent:
+        fields["persistent"] = "1"
+    if probe:
+        fields["probe"] = "1"
+    return {**fields, **(extra or {})}
+
+
+def accept_service_link(
+    service: str, caller_id: str, interface: Interface, *, request_type: str = "", response_type: str = ""
+) -> dict[str, str]:
+    """The header by which a service server answers. roscpp wants both halves' types as well."""
+    fields = {
+        "callerid": caller_id,
+        "md5sum": interface.md5sum,
+        "service": service,
+        "type": interface.type,
+    }
+    if request_type:
+        fields["request_type"] = request_type
+        fields["response_type"] = response_type
+    return fields
+
+
+def refuse(reason: str) -> dict[str, str]:
+    return {"error": reason}
+
+
+def check_topic_request(fields: Mapping[str, str], interface: Interface) -> str | None:
+    """Why a publisher refuses the subscriber that sent `fields`; None when it accepts.
+
+    Only the md5sum decides: a type of another name with the same md5sum is the same type.
+    """
+    missing = _missing(fields, ("topic", "md5sum", "callerid"))
+    if missing:
+        return missing
+    theirs = fields["md5sum"]
+    if ANY in (theirs, interface.md5sum) or theirs == interface.md5sum:
+        return None
+    return (
+        f"Client [{fields['callerid']}] wants topic [{fields['topic']}] to have datatype/md5sum "
+        f"[{fields.get('type', '?')}/{theirs}], but our version has "
+        f"[{interface.type}/{interface.md5sum}]. Dropping connection."
+    )
+
+
+def check_service_request(fields: Mapping[str, str], interface: Interface) -> str | None:
+    """Why a service server refuses the client that sent `fields`; None when it accepts."""
+    missing = _missing(fields, ("service", "md5sum", "callerid"))
+    if missing:
+        return missing
+    theirs = fields["md5sum"]
+    if ANY in (theirs, interface.md5sum) or theirs == interface.md5sum:
+        return None
+    return (
+        f"request from [{fields['callerid']}]: md5sums do not match: "
+        f"[{theirs}] vs. [{interface.md5sum}] for service [{fields['service']}]"
+    )
+
+
+def check_topic_reply(fields: Mapping[str, str], interface: Interface, peer: str) -> None:
+    """Checks a publisher's answer on the subscriber's side.
+
+    Raises:
+        Refused: the publisher said no, in its own words.
+        ProtocolError: the answer lacks a field, or its type is not the one asked for.
+    """
+    _raise_refusal(fields, peer)
+    missing = _missing(fields, ("md5sum", "type"))
+    if missing:
+        raise ProtocolError(f"publisher {peer}: {missing}")
+    if ANY not in (fields["md5sum"], interface.md5sum) and fields["md5sum"] != interface.md5sum:
+        raise ProtocolError(
+            f"publisher {peer} sends [{fields['type']}/{fields['md5sum']}], "
+            f"but this node expects [{interface.type}/{interface.md5sum}]"
+        )
+
+
+def check_service_reply(fields: Mapping[str, str], peer: str) -> None:
+    """Checks a service server's answer on the client's side; raises as `check_topic_reply`."""
+    _raise_refusal(fields, peer)
+    missing = _missing(fields, ("callerid",))
+    if missing:
+        raise ProtocolError(f"service at {peer}: {missing}")
+
+
+def _missing(fields: Mapping[str, str], required: Iterable[str]) -> str | None:
+    for name in required:
+        if not fields.get(name):
+            return f"Missing required '{name}' field"
+    return None
+
+
+def _raise_refusal(fields: Mapping[str, str], peer: str) -> None:
+    if "error" in fields:
+        raise Refused(peer, -1, fields["error"])

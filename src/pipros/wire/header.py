@@ -1,0 +1,90 @@
+"""TCPROS connection headers: a block of `key=value` fields, each with its own length.
+
+Source: http://wiki.ros.org/ROS/Connection%20Header
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+
+from pipros.errors import LimitExceeded, ProtocolError
+
+#: Genuine headers hold a message definition and stay far below this, also for large types.
+HEADER_LIMIT_BYTES = 1024 * 1024
+
+_LENGTH = struct.Struct("<I")
+
+
+def encode_header(fields: Mapping[str, str]) -> bytes:
+    """The header as it goes over the wire, its total length in front.
+
+    >>> encode_header({"type": "a/B"})
+    b'\\x0c\\x00\\x00\\x00\\x08\\x00\\x00\\x00type=a/B'
+    """
+    encoded = [f"{key}={value}".encode() for key, value in fields.items()]
+    body = b"".join(_LENGTH.pack(len(one)) + one for one in encoded)
+    return _LENGTH.pack(len(body)) + body
+
+
+def decode_header(body: bytes) -> dict[str, str]:
+    """The fields of a header without its total length. A value may contain `=`.
+
+    Raises:
+        ProtocolError: a field claims more than there is, has no `=`, or is not UTF-8.
+    """
+    fields: dict[str, str] = {}
+    at = 0
+    while at < len(body):
+        if at + 4 > len(body):
+            raise ProtocolError(f"connection header ends inside a field length, at byte {at} of {len(body)}")
+        (length,) = _LENGTH.unpack_from(body, at)
+        at += 4
+        if at + length > len(body):
+            raise ProtocolError(f"connection header field claims {length} bytes, {len(body) - at} are left")
+        key, separator, value = body[at : at + length].partition(b"=")
+        if not separator:
+            raise ProtocolError(f"connection header field {key[:40]!r} has no '='")
+        try:
+            fields[key.decode()] = value.decode()
+        except UnicodeDecodeError:
+            raise ProtocolError(f"connection header field {key[:40]!r} is not UTF-8") from None
+        at += length
+    return fields
+
+
+class HeaderReader:
+    """Collects one connection header from an incoming byte stream.
+
+    Feed it what the socket gave until `fields` is set; what came after the header is in `rest`.
+    """
+
+    __slots__ = ("_buffer", "fields", "limit_bytes", "rest")
+
+    def __init__(self, limit_bytes: int = HEADER_LIMIT_BYTES) -> None:
+        self.limit_bytes = limit_bytes
+        self.fields: dict[str, str] | None = None
+        self.rest = b""
+        self._buffer = bytearray()
+
+    def feed(self, data: bytes) -> dict[str, str] | None:
+        """Returns the fields once the header is complete, until then None.
+
+        Raises:
+            LimitExceeded: the announced length is above the limit; nothing is waited for.
+            ProtocolError: the header is malformed.
+        """
+        self._buffer += data
+        if len(self._buffer) < 4:
+            return None
+        (length,) = _LENGTH.unpack_from(self._buffer)
+        if length > self.limit_bytes:
+            raise LimitExceeded(
+                f"connection header of {length} bytes announced, the limit is {self.limit_bytes}"
+            )
+        if len(self._buffer) < 4 + length:
+            return None
+        self.fields = decode_header(bytes(self._buffer[4 : 4 + length]))
+        self.rest = bytes(self._buffer[4 + length :])
+        self._buffer.clear()
+        return self.fields
