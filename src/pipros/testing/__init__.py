@@ -1,0 +1,1 @@
+"""Running tests of ROS packages: rostest, rosunit, and result files in the xUnit form."""

@@ -1,0 +1,67 @@
+"""The end of a Python test script: runs its cases, reports, and says whether they passed."""
+
+from __future__ import annotations
+
+import sys
+import unittest
+from collections.abc import Sequence
+from pathlib import Path
+from types import ModuleType
+
+from pipros.testing.places import XML_OUTPUT_FLAG, results_file
+from pipros.testing.results import Outcome
+from pipros.testing.runner import XmlRunner
+from pipros.testing.summary import unittest_summary
+
+Tests = type[unittest.TestCase] | unittest.TestSuite | ModuleType | str
+
+
+def load_suite(tests: Tests) -> unittest.TestSuite:
+    """The suite that a TestCase class, a module, a suite or a dotted name of one of these stands for."""
+    if isinstance(tests, unittest.TestSuite):
+        return tests
+    loader = unittest.TestLoader()
+    if isinstance(tests, str):
+        return loader.loadTestsFromName(tests)
+    if isinstance(tests, ModuleType):
+        return loader.loadTestsFromModule(tests)
+    return loader.loadTestsFromTestCase(tests)
+
+
+def make_xml_runner(
+    package: str, test_name: str, file: str | Path | None = None, *, is_rostest: bool = False
+) -> XmlRunner:
+    """A runner that leaves its results in `file`, by default where the environment wants them; says where."""
+    path = Path(file) if file else results_file(package, test_name, is_rostest=is_rostest)
+    print(f"[ROSUNIT] Outputting test results to {path}", flush=True)
+    return XmlRunner(path)
+
+
+def run_program(package: str, test_name: str, tests: Tests, argv: Sequence[str]) -> bool:
+    """Runs the tests of a script and prints their summary; True when all passed.
+
+    Args:
+        argv: the command line of the script. `--gtest_output=xml:FILE` names the result file, `--text`
+            asks for unittest's own report on stderr and no file.
+    """
+    suite = load_suite(tests)
+    result: unittest.TestResult
+    if "--text" in argv:
+        result = unittest.TextTestRunner(verbosity=2).run(suite)
+        errors, failures = _names(result.errors), _names(result.failures)
+    else:
+        named = [arg.removeprefix(XML_OUTPUT_FLAG) for arg in argv if arg.startswith(XML_OUTPUT_FLAG)]
+        ran = make_xml_runner(package, test_name, named[-1] if named else None).run(suite)
+        result, errors, failures = ran, ran.names(Outcome.ERROR), ran.names(Outcome.FAILURE)
+    print(unittest_summary(result.testsRun, errors, failures), flush=True)
+    return result.wasSuccessful()
+
+
+def _names(broken: Sequence[tuple[unittest.TestCase, str]]) -> list[str]:
+    return [test.id().rpartition(".")[2] for test, _ in broken]
+
+
+def exit_unless(passed: bool) -> None:
+    """Ends the process with 1 when tests did not pass; what it printed is out before."""
+    if not passed:
+        sys.exit(1)

@@ -1,0 +1,85 @@
+"""What came out of a test run: cases in suites, whoever ran them and whatever file they were read from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from enum import Enum
+
+
+class Outcome(Enum):
+    """How a test case ended. FAILURE is a broken promise, ERROR is everything that was not expected."""
+
+    PASSED = "passed"
+    FAILURE = "failure"
+    ERROR = "error"
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One test case.
+
+    Attributes:
+        class_name: the class with its module, as in `__main__.TalkerTestCase`.
+        name: the method, or whatever the test program calls it.
+        seconds: how long it ran.
+        outcome: how it ended.
+        kind: the type of the exception, when it did not pass.
+        text: what the exception says and where it was raised.
+    """
+
+    class_name: str
+    name: str
+    seconds: float = 0.0
+    outcome: Outcome = Outcome.PASSED
+    kind: str = ""
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Suite:
+    """The cases of one test program, with what it printed meanwhile."""
+
+    name: str
+    cases: tuple[Case, ...] = ()
+    seconds: float = 0.0
+    stdout: str = ""
+    stderr: str = ""
+
+    def with_outcome(self, outcome: Outcome) -> list[Case]:
+        return [case for case in self.cases if case.outcome is outcome]
+
+    @property
+    def failures(self) -> int:
+        return len(self.with_outcome(Outcome.FAILURE))
+
+    @property
+    def errors(self) -> int:
+        return len(self.with_outcome(Outcome.ERROR))
+
+    @property
+    def passed(self) -> bool:
+        return not self.failures and not self.errors
+
+
+@dataclass(frozen=True, slots=True)
+class Totals:
+    """The sums over several suites, as a summary gives them."""
+
+    tests: int = 0
+    errors: int = 0
+    failures: int = 0
+    failed_names: tuple[str, ...] = field(default=())
+
+    @classmethod
+    def of(cls, suites: Iterable[Suite]) -> Totals:
+        listed = list(suites)
+        return cls(
+            tests=sum(len(suite.cases) for suite in listed),
+            errors=sum(suite.errors for suite in listed),
+            failures=sum(suite.failures for suite in listed),
+        )
+
+    @property
+    def passed(self) -> bool:
+        return not self.errors and not self.failures

@@ -1,0 +1,159 @@
+"""Runs unittest cases the way rosunit does: a line for each on the console, a result file at the end.
+
+What a case prints goes to the result file, so that the console stays readable; the lines about the cases
+themselves go to the console's stream as it was when the run began.
+"""
+
+# ruff: noqa: N802 - the method names are those of unittest
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+import time
+import traceback
+import unittest
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, TextIO
+
+from pipros.testing.results import Case, Outcome, Suite
+from pipros.testing.xunit import format_suite
+
+_SEPARATOR = "-" * 80
+ErrorInfo = tuple[type[BaseException], BaseException, TracebackType] | tuple[None, None, None]
+
+
+class CaseResult(unittest.TestResult):
+    """A unittest result that prints `[Testcase: name] ... ok` and keeps the cases for the result file."""
+
+    def __init__(self, console: TextIO) -> None:
+        super().__init__()
+        self._console = console
+        self._started_at = time.monotonic()
+        self._line_is_open = False
+        self.cases: list[Case] = []
+
+    def startTest(self, test: unittest.TestCase) -> None:
+        super().startTest(test)
+        self._started_at = time.monotonic()
+        self._open_line(test)
+
+    def addSuccess(self, test: unittest.TestCase) -> None:
+        super().addSuccess(test)
+        self._pass(test)
+
+    def addSkip(self, test: unittest.TestCase, reason: str) -> None:
+        super().addSkip(test, reason)
+        self._pass(test)
+
+    def addExpectedFailure(self, test: unittest.TestCase, err: Any) -> None:
+        super().addExpectedFailure(test, err)
+        self._pass(test)
+
+    def addUnexpectedSuccess(self, test: unittest.TestCase) -> None:
+        super().addUnexpectedSuccess(test)
+        self._break(test, Outcome.FAILURE, "AssertionError", "succeeded, though a failure was expected\n")
+
+    def addFailure(self, test: unittest.TestCase, err: Any) -> None:
+        super().addFailure(test, err)
+        self._break_by(test, Outcome.FAILURE, err)
+
+    def addError(self, test: unittest.TestCase, err: Any) -> None:
+        super().addError(test, err)
+        self._break_by(test, Outcome.ERROR, err)
+
+    def addSubTest(self, test: unittest.TestCase, subtest: unittest.TestCase, err: Any) -> None:
+        super().addSubTest(test, subtest, err)
+        if err is not None:
+            is_failure = issubclass(err[0], test.failureException)
+            self._break_by(subtest, Outcome.FAILURE if is_failure else Outcome.ERROR, err)
+
+    def names(self, outcome: Outcome) -> list[str]:
+        """The names of the cases that ended so, for the summary."""
+        return [case.name for case in self.cases if case.outcome is outcome]
+
+    def _pass(self, test: unittest.TestCase) -> None:
+        self._keep(test, Outcome.PASSED, "", "")
+        self._end_line(test, "ok")
+
+    def _break_by(self, test: unittest.TestCase, outcome: Outcome, error: ErrorInfo) -> None:
+        kind, value, frames = error
+        where = "".join(traceback.format_list(_frames_of_interest(frames)))
+        self._break(test, outcome, kind.__name__ if kind else "", f"{value}\n{where}")
+
+    def _break(self, test: unittest.TestCase, outcome: Outcome, kind: str, text: str) -> None:
+        self._keep(test, outcome, kind, text)
+        self._end_line(test, f"{outcome.name}!\n{outcome.name}: {text}{_SEPARATOR}")
+
+    def _keep(self, test: unittest.TestCase, outcome: Outcome, kind: str, text: str) -> None:
+        owner = type(getattr(test, "test_case", test))  # a sub-test belongs to the case it is in
+        class_name = f"{owner.__module__}.{owner.__qualname__}"
+        self.cases.append(
+            Case(class_name, _name(test), time.monotonic() - self._started_at, outcome, kind, text)
+        )
+
+    def _open_line(self, test: unittest.TestCase) -> None:
+        self._line_is_open = True
+        print(f"[Testcase: {_name(test)}] ... ", end="", file=self._console, flush=True)
+
+    def _end_line(self, test: unittest.TestCase, text: str) -> None:
+        if not self._line_is_open:  # a fixture that failed, or the second sub-test that did
+            self._open_line(test)
+        self._line_is_open = False
+        print(text, file=self._console, flush=True)
+
+
+def _name(test: unittest.TestCase) -> str:
+    """The method's name, with what tells a sub-test apart: `test_levels (level=25)`."""
+    path, space, more = test.id().partition(" ")
+    return path.rpartition(".")[2] + space + more
+
+
+def _frames_of_interest(frames: TracebackType | None) -> list[traceback.FrameSummary]:
+    """The frames from the test itself on: those of unittest say nothing about what went wrong."""
+    while frames is not None and "__unittest" in frames.tb_frame.f_globals:
+        frames = frames.tb_next
+    kept = []
+    while frames is not None and "__unittest" not in frames.tb_frame.f_globals:
+        kept.append((frames.tb_frame, frames.tb_lineno))
+        frames = frames.tb_next
+    return list(traceback.StackSummary.extract(iter(kept)))
+
+
+class XmlRunner:
+    """A unittest runner that leaves a result file when, and only when, the suite ran to its end.
+
+    So a file without failures always means that all cases passed.
+    """
+
+    def __init__(self, results_file: Path) -> None:
+        self.results_file = results_file
+
+    def run(self, suite: unittest.TestSuite | unittest.TestCase) -> CaseResult:
+        """Runs the suite; `sys.stdout` and `sys.stderr` are kept for the file meanwhile."""
+        self.results_file.parent.mkdir(parents=True, exist_ok=True)
+        self.results_file.unlink(missing_ok=True)
+        result = CaseResult(sys.stdout)
+        started_at = time.monotonic()
+        with _captured() as (stdout, stderr):
+            suite(result)
+        name = f"{type(suite).__module__}.{type(suite).__qualname__}"
+        done = Suite(
+            name=name,
+            cases=tuple(result.cases),
+            seconds=time.monotonic() - started_at,
+            stdout=stdout.getvalue(),
+            stderr=stderr.getvalue(),
+        )
+        self.results_file.write_text(format_suite(done), encoding="utf-8")
+        return result
+
+
+@contextlib.contextmanager
+def _captured() -> Iterator[tuple[io.StringIO, io.StringIO]]:
+    stdout, stderr = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(stdout), contextlib.redirect_stderr(stderr):
+        yield stdout, stderr

@@ -1,0 +1,81 @@
+"""The summaries that test runs end with, in the words and colours of Noetic."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from pipros.testing.results import Outcome, Suite, Totals
+
+_GREEN = "\x1b[32m"
+_BOLD_RED = "\x1b[1;31m"
+_PLAIN = "\x1b[0m"
+_WIDTH = 80
+
+
+def unittest_summary(tests: int, errors: Sequence[str], failures: Sequence[str]) -> str:
+    """The end of a test program: how many cases ran, and the names of those with errors and failures."""
+    passed = not errors and not failures
+    result = f"{_GREEN} * RESULT: SUCCESS{_PLAIN}" if passed else " * RESULT: FAIL"
+    return "\n".join(
+        (
+            "-" * 61,
+            "SUMMARY:",
+            result,
+            f" * TESTS: {tests}",
+            f" * ERRORS: {len(errors)} [{', '.join(errors)}]",
+            f" * FAILURES: {len(failures)} [{', '.join(failures)}]",
+            "",
+        )
+    )
+
+
+def runner_summary(runner: Suite, ran: Iterable[tuple[str, Suite]], name: str = "ROSTEST") -> str:
+    """The end of a run over several test programs.
+
+    Args:
+        runner: a case for each program: passed when it ran to its end and left results.
+        ran: the results that the programs left, each under a prefix such as `pkg.rosunit-test`.
+        name: of the runner, for the headline.
+    """
+    results = list(ran)
+    inner = Totals.of(suite for _, suite in results)
+    errors = inner.errors + runner.errors
+    failures = inner.failures + runner.failures
+
+    lines = [_headline(f"[{name}]"), ""]
+    lines += [line for prefix, suite in results for line in _case_lines(prefix, suite)]
+    lines += [f"[{case.name}][failed]" for case in runner.with_outcome(Outcome.FAILURE)]
+    lines += ["", "SUMMARY"]
+    lines.append(
+        f"{_BOLD_RED} * RESULT: FAIL{_PLAIN}" if errors or failures else f"{_GREEN} * RESULT: SUCCESS{_PLAIN}"
+    )
+    lines.append(f" * TESTS: {inner.tests}")
+    lines.append(_count("ERRORS", errors))
+    lines.append(_count("FAILURES", failures))
+    lines.append("")
+    if runner.failures:
+        lines.append("ERROR: The following tests failed to run:")
+        lines += [f" * {case.name}" for case in runner.with_outcome(Outcome.FAILURE)]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _case_lines(prefix: str, suite: Suite) -> Iterable[str]:
+    for case in suite.cases:
+        title = f"[{prefix}/{case.name}]"
+        if case.outcome is Outcome.PASSED:
+            yield f"{title}[passed]"
+        else:
+            yield _headline(f"{title}[{case.outcome.name}]")
+            yield case.text.rstrip("\n")
+            yield "-" * _WIDTH
+            yield ""
+
+
+def _headline(text: str) -> str:
+    return text.ljust(_WIDTH, "-")
+
+
+def _count(what: str, number: int) -> str:
+    line = f" * {what}: {number}"
+    return f"{_BOLD_RED}{line}{_PLAIN}" if number else line

@@ -1,0 +1,125 @@
+"""Result files in the xUnit form: written as genuine rosunit writes them, read from whoever wrote them.
+
+A genuine file puts the marks of a CDATA section, escaped, around what the program printed. Dashboards and
+genuine `catkin_test_results` have read that for years, so it stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from xml.sax.saxutils import escape, quoteattr
+
+from pipros.errors import PiprosError
+from pipros.safe.xml import Element, XmlError, parse
+from pipros.testing.results import Case, Outcome, Suite
+
+_TAG_OF = {Outcome.FAILURE: "failure", Outcome.ERROR: "error"}
+_CDATA_START = "<![CDATA[\n"
+_CDATA_END = "\n]]>"
+
+
+class UnreadableResults(PiprosError):
+    """A result file is not XML, or not in the xUnit form."""
+
+
+def format_suite(suite: Suite) -> str:
+    """The content of a result file."""
+    cases = "".join(_format_case(case) for case in suite.cases)
+    return (
+        '<?xml version="1.0" encoding="utf-8"?>\n'
+        f'<testsuite errors="{suite.errors}" failures="{suite.failures}" name={quoteattr(suite.name)}'
+        f' tests="{len(suite.cases)}" time="{suite.seconds:.3f}">{cases}'
+        f"<system-out>{_format_printed(suite.stdout)}</system-out>"
+        f"<system-err>{_format_printed(suite.stderr)}</system-err></testsuite>"
+    )
+
+
+def _format_case(case: Case) -> str:
+    class_name, name = quoteattr(_printable(case.class_name)), quoteattr(_printable(case.name))
+    head = f'<testcase classname={class_name} name={name} time="{case.seconds:.4f}"'
+    if case.outcome is Outcome.PASSED:
+        return head + " />"
+    tag = _TAG_OF[case.outcome]
+    return f"{head}><{tag} type={quoteattr(case.kind)}>{escape(_printable(case.text))}</{tag}></testcase>"
+
+
+def _format_printed(text: str) -> str:
+    return escape(_CDATA_START + _printable(text) + _CDATA_END)
+
+
+def _printable(text: str) -> str:
+    """The text with each control character that XML forbids turned into its written-out reference."""
+    return "".join(
+        char if char in "\n\t" or (char >= " " and not _is_outside_xml(char)) else f"&#x{ord(char):04X};"
+        for char in text
+    )
+
+
+def _is_outside_xml(char: str) -> bool:
+    return "\ud800" <= char <= "\udfff" or char in "\ufffe\uffff"
+
+
+def parse_suites(content: bytes, file: str) -> list[Suite]:
+    """The suites of a result file: one `<testsuite>`, or a `<testsuites>` as gtest writes it.
+
+    Raises:
+        UnreadableResults: for anything else; names the file and what is wrong with it.
+    """
+    try:
+        root = parse(content, file)
+    except XmlError as error:
+        raise UnreadableResults(f"the test result file is not XML: {error}") from None
+    if root.tag == "testsuite":
+        return [_parse_suite(root)]
+    if root.tag == "testsuites":
+        return [_parse_suite(element) for element in root.all("testsuite")]
+    raise UnreadableResults(
+        f"{file}:{root.line}: a test result file starts with <testsuite> or <testsuites>, not <{root.tag}>"
+    )
+
+
+def _parse_suite(element: Element) -> Suite:
+    return Suite(
+        name=element.attributes.get("name", ""),
+        cases=tuple(_parse_case(case) for case in element.all("testcase")),
+        seconds=_seconds(element),
+        stdout=_parse_printed(element, "system-out"),
+        stderr=_parse_printed(element, "system-err"),
+    )
+
+
+def _parse_case(element: Element) -> Case:
+    outcome, kind, text = Outcome.PASSED, "", ""
+    for worse, tag in _TAG_OF.items():
+        # gtest gives one <failure> for each failed expectation; together they are why the case failed.
+        found = list(element.all(tag))
+        if found:
+            outcome = worse
+            kind = found[0].attributes.get("type", "")
+            text = "\n".join(_parts(found))
+    return Case(
+        class_name=element.attributes.get("classname", ""),
+        name=element.attributes.get("name", ""),
+        seconds=_seconds(element),
+        outcome=outcome,
+        kind=kind,
+        text=text,
+    )
+
+
+def _parts(found: list[Element]) -> Iterator[str]:
+    for element in found:
+        yield element.text or element.attributes.get("message", "")
+
+
+def _parse_printed(element: Element, tag: str) -> str:
+    found = element.first(tag)
+    text = found.text if found else ""
+    return text.removeprefix(_CDATA_START).removesuffix(_CDATA_END)
+
+
+def _seconds(element: Element) -> float:
+    try:
+        return float(element.attributes.get("time", "0"))
+    except ValueError:
+        return 0.0

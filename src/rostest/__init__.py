@@ -1,0 +1,71 @@
+"""The names of genuine `rostest` that test scripts use; the work is done in `pipros.testing`."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from pipros.errors import Unreachable
+from pipros.testing import graph, program
+from pipros.testing.places import XML_OUTPUT_FLAG
+
+__all__ = ["XML_OUTPUT_FLAG", "get_master", "is_publisher", "is_subscriber", "rosrun", "run", "unitrun"]
+
+_CALLER_ID = "/script"
+
+
+def rosrun(package: str, test_name: str, test: program.Tests, sysargs: Sequence[str] | None = None) -> None:
+    """Runs tests of nodes and topics; `test_name` names the result file and starts nothing.
+
+    The node that the tests made is shut down afterwards, and the process ends with 1 when they did not pass.
+    """
+    passed = program.run_program(package, test_name, test, sys.argv if sysargs is None else sysargs)
+    # Late: a test program that never asked for a node does not need to load what makes one.
+    import rospy
+
+    rospy.signal_shutdown("test complete")
+    program.exit_unless(passed)
+
+
+run = rosrun
+
+
+def unitrun(*args: Any, **kwargs: Any) -> None:
+    """Deprecated in genuine ROS too: use `rosunit.unitrun`."""
+    import rosunit
+
+    warnings.warn("rostest.unitrun is deprecated: use rosunit.unitrun", DeprecationWarning, stacklevel=2)
+    rosunit.unitrun(*args, **kwargs)
+
+
+def is_subscriber(topic: str, subscriber_id: str) -> bool:
+    """True when the master knows the node `subscriber_id` as a subscriber of `topic`."""
+    with _translated_errors():
+        return graph.is_subscriber(topic, subscriber_id, _CALLER_ID)
+
+
+def is_publisher(topic: str, publisher_id: str) -> bool:
+    """True when the master knows the node `publisher_id` as a publisher of `topic`."""
+    with _translated_errors():
+        return graph.is_publisher(topic, publisher_id, _CALLER_ID)
+
+
+@contextlib.contextmanager
+def _translated_errors() -> Iterator[None]:
+    """Genuine callers expect the exception of a socket when no master answers."""
+    try:
+        yield
+    except Unreachable as error:
+        raise ConnectionError(str(error)) from None
+
+
+def get_master() -> Any:
+    """An XML-RPC proxy of the master, for tests that ask it themselves."""
+    from xmlrpc.client import ServerProxy
+
+    from pipros.env import Environment
+
+    return ServerProxy(Environment.from_os().master_uri)

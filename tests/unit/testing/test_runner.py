@@ -1,0 +1,134 @@
+"""The runner of test cases: its lines on the console, and when it leaves a result file."""
+
+# ruff: noqa: PT009 - the cases that are run are those of unittest
+
+from __future__ import annotations
+
+import io
+import sys
+import unittest
+from collections.abc import Callable
+from contextlib import redirect_stdout
+from pathlib import Path
+
+import pytest
+
+from pipros.testing.results import Outcome, Suite
+from pipros.testing.runner import CaseResult, XmlRunner
+from pipros.testing.xunit import parse_suites
+
+
+def case_of(**methods: Callable[[unittest.TestCase], None]) -> unittest.TestSuite:
+    kind = type("Kinds", (unittest.TestCase,), methods)
+    return unittest.TestLoader().loadTestsFromTestCase(kind)
+
+
+def run(suite: unittest.TestSuite, file: Path) -> tuple[CaseResult, str]:
+    console = io.StringIO()
+    with redirect_stdout(console):
+        result = XmlRunner(file).run(suite)
+    return result, console.getvalue()
+
+
+def read(file: Path) -> Suite:
+    (suite,) = parse_suites(file.read_bytes(), str(file))
+    return suite
+
+
+def test_a_case_that_passes_is_one_line(tmp_path: Path) -> None:
+    result, console = run(case_of(test_it=lambda self: None), tmp_path / "r.xml")
+
+    assert console == "[Testcase: test_it] ... ok\n"
+    assert result.wasSuccessful()
+
+
+def test_a_failure_says_what_and_where_and_leaves_out_the_frames_of_unittest(tmp_path: Path) -> None:
+    _, console = run(case_of(test_it=lambda self: self.assertEqual(1, 2)), tmp_path / "r.xml")
+
+    lines = console.splitlines()
+    assert lines[:2] == ["[Testcase: test_it] ... FAILURE!", "FAILURE: 1 != 2"]
+    assert lines[2].startswith(f'  File "{__file__}", line ')
+    assert lines[-1] == "-" * 80
+    assert "unittest/case.py" not in console
+
+
+def test_an_exception_is_an_error_and_not_a_failure(tmp_path: Path) -> None:
+    def test_it(self: unittest.TestCase) -> None:
+        raise KeyError("gone")
+
+    result, console = run(case_of(test_it=test_it), tmp_path / "r.xml")
+
+    assert console.startswith("[Testcase: test_it] ... ERROR!\nERROR: 'gone'\n")
+    assert [(case.outcome, case.kind) for case in result.cases] == [(Outcome.ERROR, "KeyError")]
+
+
+def test_what_cases_print_goes_to_the_file_and_not_to_the_console(tmp_path: Path) -> None:
+    def test_it(self: unittest.TestCase) -> None:
+        print("to out")
+        print("to err", file=sys.stderr)
+
+    _, console = run(case_of(test_it=test_it), tmp_path / "r.xml")
+
+    assert "to out" not in console
+    suite = read(tmp_path / "r.xml")
+    assert (suite.stdout, suite.stderr) == ("to out\n", "to err\n")
+
+
+def test_sub_tests_that_fail_are_cases_of_their_own(tmp_path: Path) -> None:
+    def test_it(self: unittest.TestCase) -> None:
+        for level in (0, 1.5, 2):
+            with self.subTest(level=level):
+                self.assertEqual(level, 0)
+
+    run(case_of(test_it=test_it), tmp_path / "r.xml")
+
+    suite = read(tmp_path / "r.xml")
+    assert [case.name for case in suite.cases] == ["test_it (level=1.5)", "test_it (level=2)"]
+    assert suite.failures == 2
+
+
+def test_a_success_that_was_expected_to_fail_is_a_failure(tmp_path: Path) -> None:
+    test_it = unittest.expectedFailure(lambda self: None)
+
+    result, _ = run(case_of(test_it=test_it), tmp_path / "r.xml")
+
+    assert not result.wasSuccessful()
+    assert read(tmp_path / "r.xml").failures == 1
+
+
+def test_skipped_cases_and_expected_failures_pass(tmp_path: Path) -> None:
+    skipped = unittest.skip("no reason")(lambda self: None)
+    expected = unittest.expectedFailure(lambda self: self.fail("as expected"))
+
+    result, console = run(case_of(test_a=skipped, test_b=expected), tmp_path / "r.xml")
+
+    assert console == "[Testcase: test_a] ... ok\n[Testcase: test_b] ... ok\n"
+    assert result.wasSuccessful()
+
+
+def test_a_class_that_cannot_be_set_up_is_an_error(tmp_path: Path) -> None:
+    class Broken(unittest.TestCase):
+        @classmethod
+        def setUpClass(cls) -> None:
+            raise OSError("no such robot")
+
+        def test_it(self) -> None:
+            pass
+
+    suite = unittest.TestLoader().loadTestsFromTestCase(Broken)
+    _, console = run(suite, tmp_path / "r.xml")
+
+    assert "ERROR: no such robot" in console
+    assert read(tmp_path / "r.xml").errors == 1
+
+
+def test_an_interrupted_run_leaves_no_file_that_could_be_taken_for_a_passed_one(tmp_path: Path) -> None:
+    def test_b(self: unittest.TestCase) -> None:
+        raise KeyboardInterrupt
+
+    (tmp_path / "r.xml").write_text("the results of yesterday")
+
+    with pytest.raises(KeyboardInterrupt):
+        run(case_of(test_a=lambda self: None, test_b=test_b), tmp_path / "r.xml")
+
+    assert not (tmp_path / "r.xml").exists()
