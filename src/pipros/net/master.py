@@ -133,7 +133,7 @@ class MasterClient:
         return bool(self.call("hasParam", key))
 
     def search_param(self, key: str) -> str:
-        """The full name of the nearest such parameter upwards of the caller. Raises `Refused` when there is none."""
+        """The full name of the nearest such parameter upwards. Raises `Refused` when there is none."""
         return str(self.call("searchParam", key))
 
     def get_param_names(self) -> list[str]:

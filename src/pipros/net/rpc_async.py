@@ -40,15 +40,19 @@ class AsyncRpcClient:
 
     async def call(self, method: str, *params: Any, timeout_s: float | None) -> Any:
         """Calls `method` and returns its value. Raises what `RpcClient.call` raises."""
-        request = build_request(f"{self._host}:{self._port}", self._path, encode_call(method, params))
+        return await self.post(encode_call(method, params), timeout_s=timeout_s)
+
+    async def post(self, document: bytes, *, timeout_s: float | None) -> Any:
+        """As `call`, for a call that was encoded once to be sent to many."""
+        request = build_request(f"{self._host}:{self._port}", self._path, document)
         try:
-            response = await asyncio.wait_for(self._exchange(request), timeout_s)
-        except asyncio.TimeoutError:
-            self.close()
-            raise Unreachable(self.uri, "no answer in time") from None
+            response = await self._exchange(request, timeout_s)
         except HttpError as error:
             self.close()
             raise ProtocolError(f"{self.uri} does not speak XML-RPC: {error}") from None
+        except asyncio.TimeoutError:
+            self.close()
+            raise Unreachable(self.uri, "no answer in time") from None
         except OSError as error:
             self.close()
             raise Unreachable(self.uri, reason_of(error)) from error
@@ -67,19 +71,21 @@ class AsyncRpcClient:
         if connection:
             connection.close()
 
-    async def _exchange(self, request: bytes) -> Response:
-        kept, self._connection = self._connection, None
-        if kept and not kept.is_closed:
-            self._connection = kept
+    async def _exchange(self, request: bytes, timeout_s: float | None) -> Response:
+        loop = asyncio.get_running_loop()
+        deadline = None if timeout_s is None else loop.time() + timeout_s
+        kept = self._connection
+        if kept:
             try:
-                return await kept.exchange(request)
+                return await kept.exchange(request, deadline)
             except ConnectionError:
-                kept.close()
+                self.close()
                 if kept.has_answer_begun:
                     raise
-        loop = asyncio.get_running_loop()
-        _, self._connection = await loop.create_connection(lambda: _Connection(loop), self._host, self._port)
-        return await self._connection.exchange(request)
+        connecting = loop.create_connection(lambda: _Connection(loop), self._host, self._port)
+        _, connection = await asyncio.wait_for(connecting, timeout_s)
+        self._connection = connection
+        return await connection.exchange(request, deadline)
 
 
 class _Connection(asyncio.Protocol):
@@ -89,23 +95,40 @@ class _Connection(asyncio.Protocol):
         self._transport: asyncio.Transport | None = None
         self._answer: asyncio.Future[Response] | None = None
         self.has_answer_begun = False
-        self.is_closed = False
 
-    async def exchange(self, request: bytes) -> Response:
-        if self._transport is None or self.is_closed:
-            raise ConnectionResetError("connection closed before the answer")
-        self._answer = self._loop.create_future()
+    async def exchange(self, request: bytes, deadline: float | None) -> Response:
+        """Sends a request and waits for its response.
+
+        Raises:
+            ConnectionError: the connection was or became closed.
+            TimeoutError: the response did not come by the deadline.
+            HttpError: what came is no response.
+        """
         self.has_answer_begun = False
+        if self._transport is None or self._transport.is_closing():
+            raise ConnectionResetError("connection closed before the answer")
+        answer: asyncio.Future[Response] = self._loop.create_future()
+        self._answer = answer
+        timer = None if deadline is None else self._loop.call_at(deadline, self._fail, TimeoutError())
         self._transport.write(request)
         try:
-            return await self._answer
+            return await answer
         finally:
             self._answer = None
+            if timer:
+                timer.cancel()
 
     def close(self) -> None:
-        self.is_closed = True
         if self._transport:
             self._transport.abort()
+
+    def _fail(self, error: Exception) -> None:
+        if self._answer and not self._answer.done():
+            self._answer.set_exception(error)
+
+    def _succeed(self, response: Response | None) -> None:
+        if response and self._answer and not self._answer.done():
+            self._answer.set_result(response)
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)  # noqa: S101  # a TCP client makes no others
@@ -117,25 +140,17 @@ class _Connection(asyncio.Protocol):
             return
         self.has_answer_begun = True
         try:
-            response = self._reader.feed(data)
+            self._succeed(self._reader.feed(data))
         except HttpError as error:
-            self._answer.set_exception(error)
-        else:
-            if response:
-                self._answer.set_result(response)
+            self._fail(error)
 
     def eof_received(self) -> None:
-        if self._answer and not self._answer.done():
-            try:
-                response = self._reader.end()
-            except HttpError:
-                return
-            if response:
-                self._answer.set_result(response)
+        try:
+            self._succeed(self._reader.end())
+        except HttpError:
+            self._fail(ConnectionResetError("connection closed in the middle of the answer"))
 
     def connection_lost(self, error: Exception | None) -> None:
-        self.is_closed = True
         self._transport = None
-        if self._answer and not self._answer.done():
-            lost = error if isinstance(error, ConnectionError) else None
-            self._answer.set_exception(lost or ConnectionResetError("connection closed before the answer"))
+        lost = error if isinstance(error, ConnectionError) else None
+        self._fail(lost or ConnectionResetError("connection closed before the answer"))

@@ -1,0 +1,160 @@
+"""The parameter tree, without any IO.
+
+A parameter is any value that XML-RPC carries. Dictionaries are namespaces: a key is a path
+through them. Keys come in resolved (`/a/b`); doubled and trailing slashes do not matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from pipros import names
+from pipros.errors import PiprosError
+
+Tree = dict[str, Any]
+
+
+class NotATree(PiprosError, ValueError):
+    """The root was to be set to something that is no dictionary."""
+
+
+class NotSet(PiprosError, KeyError):
+    """A parameter is not set."""
+
+
+class ParamTree:
+    """The parameters of one master. Not for use from several threads at once.
+
+    The values that go in and come out are the tree's own: whoever hands one in must not change it
+    afterwards, and whoever gets one must not change it at all.
+    """
+
+    def __init__(self, tree: Tree | None = None) -> None:
+        self._root: Tree = {} if tree is None else tree
+
+    def get(self, key: str) -> Any:
+        """A value, or the dictionary of a namespace; of `/` everything.
+
+        Raises:
+            NotSet: when there is none.
+        """
+        value: Any = self._root
+        for part in _parts(key):
+            if type(value) is not dict or part not in value:
+                raise NotSet(key)
+            value = value[part]
+        return value
+
+    def has(self, key: str) -> bool:
+        try:
+            self.get(key)
+        except NotSet:
+            return False
+        return True
+
+    def set(self, key: str, value: Any) -> None:
+        """Sets a value; what stood there, be it a whole namespace, is gone.
+
+        Values on the way to it give way to namespaces.
+
+        Raises:
+            NotATree: for another value than a dictionary at `/`.
+        """
+        parts = _parts(key)
+        if not parts:
+            if type(value) is not dict:
+                raise NotATree("cannot set root of parameter tree to non-dictionary")
+            self._root = value
+            return
+        tree = self._root
+        for part in parts[:-1]:
+            below = tree.get(part)
+            if type(below) is not dict:
+                below = tree[part] = {}
+            tree = below
+        tree[parts[-1]] = value
+
+    def delete(self, key: str) -> None:
+        """Deletes a value or a whole namespace.
+
+        Raises:
+            NotSet: when there is none; also for `/`, which always is.
+        """
+        parts = _parts(key)
+        if not parts:
+            raise NotSet(key)
+        tree: Any = self._root
+        for part in parts[:-1]:
+            tree = tree.get(part) if type(tree) is dict else None
+        if type(tree) is not dict or parts[-1] not in tree:
+            raise NotSet(key)
+        del tree[parts[-1]]
+
+    def names(self) -> list[str]:
+        """The full names of all values, in the order they were set. An empty namespace has none."""
+        found: list[str] = []
+        stack = [("/", iter(self._root.items()))]
+        while stack:
+            ns, items = stack[-1]
+            for key, value in items:
+                name = names.join(ns, key)
+                if type(value) is dict:
+                    stack.append((name, iter(value.items())))
+                    break
+                found.append(name)
+            else:
+                stack.pop()
+        return found
+
+    def search(self, ns: str, key: str) -> str | None:
+        """Looks for `key` in the namespace `ns` (`/a/node`) and upwards; None when it is nowhere.
+
+        Only the first component of the key is looked for: with `/a/x` set, `x/y` is found as
+        `/a/x/y` whether or not it is set. That is how ROS searches.
+        """
+        if names.is_global(key):
+            return key if self.has(key) else None
+        first = _parts(key)[:1]
+        above = _parts(ns)
+        while first:
+            prefix = "/" + "".join(part + "/" for part in above)
+            if self.has(prefix + first[0]):
+                return prefix + key
+            if not above:
+                break
+            above.pop()
+        return None
+
+
+def _parts(key: str) -> list[str]:
+    return [part for part in key.split("/") if part]
+
+
+def changes_for(subscribed_keys: Iterable[str], key: str, value: Any) -> list[tuple[str, str, Any]]:
+    """What subscribers are told when `key` became `value` (`{}` when it was deleted).
+
+    A subscriber at or above the key is told the key and its value; one below is told its own part
+    of the value, `{}` when there is none.
+
+    Returns:
+        `(subscribed key, key to announce, value to announce)` for each one concerned; announced
+        keys end with a slash.
+    """
+    changed = _as_namespace(key)
+    changes: list[tuple[str, str, Any]] = []
+    for subscribed in subscribed_keys:
+        own = _as_namespace(subscribed)
+        if changed.startswith(own):
+            changes.append((subscribed, changed, value))
+        elif own.startswith(changed):
+            try:
+                part = ParamTree(value).get(own[len(changed) :]) if type(value) is dict else {}
+            except NotSet:
+                part = {}
+            changes.append((subscribed, own, part))
+    return changes
+
+
+def _as_namespace(key: str) -> str:
+    return key if key.endswith("/") else key + "/"
