@@ -1,0 +1,18 @@
+"""`genpy`, as packages import it that genuine genpy generated. The code is in `pipros.msg`."""
+
+from genpy import message, rostime
+from pipros.msg.base import DeserializationError, Message, MessageException, SerializationError, struct_I
+from pipros.msg.time import Duration, Time, TVal
+
+__all__ = [
+    "DeserializationError",
+    "Duration",
+    "Message",
+    "MessageException",
+    "SerializationError",
+    "TVal",
+    "Time",
+    "message",
+    "rostime",
+    "struct_I",
+]

@@ -1,0 +1,10 @@
+"""`genpy.base`: which types are one number on the wire."""
+
+from pipros.msg.spec import NUMBERS
+
+SIMPLE_TYPES = list(NUMBERS)
+SIMPLE_TYPES_DICT = dict(NUMBERS)
+
+
+def is_simple(type_: str) -> bool:
+    return type_ in NUMBERS

@@ -1,0 +1,91 @@
+"""`genpy.message`: message classes by name, their text form, and filling them from YAML."""
+
+from __future__ import annotations
+
+import codecs
+from typing import Any
+
+from genpy.base import is_simple
+from pipros.errors import NotFound
+from pipros.msg.base import (
+    DeserializationError,
+    Message,
+    MessageException,
+    SerializationError,
+    struct_I,
+)
+from pipros.msg.check import check_type
+from pipros.msg.fill import fill_message_args, get_printable_message_args
+from pipros.msg.load import load_message_class, load_service_class
+from pipros.msg.text import strify_message
+from pipros.msg.time import Duration, Time, TVal
+
+__all__ = [
+    "DeserializationError",
+    "Duration",
+    "Message",
+    "MessageException",
+    "RosMsgUnicodeErrors",
+    "SerializationError",
+    "TVal",
+    "Time",
+    "check_type",
+    "fill_message_args",
+    "get_message_class",
+    "get_printable_message_args",
+    "get_service_class",
+    "is_simple",
+    "strify_message",
+    "struct_I",
+]
+
+
+def get_message_class(message_type: str, reload_on_error: bool = False) -> Any:  # noqa: ARG001
+    """The class of a message type, also of `time` and `duration`; None when there is none.
+
+    `reload_on_error` has no effect: definitions are looked for anew each time.
+
+    Raises:
+        ValueError: when the package is missing.
+    """
+    if message_type in ("time", "duration"):
+        return Time if message_type == "time" else Duration
+    if message_type == "Header":
+        message_type = "std_msgs/Header"
+    return _load(load_message_class, message_type)
+
+
+def get_service_class(service_type: str, reload_on_error: bool = False) -> Any:  # noqa: ARG001
+    """The class of a service type; None when there is none. Otherwise as `get_message_class`."""
+    return _load(load_service_class, service_type)
+
+
+def _load(load: Any, type_name: str) -> Any:
+    if "/" not in type_name:
+        raise ValueError(f"message type is missing package name: {type_name}")
+    try:
+        return load(type_name)
+    except NotFound:
+        return None
+
+
+class RosMsgUnicodeErrors:
+    """The codec error handler `rosmsg`, which generated modules decode strings with."""
+
+    def __init__(self) -> None:
+        self.msg_type: str | None = None
+        self._reported: set[str | None] = set()
+
+    def __call__(self, error: UnicodeError) -> tuple[str | bytes, int]:
+        if self.msg_type not in self._reported:
+            self._reported.add(self.msg_type)
+            import logging
+
+            what = f"message {self.msg_type}" if self.msg_type else "unknown message"
+            logging.getLogger("rosout").error(
+                "Characters replaced when decoding %s (will print only once): %s", what, error
+            )
+        return codecs.replace_errors(error)
+
+
+codecs.register_error("rosmsg", RosMsgUnicodeErrors())

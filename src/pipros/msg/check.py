@@ -1,0 +1,96 @@
+"""Says which field of a message does not fit its type, in genpy's words.
+
+Only called after serializing went wrong, so it may take its time.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.msg.base import Message, SerializationError
+from pipros.msg.spec import FLOATS, INTEGERS, OCTETS
+from pipros.msg.time import Duration, Time
+
+_BITS = {"b": 8, "h": 16, "i": 32, "q": 64}
+_HEADERS = ("std_msgs/Header", "roslib/Header")
+_FLOAT_TYPE_NAMES = frozenset(
+    ("float32", "float64", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)))
+)
+
+
+def check_type(field_name: str, field_type: str, field_val: Any) -> None:
+    """Checks that `field_val` fits `field_type`, a type as a definition has it.
+
+    Raises:
+        SerializationError: naming the field, with `[]` for an element and `.` for a member.
+    """
+    if field_type in INTEGERS:
+        _check_integer(field_name, field_type, field_val)
+    elif field_type in FLOATS:
+        if type(field_val) not in (float, int) and not _is_numpy_number(field_val):
+            raise SerializationError(f"field {field_name} must be float type")
+    elif field_type == "bool":
+        if field_val not in (True, False):
+            raise SerializationError(f"field {field_name} is not a bool")
+    elif field_type == "string":
+        _check_string(field_name, field_val)
+    elif field_type == "time":
+        if not isinstance(field_val, Time):
+            raise SerializationError(f"field {field_name} must be of type Time")
+    elif field_type == "duration":
+        if not isinstance(field_val, Duration):
+            raise SerializationError(f"field {field_name} must be of type Duration")
+    elif field_type.endswith("]"):
+        _check_array(field_name, field_type.partition("[")[0], field_val)
+    else:
+        _check_message(field_name, field_type, field_val)
+
+
+def _check_integer(name: str, type_name: str, value: Any) -> None:
+    code = INTEGERS[type_name]
+    is_signed = code.islower()
+    if is_signed and type(value) is not int:
+        raise SerializationError(f"field {name} must be an integer type")
+    if not is_signed and (type(value) is not int or value < 0):
+        raise SerializationError(f"field {name} must be unsigned integer type")
+    bits = _BITS[code.lower()]
+    low, high = (-(1 << bits - 1), 1 << bits - 1) if is_signed else (0, 1 << bits)
+    if not low <= value < high:
+        raise SerializationError(f"field {name} exceeds specified width [{type_name}]")
+
+
+def _check_string(name: str, value: Any) -> None:
+    if type(value) is str:
+        if not value.isascii():
+            raise SerializationError(f"field {name} is a non-ascii string")
+    elif type(value) is not bytes:
+        raise SerializationError(f"field {name} must be of type bytes or an ascii string")
+
+
+def _check_array(name: str, base: str, value: Any) -> None:
+    if type(value) in (bytes, str):
+        if base not in OCTETS:
+            raise SerializationError(
+                f"field {name} must be a list or tuple type. Only uint8[] can be a string"
+            )
+        return
+    if type(value) not in (list, tuple):
+        raise SerializationError(f"field {name} must be a list or tuple type")
+    for element in value:
+        check_type(f"{name}[]", base, element)
+
+
+def _check_message(name: str, type_name: str, value: Any) -> None:
+    if not isinstance(value, Message):
+        raise SerializationError(f"field {name} must be of type [{type_name}]")
+    if value._type in _HEADERS:
+        if type_name not in ("Header", *_HEADERS):
+            raise SerializationError(f"field {name} must be a Header instead of a {value._type}")
+    elif value._type != type_name:
+        raise SerializationError(f"field {name} must be of type {type_name} instead of {value._type}")
+    for slot, slot_type in zip(value.__slots__, value._get_types(), strict=True):
+        check_type(f"{name}.{slot}", slot_type, getattr(value, slot))
+
+
+def _is_numpy_number(value: Any) -> bool:
+    return type(value).__module__ == "numpy" and type(value).__name__ in _FLOAT_TYPE_NAMES

@@ -1,0 +1,193 @@
+"""Writes the body of `deserialize` for one message type.
+
+Scalars, times, fixed arrays and lengths that follow each other are read by one
+`struct.unpack_from`. Offsets are local names and constants; a slice that reaches behind the data
+is noticed by the next `unpack_from`, or by a check at the end. Memory is taken for bytes that
+arrived, never for a length that they claim.
+"""
+
+from __future__ import annotations
+
+import struct
+
+from pipros.msg.digest import Lookup
+from pipros.msg.source import Names, Source, python_name, struct_layout
+from pipros.msg.spec import BUILTINS, NUMBERS, OCTETS, TIMES, FieldType, MessageSpec
+from pipros.msg.time import NANOSECONDS
+
+INLINE_ARRAY_LIMIT = 64
+"""Fixed arrays up to this length are unpacked together with their neighbours."""
+
+
+def deserialize_body(
+    spec: MessageSpec, lookup: Lookup, names: Names, *, indent: int, is_numpy: bool = False
+) -> list[str]:
+    """The statements that read `self` out of `data`.
+
+    Args:
+        is_numpy: arrays of numbers become numpy arrays, made by the module `numpy`.
+    """
+    decoder = _Decoder(names, lookup, indent=indent, is_numpy=is_numpy)
+    decoder.fields(spec, "self")
+    decoder.finish()
+    return decoder.lines or ["    " * indent + "pass"]
+
+
+class _Decoder(Source):
+    def __init__(self, names: Names, lookup: Lookup, *, indent: int, is_numpy: bool) -> None:
+        super().__init__(names, lookup, indent=indent)
+        self._is_numpy = is_numpy
+        self._codes: list[str] = []
+        self._targets: list[str] = []
+        self._afterwards: list[str] = []
+        self._base = ""
+        self._delta = 0
+        self._is_end_checked = True
+        self._takers: dict[str, bool] = {}
+
+    def fields(self, spec: MessageSpec, owner: str) -> None:
+        for field in spec.fields:
+            self._field(field.type, f"{owner}.{python_name(field.name)}", spec)
+
+    def finish(self) -> None:
+        self._flush()
+        if not self._is_end_checked:
+            with self.block(f"if {self._offset()} > len(data):"):
+                self.emit("raise _struct.error(_TOO_SHORT)")
+
+    def _field(self, kind: FieldType, target: str, within: MessageSpec) -> None:
+        if not kind.is_array:
+            self._single(kind.base, target, within)
+        elif kind.base in OCTETS and not self._is_numpy:
+            self._octets(kind, target)
+        elif kind.base in NUMBERS:
+            self._number_array(kind, target)
+        else:
+            self._loop(kind, target, within)
+
+    def _single(self, base: str, target: str, within: MessageSpec) -> None:
+        if base in NUMBERS:
+            self._scalar(NUMBERS[base], target)
+        elif base in TIMES:
+            self._time(base, target)
+        elif base == "string":
+            length = self._length()
+            start, end = self._slice(length)
+            self.emit(f'{target} = data[{start}:{end}].decode("utf-8", errors)')
+        else:
+            inner = self.embedded(base, within)
+            message = self.local("m")
+            self.emit(f"{message} = {target} = _new({self.names.message_class(base)})")
+            self.fields(inner, message)
+
+    def _time(self, base: str, target: str) -> None:
+        time = self.local("t")
+        self.emit(f"{time} = {target} = _new(_{base.title()})")
+        for code, part in zip(TIMES[base], ("secs", "nsecs"), strict=True):
+            self._scalar(code, f"{time}.{part}")
+        low = "" if base == "time" else "0 <= "
+        condition = f"{low}{time}.nsecs < {NANOSECONDS}"
+        self._afterwards += [f"if not {condition}:", f"    {time}.canon()"]
+
+    def _octets(self, kind: FieldType, target: str) -> None:
+        if kind.length is not None:
+            self._scalar(f"{kind.length}s", target)
+            return
+        start, end = self._slice(self._length())
+        self.emit(f"{target} = bytes(data[{start}:{end}])")
+
+    def _number_array(self, kind: FieldType, target: str) -> None:
+        code = NUMBERS[kind.base]
+        is_short = kind.length is not None and kind.length <= INLINE_ARRAY_LIMIT
+        if is_short and not self._is_numpy:
+            elements = [self.local("x") for _ in range(kind.length or 0)]
+            for element in elements:
+                self._scalar(code, element)
+            listing = "".join(f"{element}, " for element in elements)
+            self._afterwards.append(f"{target} = [{listing}]" if code == "?" else f"{target} = ({listing})")
+            return
+        count = self._length() if kind.length is None else str(kind.length)
+        self._flush()
+        if self._is_numpy:
+            value = f"_numpy_numbers(numpy, {code!r}, data, {self._offset()}, {count})"
+        else:
+            value = f"_unpack_numbers({code!r}, data, {self._offset()}, {count})"
+            value = f"list({value})" if code == "?" else value
+        self.emit(f"{target} = {value}")
+        size = struct.calcsize(f"<{code}")
+        self._advance(count if size == 1 else f"{count} * {size}")
+        self._is_end_checked = True
+
+    def _loop(self, kind: FieldType, target: str, within: MessageSpec) -> None:
+        if kind.length is None:
+            count = self._length()
+            if not self._takes_bytes(kind.base):
+                self.emit(f"_check_empty_elements({count})")
+        else:
+            count = str(kind.length)
+        self._flush()
+        offset = self.assign("o", self._offset())
+        was_checked = self._is_end_checked
+        array, element = self.local("a"), self.local("e")
+        self.emit(f"{array} = []")
+        self._base, self._delta = offset, 0
+        with self.loop(f"for _ in range({count}):", within):
+            self._single(kind.base, element, within)
+            self._flush()
+            self.emit(f"{array}.append({element})")
+            if self._offset() != offset:
+                self.emit(f"{offset} = {self._offset()}")
+        self._base, self._delta = offset, 0
+        self._is_end_checked = self._is_end_checked and was_checked
+        self.emit(f"{target} = {array}")
+
+    def _scalar(self, code: str, target: str) -> None:
+        self._codes.append(code)
+        self._targets.append(target)
+
+    def _length(self) -> str:
+        """A local name that holds the length which comes next."""
+        length = self.local("n")
+        self._scalar("I", length)
+        self._flush()
+        return length
+
+    def _flush(self) -> None:
+        """Unpacks the scalars so far."""
+        if self._codes:
+            layout = struct_layout(self._codes)
+            unpack = self.names.struct_method(layout, "unpack_from")
+            arguments = f"data, {self._offset()}"
+            self.emit(f"({', '.join(self._targets)},) = {unpack}({arguments})")
+            self._delta += struct.calcsize(layout)
+            self._is_end_checked = True
+        for line in self._afterwards:
+            self.emit(line)
+        self._codes, self._targets, self._afterwards = [], [], []
+
+    def _offset(self) -> str:
+        if not self._base:
+            return str(self._delta)
+        return f"{self._base} + {self._delta}" if self._delta else self._base
+
+    def _slice(self, length: str) -> tuple[str, str]:
+        start = self._offset()
+        self._advance(length)
+        self._is_end_checked = False
+        return start, self._base
+
+    def _advance(self, size: str) -> None:
+        self._base = self.assign("o", f"{self._offset()} + {size}")
+        self._delta = 0
+
+    def _takes_bytes(self, base: str) -> bool:
+        """False for a type whose values take no bytes at all: an array of them never runs out."""
+        if base in BUILTINS:
+            return True
+        if base not in self._takers:
+            self._takers[base] = any(
+                (field.type.is_array and field.type.length is None)
+                or (field.type.length != 0 and self._takes_bytes(field.type.base))
+                for field in self.lookup(base).fields
+            )
+        return self._takers[base]

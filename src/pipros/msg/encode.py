@@ -1,0 +1,165 @@
+"""Writes the body of `serialize` for one message type.
+
+The plan, for `Header header; float64[9] a; uint8[] data; Point[] points`:
+
+- scalars, times, fixed arrays and lengths that follow each other become one `struct.pack`;
+- the pieces of a stretch are joined once; a variable array of numbers is a stretch of its own, so
+  that its memory goes to the transport uncopied;
+- arrays of messages and strings append their pieces to a list, which is joined;
+- nothing is written before everything is packed: a message that fails leaves no trace.
+"""
+
+from __future__ import annotations
+
+from pipros.msg.arrays import SIZES
+from pipros.msg.digest import Lookup
+from pipros.msg.source import Names, Source, python_name, struct_layout
+from pipros.msg.spec import NUMBERS, OCTETS, TIMES, FieldType, MessageSpec
+
+
+def serialize_body(spec: MessageSpec, lookup: Lookup, names: Names, *, indent: int) -> list[str]:
+    """The statements that write `self` to `buff`."""
+    encoder = _Encoder(names, lookup, indent=indent)
+    encoder.fields(spec, "self")
+    encoder.finish()
+    return encoder.lines or ["    " * indent + "pass"]
+
+
+class _Encoder(Source):
+    def __init__(self, names: Names, lookup: Lookup, *, indent: int) -> None:
+        super().__init__(names, lookup, indent=indent)
+        self._codes: list[str] = []
+        self._values: list[str] = []
+        self._fixed_arrays: list[tuple[str, int]] = []
+        self._pieces: list[str] = []
+        self._list: str | None = None
+        self._stretches: list[str] = []
+        self._is_looping = False
+
+    def fields(self, spec: MessageSpec, owner: str) -> None:
+        for field in spec.fields:
+            value = f"{owner}.{python_name(field.name)}"
+            if not field.type.is_array:
+                self._single(field.type.base, value, spec)
+            elif field.type.base in OCTETS or field.type.base in NUMBERS:
+                self._numbers_array(field.type, value)
+            else:
+                self._loop(field.type, value, spec)
+
+    def finish(self) -> None:
+        self._end_stretch()
+        if len(self._stretches) > 1:
+            self._stretches = [
+                part if part.isidentifier() else self.assign("w", part) for part in self._stretches
+            ]
+        for part in self._stretches:
+            self.emit(f"buff.write({part})")
+
+    def _single(self, base: str, value: str, within: MessageSpec) -> None:
+        if base in NUMBERS:
+            self._scalar(_pack_code(base), value)
+        elif base in TIMES:
+            time = self.assign("t", value)
+            for code, part in zip(TIMES[base], ("secs", "nsecs"), strict=True):
+                self._scalar(code, f"{time}.{part}")
+        elif base == "string":
+            text = self.assign("s", f"{value}.encode()")
+            self._scalar("I", f"len({text})")
+            self._piece(text)
+        else:
+            inner = self.embedded(base, within)
+            if inner.fields:
+                self.fields(inner, self.assign("m", value))
+
+    def _numbers_array(self, kind: FieldType, value: str) -> None:
+        code = _pack_code(kind.base)
+        is_octets = kind.base in OCTETS
+        if kind.length is not None:
+            if is_octets:
+                self._scalar(f"{kind.length}s", f"_fixed_octets({value}, {kind.length})")
+            else:
+                array = self.assign("a", value)
+                self._fixed_arrays.append((array, kind.length))
+                self._scalar(f"{kind.length}{code}", f"*{array}")
+            return
+        packed = self.assign("a", f"_octets({value})" if is_octets else f"_numbers({code!r}, {value})")
+        size = SIZES[code]
+        self._scalar("I", f"len({packed})" if size == 1 else f"len({packed}) // {size}")
+        self._flush()
+        if self._is_looping:
+            self._piece(packed)
+        else:
+            self._end_stretch()
+            self._stretches.append(packed)
+
+    def _loop(self, kind: FieldType, value: str, within: MessageSpec) -> None:
+        array = self.assign("a", value)
+        if kind.length is None:
+            self._scalar("I", f"len({array})")
+        else:
+            with self.block(f"if len({array}) != {kind.length}:"):
+                self.emit(f"raise ValueError(_expecting({kind.length}, {array}, {value!r}))")
+        self._flush()
+        self._append_pieces()
+        was_looping, self._is_looping = self._is_looping, True
+        element = self.local("e")
+        with self.loop(f"for {element} in {array}:", within):
+            self._single(kind.base, element, within)
+            self._flush()
+            if self._pieces:
+                self._append_pieces()
+            else:
+                self.emit("pass")
+        self._is_looping = was_looping
+
+    def _scalar(self, code: str, value: str) -> None:
+        self._codes.append(code)
+        self._values.append(value)
+
+    def _piece(self, expression: str) -> None:
+        self._flush()
+        self._pieces.append(expression)
+
+    def _flush(self) -> None:
+        """Packs the scalars so far."""
+        if len(self._fixed_arrays) > 1:
+            # One array alone that is too long or too short makes `pack` fail; two could make up for it.
+            for array, length in self._fixed_arrays:
+                with self.block(f"if len({array}) != {length}:"):
+                    self.emit(f"raise ValueError(_expecting({length}, {array}, {array!r}))")
+        self._fixed_arrays = []
+        if self._codes:
+            pack = self.names.struct_method(struct_layout(self._codes), "pack")
+            self._pieces.append(f"{pack}({', '.join(self._values)})")
+        self._codes, self._values = [], []
+
+    def _append_pieces(self) -> None:
+        """Moves the pieces so far to the list of this stretch."""
+        if self._list is None:
+            self._list = self.local("parts")
+            self.emit(f"{self._list} = [{', '.join(self._pieces)}]")
+            self.emit(f"add = {self._list}.append")
+        elif self._pieces:
+            self.emit(f"add({_joined(self._pieces)})")
+        self._pieces = []
+
+    def _end_stretch(self) -> None:
+        self._flush()
+        if self._list is not None:
+            if self._pieces:
+                self._append_pieces()
+            self._stretches.append(self.assign("w", f'b"".join({self._list})'))
+        elif self._pieces:
+            self._stretches.append(_joined(self._pieces))
+        self._list, self._pieces = None, []
+
+
+def _pack_code(base: str) -> str:
+    """A bool is written as the number it is, like genpy does: 2 stays 2, and -1 is refused."""
+    return "B" if base == "bool" else NUMBERS[base]
+
+
+def _joined(pieces: list[str]) -> str:
+    if len(pieces) <= 2:
+        return " + ".join(pieces)
+    return f'b"".join(({", ".join(pieces)}))'

@@ -1,0 +1,101 @@
+"""The modules that the import hook makes: one for all messages of a package, one for each type.
+
+`std_msgs.msg` knows the names of its types and compiles a type when it is first asked for;
+`std_msgs.msg._String` holds the class, as in packages that genpy generated, so that pickles of
+either find their class in the other.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Sequence
+from importlib.machinery import ModuleSpec, PathFinder
+from types import ModuleType
+
+from pipros.errors import NotFound
+from pipros.msg.definitions import Definitions
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from importlib.abc import Loader
+else:
+    Loader = object  # importlib.abc takes milliseconds to import
+
+
+def interface_spec(
+    definitions: Definitions, package: str, kind: str, path: Sequence[str] | None
+) -> ModuleSpec | None:
+    """What `<package>.<kind>` is: a Python package if there is one, else the definitions, else nothing."""
+    name = f"{package}.{kind}"
+    regular = PathFinder.find_spec(name, path)
+    if regular is not None and regular.loader is not None:
+        return regular
+    try:
+        types = definitions.names(kind, package)
+    except NotFound:
+        return regular
+    if not types:
+        return regular
+    return ModuleSpec(name, _InterfaceLoader(types), is_package=True)
+
+
+def type_spec(definitions: Definitions, package: str, kind: str, module: str) -> ModuleSpec | None:
+    """What `<package>.<kind>._Name` is; None when the package above was not made here."""
+    parent = sys.modules.get(f"{package}.{kind}")
+    loader = getattr(parent, "__loader__", None)
+    if not isinstance(loader, _InterfaceLoader) or module.removeprefix("_") not in loader.types:
+        return None
+    type_name = f"{package}/{module.removeprefix('_')}"
+    return ModuleSpec(f"{package}.{kind}.{module}", _TypeLoader(definitions, kind, type_name))
+
+
+class _InterfaceLoader(Loader):
+    """Gives a package `__getattr__`, `__dir__` and `__all__` for the types that it defines."""
+
+    def __init__(self, types: list[str]) -> None:
+        self.types = frozenset(types)
+
+    def exec_module(self, module: ModuleType) -> None:
+        kind = module.__name__.rpartition(".")[2]
+        homes = {name: name for name in self.types}
+        if kind == "srv":
+            for name in self.types:
+                homes |= {f"{name}Request": name, f"{name}Response": name}
+
+        def get(name: str) -> object:
+            home = homes.get(name)
+            if home is None:
+                raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}")
+            value = getattr(importlib.import_module(f"{module.__name__}._{home}"), name)
+            setattr(module, name, value)
+            return value
+
+        module.__dict__.update(
+            __getattr__=get,
+            __dir__=lambda: sorted({*module.__dict__, *homes}),
+            __all__=sorted(homes),
+        )
+
+
+class _TypeLoader(Loader):
+    """Compiles one message or service."""
+
+    def __init__(self, definitions: Definitions, kind: str, type_name: str) -> None:
+        self._definitions = definitions
+        self._kind = kind
+        self._type = type_name
+
+    def exec_module(self, module: ModuleType) -> None:
+        from pipros.msg.compiler import message_source, service_source
+
+        lookup = self._definitions.message
+        if self._kind == "msg":
+            source, embedded = message_source(lookup(self._type), lookup)
+        else:
+            source, embedded = service_source(self._definitions.service(self._type), lookup)
+        for type_name, alias in embedded.items():
+            package, _, name = type_name.partition("/")
+            module.__dict__[alias] = getattr(importlib.import_module(f"{package}.msg"), name)
+        code = compile(source, f"<{self._kind} {self._type}>", "exec")
+        exec(code, module.__dict__)  # noqa: S102 # made by our compiler from checked names

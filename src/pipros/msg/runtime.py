@@ -1,0 +1,83 @@
+"""What the source made by `compiler.py` calls by name. Nothing else imports this module."""
+
+from __future__ import annotations
+
+import logging
+import struct
+from typing import Any, NoReturn
+
+from pipros.msg.arrays import numbers as _numbers
+from pipros.msg.arrays import numpy_numbers as _numpy_numbers
+from pipros.msg.arrays import octets as _octets
+from pipros.msg.arrays import unpack_numbers as _unpack_numbers
+from pipros.msg.base import CompiledMessage, DeserializationError, Message
+from pipros.msg.time import Duration as _Duration
+from pipros.msg.time import Time as _Time
+
+__all__ = [
+    "WRITE_ERRORS",
+    "_TOO_SHORT",
+    "CompiledMessage",
+    "DeserializationError",
+    "Message",
+    "_Duration",
+    "_Time",
+    "_check_empty_elements",
+    "_expecting",
+    "_fixed_octets",
+    "_new",
+    "_numbers",
+    "_numpy_numbers",
+    "_octets",
+    "_unpack_numbers",
+    "mend",
+    "refuse",
+]
+
+WRITE_ERRORS = (struct.error, TypeError, ValueError, OverflowError, AttributeError)
+"""What a field of the wrong kind leads to while a message is written."""
+
+EMPTY_ELEMENTS_LIMIT = 65_536
+"""The longest array of messages without any field: no byte bears witness to its length."""
+
+_TOO_SHORT = "the data is too short for the message"
+_new = object.__new__
+
+
+def refuse(message: Message, error: Exception) -> NoReturn:
+    """Says why `message` could not be written.
+
+    Raises:
+        SerializationError: always.
+    """
+    message._check_types(struct.error(f"{type(error)}: '{error}' when writing '{message}'"))
+    raise AssertionError("unreachable")
+
+
+def mend(message: Any, data: bytes, errors: str, error: UnicodeDecodeError) -> Any:
+    """Reads a message once more, with replacements for what is no UTF-8."""
+    if errors != "strict":
+        raise error
+    logging.getLogger("rosout").error(
+        "Characters replaced when decoding message %s: %s", message._type, error
+    )
+    return message.deserialize(data, "replace")
+
+
+def _expecting(length: int, value: Any, name: str) -> str:
+    return f"Expecting {length} items but found {len(value)} when writing '{name}'"
+
+
+def _fixed_octets(value: Any, length: int) -> bytes:
+    """The value of a `uint8[n]` or `char[n]` field. `bytes` are cut or filled up as genpy does it."""
+    if value.__class__ is bytes:
+        return value
+    octets = bytes(_octets(value))
+    if len(octets) != length:
+        raise ValueError(f"expected {length} numbers, found {len(octets)}")
+    return octets
+
+
+def _check_empty_elements(count: int) -> None:
+    if count > EMPTY_ELEMENTS_LIMIT:
+        raise struct.error(f"an array of {count} empty messages is longer than {EMPTY_ELEMENTS_LIMIT}")

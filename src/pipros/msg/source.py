@@ -1,0 +1,106 @@
+"""A piece of Python source under construction, for the compiler of message classes."""
+
+from __future__ import annotations
+
+import itertools
+import keyword
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from pipros.msg.digest import Lookup
+from pipros.msg.spec import DefinitionError, MessageSpec
+
+BLOCK_LIMIT = 16
+"""The deepest nesting of arrays in arrays: Python itself allows 20 nested blocks."""
+
+FIELD_LIMIT = 20_000
+"""The most fields that a message may have, those of embedded messages counted each time."""
+
+
+def python_name(name: str) -> str:
+    """The attribute that stands for a field: `from` is `from_`, as genpy has it."""
+    return f"{name}_" if keyword.iskeyword(name) or name == "self" else name
+
+
+class Names:
+    """Names on the level of the generated module: message classes and packers of `struct`.
+
+    Every name that comes from a definition is a message class here, numbered, so that no
+    definition can collide with another or with Python.
+    """
+
+    def __init__(self) -> None:
+        self.classes: dict[str, str] = {}
+        self.structs: dict[tuple[str, str], str] = {}
+
+    def message_class(self, type_name: str) -> str:
+        name = type_name.replace("/", "_")
+        return self.classes.setdefault(type_name, f"_{len(self.classes)}_{name}")
+
+    def struct_method(self, layout: str, method: str) -> str:
+        """The bound `pack`, `unpack_from` or `iter_unpack` of a little-endian `Struct`."""
+        return self.structs.setdefault((layout, method), f"_{method}_{len(self.structs)}")
+
+
+class Source:
+    """Lines of a function body, with fresh local names and the limits of a definition."""
+
+    def __init__(self, names: Names, lookup: Lookup, *, indent: int = 0) -> None:
+        self.names = names
+        self.lookup = lookup
+        self.lines: list[str] = []
+        self._indent = indent
+        self._depth = 0
+        self._numbers = itertools.count()
+        self._fields = 0
+
+    def emit(self, line: str) -> None:
+        self.lines.append("    " * self._indent + line)
+
+    def local(self, prefix: str) -> str:
+        return f"{prefix}{next(self._numbers)}"
+
+    def assign(self, prefix: str, expression: str) -> str:
+        """A fresh local name that holds the value of `expression`."""
+        name = self.local(prefix)
+        self.emit(f"{name} = {expression}")
+        return name
+
+    @contextmanager
+    def block(self, opening: str) -> Iterator[None]:
+        """Lines inside `opening`, a line that ends with a colon."""
+        self.emit(opening)
+        self._indent += 1
+        yield
+        self._indent -= 1
+
+    def embedded(self, type_name: str, within: MessageSpec) -> MessageSpec:
+        """The definition of an embedded message; counts its fields.
+
+        Raises:
+            DefinitionError: when they become too many.
+        """
+        spec = self.lookup(type_name)
+        self._fields += 1 + len(spec.fields)
+        if self._fields > FIELD_LIMIT:
+            raise DefinitionError(f"the message has more than {FIELD_LIMIT} fields in all", file=within.file)
+        return spec
+
+    @contextmanager
+    def loop(self, opening: str, within: MessageSpec) -> Iterator[None]:
+        if self._depth >= BLOCK_LIMIT:
+            raise DefinitionError(f"arrays are nested deeper than {BLOCK_LIMIT}", file=within.file)
+        self._depth += 1
+        with self.block(opening):
+            yield
+        self._depth -= 1
+
+
+def struct_layout(codes: Sequence[str]) -> str:
+    """Codes in the short form of the `struct` module: three `d` are `3d`."""
+    parts = []
+    for code, group in itertools.groupby(codes):
+        count = len(list(group))
+        is_counted = code[0].isdigit()
+        parts.append(code * count if is_counted or count == 1 else f"{count}{code}")
+    return "<" + "".join(parts)

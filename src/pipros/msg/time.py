@@ -1,0 +1,221 @@
+"""`Time` and `Duration`: seconds and nanoseconds, as genpy has them.
+
+`secs` and `nsecs` are plain attributes that anyone may set; `canon()` brings them back to
+0 <= nsecs < 1e9. Arithmetic keeps the class of its left operand, so that `rospy.Time` stays one.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, TypeVar
+
+Value = TypeVar("Value", bound="TVal")
+DurationValue = TypeVar("DurationValue", bound="Duration")
+TimeValue = TypeVar("TimeValue", bound="Time")
+
+NANOSECONDS = 1_000_000_000
+
+
+class TVal:
+    """What a point in time and a span of time have in common."""
+
+    __slots__: ClassVar[list[str]] = ["secs", "nsecs"]  # noqa: RUF023 # the order of the wire
+    _slot_types: ClassVar[list[str]] = ["int32", "int32"]
+
+    secs: int
+    nsecs: int
+
+    def __init__(self, secs: Any = 0, nsecs: Any = 0) -> None:
+        """Takes whole seconds and nanoseconds, or seconds as a float alone.
+
+        Raises:
+            ValueError: for seconds as a float together with nanoseconds.
+        """
+        if type(secs) is int and type(nsecs) is int:
+            self.secs = secs
+            self.nsecs = nsecs
+        elif isinstance(secs, float):
+            if nsecs:
+                raise ValueError("if secs is a float, nsecs cannot be set")
+            self.secs = int(secs)
+            self.nsecs = int((secs - self.secs) * 1e9)
+        else:
+            self.secs = int(secs)
+            self.nsecs = int(nsecs)
+        if not 0 <= self.nsecs < NANOSECONDS:
+            self.canon()
+
+    @classmethod
+    def from_sec(cls: type[Value], float_secs: float) -> Value:
+        secs = int(float_secs)
+        return cls(secs, int((float_secs - secs) * 1e9))
+
+    def is_zero(self) -> bool:
+        return self.secs == 0 and self.nsecs == 0
+
+    def set(self, secs: int, nsecs: int) -> None:
+        self.secs = secs
+        self.nsecs = nsecs
+        self.canon()
+
+    def canon(self) -> None:
+        """Carries what `nsecs` has too much or too little over to `secs`."""
+        carry, self.nsecs = divmod(self.nsecs, NANOSECONDS)
+        self.secs += carry
+
+    def to_sec(self) -> float:
+        return float(self.secs) + float(self.nsecs) / 1e9
+
+    def to_nsec(self) -> int:
+        return self.secs * NANOSECONDS + self.nsecs
+
+    def __getstate__(self) -> list[int]:
+        return [self.secs, self.nsecs]
+
+    def __setstate__(self, state: list[int]) -> None:
+        self.secs, self.nsecs = state
+
+    def __hash__(self) -> int:
+        return hash((self.secs, self.nsecs))
+
+    def __str__(self) -> str:
+        return str(self.to_nsec())
+
+    def __repr__(self) -> str:
+        return f"genpy.{_family(self).__name__}[{self.to_nsec()}]"
+
+    def __bool__(self) -> bool:
+        return not self.is_zero()
+
+    __nonzero__ = __bool__
+
+    def __cmp__(self, other: object) -> int:
+        """-1, 0 or 1.
+
+        Raises:
+            TypeError: for a value of another kind; instants and spans do not compare.
+        """
+        family = _family(self)
+        if not isinstance(other, family):
+            raise TypeError(f"cannot compare to non-{family.__name__}")
+        mine, others = self.to_nsec(), other.to_nsec()
+        return (mine > others) - (mine < others)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, _family(self)):
+            return False
+        return self.secs == other.secs and self.nsecs == other.nsecs
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __lt__(self, other: object) -> bool:
+        return self.__cmp__(other) < 0 if isinstance(other, _family(self)) else NotImplemented
+
+    def __le__(self, other: object) -> bool:
+        return self.__cmp__(other) <= 0 if isinstance(other, _family(self)) else NotImplemented
+
+    def __gt__(self, other: object) -> bool:
+        return self.__cmp__(other) > 0 if isinstance(other, _family(self)) else NotImplemented
+
+    def __ge__(self, other: object) -> bool:
+        return self.__cmp__(other) >= 0 if isinstance(other, _family(self)) else NotImplemented
+
+
+class Time(TVal):
+    """A point in time; never negative.
+
+    Raises:
+        TypeError: for a time before zero, also as the result of arithmetic.
+    """
+
+    __slots__: ClassVar[list[str]] = ["secs", "nsecs"]  # noqa: RUF023 # the order of the wire
+
+    def __init__(self, secs: float = 0, nsecs: float = 0) -> None:
+        super().__init__(secs, nsecs)
+        if self.secs < 0:
+            raise TypeError("time values must be positive")
+
+    def to_time(self) -> float:
+        return self.to_sec()
+
+    def __add__(self: TimeValue, other: Duration) -> TimeValue:
+        if not isinstance(other, Duration):
+            return NotImplemented
+        return self.__class__(self.secs + other.secs, self.nsecs + other.nsecs)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        if isinstance(other, Time):
+            return Duration(self.secs - other.secs, self.nsecs - other.nsecs)
+        if isinstance(other, Duration):
+            return self.__class__(self.secs - other.secs, self.nsecs - other.nsecs)
+        return NotImplemented
+
+
+class Duration(TVal):
+    """A span of time, negative too: -0.1 s is secs -1, nsecs 900000000."""
+
+    __slots__: ClassVar[list[str]] = ["secs", "nsecs"]  # noqa: RUF023 # the order of the wire
+
+    def __neg__(self: DurationValue) -> DurationValue:
+        return self.__class__(-self.secs, -self.nsecs)
+
+    def __abs__(self: DurationValue) -> DurationValue:
+        return self.__class__(self.secs, self.nsecs) if self.secs >= 0 else -self
+
+    def __add__(self: DurationValue, other: Duration) -> DurationValue:
+        if not isinstance(other, Duration):
+            return NotImplemented
+        return self.__class__(self.secs + other.secs, self.nsecs + other.nsecs)
+
+    __radd__ = __add__
+
+    def __sub__(self: DurationValue, other: Duration) -> DurationValue:
+        if not isinstance(other, Duration):
+            return NotImplemented
+        return self.__class__(self.secs - other.secs, self.nsecs - other.nsecs)
+
+    def __mul__(self: DurationValue, factor: float) -> DurationValue:
+        if not isinstance(factor, int | float):
+            return NotImplemented
+        if isinstance(factor, int):
+            return self.__class__(self.secs * factor, self.nsecs * factor)
+        return self.__class__.from_sec(self.to_sec() * factor)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: Any) -> Any:
+        if isinstance(divisor, Duration):
+            return self.to_sec() / divisor.to_sec()
+        if not isinstance(divisor, int | float):
+            return NotImplemented
+        return self.__class__.from_sec(self.to_sec() / divisor)
+
+    __div__ = __truediv__
+
+    def __floordiv__(self, divisor: Any) -> Any:
+        if isinstance(divisor, Duration):
+            return int(self.to_sec() // divisor.to_sec())
+        if not isinstance(divisor, int | float):
+            return NotImplemented
+        return self.__class__.from_sec(self.to_sec() // divisor)
+
+    def __mod__(self: DurationValue, divisor: Duration) -> DurationValue:
+        if not isinstance(divisor, Duration):
+            return NotImplemented
+        return self.__class__.from_sec(self.to_sec() % divisor.to_sec())
+
+    def __divmod__(self: DurationValue, divisor: Duration) -> tuple[int, DurationValue]:
+        if not isinstance(divisor, Duration):
+            return NotImplemented
+        return self // divisor, self % divisor
+
+
+def _family(value: TVal) -> type[TVal]:
+    """The class whose members compare with `value`, whatever subclass it is of."""
+    if isinstance(value, Time):
+        return Time
+    if isinstance(value, Duration):
+        return Duration
+    return TVal
