@@ -56,6 +56,9 @@ class _InterfaceLoader(Loader):
     def __init__(self, types: list[str]) -> None:
         self.types = frozenset(types)
 
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:  # noqa: ARG002 # the protocol's
+        return None
+
     def exec_module(self, module: ModuleType) -> None:
         kind = module.__name__.rpartition(".")[2]
         homes = {name: name for name in self.types}
@@ -85,6 +88,9 @@ class _TypeLoader(Loader):
         self._definitions = definitions
         self._kind = kind
         self._type = type_name
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:  # noqa: ARG002 # the protocol's
+        return None
 
     def exec_module(self, module: ModuleType) -> None:
         from pipros.msg.compiler import message_source, service_source
