@@ -104,4 +104,4 @@ class InterfaceFinder:
 
 
 def _may_be_package(name: str) -> bool:
-    return name.isidentifier() and name[0] != "_"
+    return name.isidentifier() and name[0] != "_" and name != "pipros"
