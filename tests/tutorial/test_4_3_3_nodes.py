@@ -1,0 +1,115 @@
+"""Section 4.3.3 of the case study: three terminals, one for roscore, one for each node."""
+
+from __future__ import annotations
+
+import re
+
+from tests.support.environments import EXAMPLES
+from tests.support.reading import assert_in_order
+from tests.support.ros import RosSystem
+from tests.support.terminal import Terminal
+from tests.tutorial.words import HEARD, LISTENER, SAID, TALKER
+
+
+def test_the_outputs_show_that_both_nodes_work_fine(ros: RosSystem, core: Terminal) -> None:
+    talker, listener = ros.pipros.open_terminal(), ros.pipros.open_terminal()
+
+    talker.type(TALKER)
+    talker.wait_for(f"{SAID}{SAID}")
+    listener.type(LISTENER)
+    listener.wait_for(f"{HEARD}{HEARD}")
+
+    for terminal in (listener, talker, core):
+        terminal.press_ctrl_c()
+        assert terminal.wait_for_prompt() == 0
+        assert "Traceback" not in terminal.output
+
+
+def test_roscore_says_what_it_does(ros: RosSystem, core: Terminal) -> None:
+    core.press_ctrl_c()
+    core.wait_for_prompt()
+
+    assert_in_order(
+        core.output,
+        [
+            rf"^\.\.\. logging to {ros.home}/\.ros/log/[0-9a-f-]{{36}}/roslaunch-.+-\d+\.log$",
+            r"^Press Ctrl-C to interrupt$",
+            r"^\x1b\]2;roscore\x07\x1b\[1mstarted roslaunch server http://[^ ]+:\d+/\x1b\[0m$",
+            r"^ros_comm version 1\.1[56]\.\d+$",
+            r"^SUMMARY$",
+            r"^========$",
+            r"^PARAMETERS$",
+            r"^ \* /rosdistro: noetic$",
+            r"^ \* /rosversion: 1\.1[56]\.\d+$",
+            r"^NODES$",
+            r"^auto-starting new master$",
+            rf"^\x1b\[1mROS_MASTER_URI=http://[^ ]+:{ros.port}/\x1b\[0m$",
+            r"^(\x1b\].*\x07)?\x1b\[1msetting /run_id to [0-9a-f-]{36}\x1b\[0m$",
+            r"^started core service \[/rosout\]$",
+            r"^\[rosout-1\] killing on exit$",
+            r"^\[master\] killing on exit$",
+            r"^shutting down processing monitor\.\.\.$",
+            r"^\.\.\. shutting down processing monitor complete$",
+            r"^\x1b\[1mdone\x1b\[0m$",
+        ],
+    )
+
+
+def test_the_talker_is_warned_about_its_missing_queue_size_at_its_own_line(
+    ros: RosSystem, core: Terminal
+) -> None:
+    talker = ros.pipros.open_terminal()
+
+    talker.type(TALKER)
+    talker.wait_for(SAID)
+
+    script = EXAMPLES / "composiv_tryouts/scripts/composiv_talker.py"
+    assert talker.output.startswith(
+        f"{script}:8: SyntaxWarning: The publisher should be created with an explicit keyword argument "
+        "'queue_size'. Please see http://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers for more "
+        'information.\n  pub = rospy.Publisher("battery_topic", BatteryLevel)\n'
+    )
+
+
+def test_a_fourth_terminal_shows_the_graph_of_figure_1(ros: RosSystem, core: Terminal) -> None:
+    for command, line in ((TALKER, SAID), (LISTENER, HEARD)):
+        node = ros.pipros.open_terminal()
+        node.type(command)
+        node.wait_for(line)
+    look = ros.pipros.open_terminal()
+
+    assert look.run("rosnode list") == (0, "/listener_node\n/rosout\n/talker_node\n")
+    assert look.run("rostopic list") == (0, "/battery_topic\n/rosout\n/rosout_agg\n")
+    code, info = look.run("rostopic info /battery_topic")
+    assert code == 0
+    assert re.fullmatch(
+        r"Type: composiv_tryouts/BatteryLevel\n\nPublishers: \n \* /talker_node \(http://[^ ]+:\d+/\)\n\n"
+        r"Subscribers: \n \* /listener_node \(http://[^ ]+:\d+/\)\n\n\n?",
+        info,
+    ), info
+    assert look.run("rostopic echo -n 1 /battery_topic") == (0, 'battery: "%25"\n---\n')
+    code, params = look.run("rosparam list")
+    assert re.fullmatch(r"/rosdistro\n/roslaunch/uris/host_\w+\n/rosversion\n/run_id\n", params), params
+
+
+def test_a_second_talker_takes_the_place_of_the_first(ros: RosSystem, core: Terminal) -> None:
+    first, second = ros.pipros.open_terminal(), ros.pipros.open_terminal()
+    first.type(TALKER)
+    first.wait_for(SAID)
+
+    second.type(TALKER)
+
+    assert first.wait_for_prompt() == 0
+    assert "shutdown request: [/talker_node] Reason: new node registered with same name" in first.output
+    second.wait_for(SAID)
+
+
+def test_nodes_are_what_the_command_line_says(ros: RosSystem, core: Terminal) -> None:
+    talker = ros.pipros.open_terminal()
+
+    talker.type(f"{TALKER} __name:=loud __ns:=/robot battery_topic:=level")
+    talker.wait_for(SAID)
+
+    look = ros.pipros.open_terminal()
+    assert look.run("rosnode list") == (0, "/robot/loud\n/rosout\n")
+    assert look.run("rostopic list") == (0, "/robot/level\n/rosout\n/rosout_agg\n")

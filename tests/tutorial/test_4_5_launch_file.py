@@ -1,0 +1,176 @@
+"""Section 4.5 of the case study: the launch file, by roslaunch and by rostest."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.support.reading import assert_in_order
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+from tests.tutorial.words import CORE_IS_UP, HEARD, LAUNCH, ROSTEST, SAID
+
+
+def test_roslaunch_starts_a_master_and_the_two_nodes_and_leaves_the_test_out(ros: RosSystem) -> None:
+    launch, look = ros.pipros.open_terminal(), ros.pipros.open_terminal()
+
+    launch.type(LAUNCH)
+    launch.wait_for(r"process\[listener-3\]: started with pid \[\d+\]")
+    ros.pipros.wait_for_publisher("/battery_topic")
+
+    wait_until(
+        lambda: look.run("rosnode list")[1] == "/listener\n/rosout\n/talker\n",
+        what=lambda: f"the two nodes: {look.output}",
+    )
+    launch.press_ctrl_c()
+    assert launch.wait_for_prompt() == 0
+    assert_in_order(
+        launch.output,
+        [
+            rf"^\.\.\. logging to {ros.home}/\.ros/log/[0-9a-f-]{{36}}/roslaunch-.+-\d+\.log$",
+            r"^Press Ctrl-C to interrupt$",
+            r"^\x1b\]2;.+/launch/composiv_tryout\.launch\x07\x1b\[1mstarted roslaunch server http://.+/\x1b\[0m$",
+            r"^SUMMARY$",
+            r"^PARAMETERS$",
+            r"^ \* /rosdistro: noetic$",
+            r"^ \* /rosversion: 1\.1[56]\.\d+$",
+            r"^NODES$",
+            r"^  /$",
+            r"^    listener \(composiv_tryouts/composiv_listener\.py\)$",
+            r"^    talker \(composiv_tryouts/composiv_talker\.py\)$",
+            r"^auto-starting new master$",
+            rf"^\x1b\[1mROS_MASTER_URI=http://[^ ]+:{ros.port}/?\x1b\[0m$",
+            r"^(\x1b\].*\x07)?\x1b\[1msetting /run_id to [0-9a-f-]{36}\x1b\[0m$",
+            r"^started core service \[/rosout\]$",
+            r"^\x1b\[1mprocess\[talker-2\]: started with pid \[\d+\]\x1b\[0m$",
+            r"^\x1b\[1mprocess\[listener-3\]: started with pid \[\d+\]\x1b\[0m$",
+            r"composiv_talker\.py:8: SyntaxWarning: The publisher should be created with an explicit keyword",
+            r"^\[listener-3\] killing on exit$",
+            r"^\[talker-2\] killing on exit$",
+            r"^\[rosout-1\] killing on exit$",
+            r"^\[master\] killing on exit$",
+            r"^shutting down processing monitor\.\.\.$",
+            r"^\.\.\. shutting down processing monitor complete$",
+            r"^\x1b\[1mdone\x1b\[0m$",
+        ],
+    )
+    assert "test_talker" not in launch.output
+
+
+def test_what_the_nodes_say_goes_to_their_log_files(ros: RosSystem) -> None:
+    launch = ros.pipros.open_terminal()
+
+    launch.type(LAUNCH)
+    wait_until(lambda: re.search(SAID, _log(ros, "talker-2-stdout.log")), 20, "the talker's log")
+    wait_until(lambda: re.search(HEARD, _log(ros, "listener-3-stdout.log")), 20, "the listener's log")
+
+    assert not re.search(SAID, launch.output)
+    assert not re.search(HEARD, launch.output)
+
+
+def test_with_screen_it_is_seen_live(ros: RosSystem) -> None:
+    launch = ros.pipros.open_terminal()
+
+    launch.type(f"{LAUNCH} --screen")
+
+    launch.wait_for(SAID)
+    launch.wait_for(HEARD)
+
+
+def test_a_roscore_that_runs_already_is_used_and_left_running(ros: RosSystem) -> None:
+    core, launch, look = (ros.pipros.open_terminal() for _ in range(3))
+    core.type("roscore")
+    core.wait_for(CORE_IS_UP)
+
+    launch.type(LAUNCH)
+    launch.wait_for(r"process\[listener-2\]: started with pid")
+    launch.press_ctrl_c()
+
+    assert launch.wait_for_prompt() == 0
+    assert "auto-starting new master" not in launch.output
+    assert look.run("rosnode list") == (0, "/rosout\n")
+
+
+def test_rostest_passes_with_the_talker(ros: RosSystem) -> None:
+    code, output = ros.pipros.open_terminal().run(ROSTEST)
+
+    assert code == 0, output
+    report = output.partition("[ROSUNIT]")[2]
+    log = re.search(r"\.\.\. logging to (.+)\n", output)
+    assert log
+    assert report == (
+        f" Outputting test results to {_results(ros)}/rostest-launch_composiv_tryout.xml\n"
+        "[Testcase: testtest_talker] ... ok\n"
+        "\n"
+        "[ROSTEST]-----------------------------------------------------------------------\n"
+        "\n"
+        "[composiv_tryouts.rosunit-test_talker/test_talker_publishing][passed]\n"
+        "\n"
+        "SUMMARY\n"
+        "\x1b[32m * RESULT: SUCCESS\x1b[0m\n"
+        " * TESTS: 1\n"
+        " * ERRORS: 0\n"
+        " * FAILURES: 0\n"
+        "\n"
+        f"rostest log file is in {log[1]}\n"
+    )
+    assert "SyntaxWarning" in output  # what nodes say on stderr is seen, and before the report
+    assert sorted(file.name for file in _results(ros).iterdir()) == [
+        "rostest-launch_composiv_tryout.xml",
+        "rosunit-test_talker.xml",
+    ]
+
+
+def test_rostest_fails_with_a_clear_report_when_the_talker_is_taken_out(
+    ros: RosSystem, own_copy: Path
+) -> None:
+    launch_file = own_copy / "launch/composiv_tryout.launch"
+    lines = launch_file.read_text().splitlines(keepends=True)
+    launch_file.write_text("".join(line for line in lines if "composiv_talker.py" not in line))
+
+    code, output = ros.pipros.open_terminal().run(ROSTEST)
+
+    assert code == 2, output
+    assert_in_order(
+        output,
+        [
+            r"^\[Testcase: testtest_talker\] \.\.\. ok$",
+            r"^\[composiv_tryouts\.rosunit-test_talker/test_talker_publishing\]\[FAILURE\]-+$",
+            r"^False is not true$",
+            r"test_talker\.py\", line 22, in test_talker_publishing$",
+            r"^SUMMARY$",
+            r"^\x1b\[1;31m \* RESULT: FAIL\x1b\[0m$",
+            r"^ \* TESTS: 1$",
+            r"^ \* ERRORS: 0$",
+            r"^\x1b\[1;31m \* FAILURES: 1\x1b\[0m$",
+        ],
+    )
+    outer = (_results(ros) / "rostest-launch_composiv_tryout.xml").read_text()
+    assert '<testsuite errors="0" failures="0"' in outer
+
+
+@pytest.mark.parametrize("command", [LAUNCH, ROSTEST])
+def test_a_launch_file_that_is_not_xml_is_reported_with_its_place(
+    ros: RosSystem, own_copy: Path, command: str
+) -> None:
+    launch_file = own_copy / "launch/composiv_tryout.launch"
+    launch_file.write_text(launch_file.read_text().replace("</launch>", "<launch>"))
+    end = len(launch_file.read_text().splitlines())
+
+    code, output = ros.pipros.open_terminal().run(command)
+
+    assert code == 1
+    assert re.search(
+        rf"{re.escape(str(launch_file))}:{end + 1}:\d+|{re.escape(str(launch_file))}:{end}:\d+", output
+    )
+    assert "Traceback" not in output
+
+
+def _results(ros: RosSystem) -> Path:
+    return ros.home / ".ros/test_results/composiv_tryouts"
+
+
+def _log(ros: RosSystem, name: str) -> str:
+    return "".join(file.read_text() for file in (ros.home / ".ros/log").glob(f"*/{name}"))
