@@ -1,0 +1,180 @@
+"""What a launch file asks for, as plain values: they can be printed, compared and tested.
+
+The loader (`launch.xml`) makes a `Launch` from files; `launch.run` carries it out. Nothing here reads a
+file or starts a process.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from pipros.errors import PiprosError
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where in a file an element begins; line and column count from 1."""
+
+    file: str
+    line: int
+    column: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}"
+
+
+class LaunchError(PiprosError):
+    """A launch file cannot be carried out.
+
+    Attributes:
+        reason: what is wrong, in Noetic's words where it has some.
+        places: where: the element at fault first, then the includes that led to it.
+        element: the element at fault as it is written, shortened; empty when there is none.
+    """
+
+    def __init__(self, reason: str, places: Sequence[Place] = (), element: str = "") -> None:
+        self.reason = reason
+        self.places = tuple(places)
+        self.element = element
+        lines = [reason]
+        for number, place in enumerate(self.places):
+            lines.append(f"  included from {place}" if number else f"  in {place}: {element}".rstrip(": "))
+        super().__init__("\n".join(lines))
+
+
+class Output(enum.Enum):
+    """Where a node's standard output goes. Its standard error always goes to the screen as well."""
+
+    LOG = "log"
+    SCREEN = "screen"
+
+
+class WorkingFolder(enum.Enum):
+    """The folder that a node is started in."""
+
+    ROS_HOME = "ROS_HOME"
+    NODE = "node"
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A process to start.
+
+    Attributes:
+        namespace: with a leading and a trailing slash.
+        arguments: as written; split into words as a shell does when the node is started.
+        remappings: pairs (from, to) in the order in which they were given, outer scopes first.
+        environment: pairs (name, value), later ones win.
+        machine: the name of a `Machine`; empty for this computer.
+        launch_prefix: words put before the command, as written.
+    """
+
+    package: str
+    type: str
+    name: str
+    namespace: str = "/"
+    arguments: str = ""
+    remappings: tuple[tuple[str, str], ...] = ()
+    environment: tuple[tuple[str, str], ...] = ()
+    machine: str = ""
+    respawn: bool = False
+    respawn_delay_s: float = 0.0
+    required: bool = False
+    output: Output = Output.LOG
+    working_folder: WorkingFolder = WorkingFolder.ROS_HOME
+    launch_prefix: str = ""
+    place: Place | None = field(default=None, compare=False)
+
+    @property
+    def full_name(self) -> str:
+        """The name in the graph: `/ns/name`."""
+        return self.namespace + self.name
+
+
+@dataclass(frozen=True, slots=True)
+class Test:
+    """A `<test>`: a process that reports results and ends. roslaunch leaves tests out; rostest runs them."""
+
+    node: Node
+    test_name: str
+    time_limit_s: float = 60.0
+    retry: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """A computer to start nodes on, through ssh unless it is this one.
+
+    Attributes:
+        env_loader: a script on that computer that sets up ROS and runs its arguments.
+        is_default: whether nodes that name no machine and come later go there.
+    """
+
+    name: str
+    address: str
+    user: str = ""
+    password: str = field(default="", repr=False)
+    ssh_port: int = 22
+    env_loader: str = ""
+    timeout_s: float = 10.0
+    is_default: bool = False
+    place: Place | None = field(default=None, compare=False)
+
+
+class ParameterAction(enum.Enum):
+    DUMP = "dump"
+    DELETE = "delete"
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterCommand:
+    """A `<rosparam>` that acts on the running parameter server, before any parameter is set."""
+
+    action: ParameterAction
+    key: str
+    file: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """An `<arg>` of a file: fixed when it has a value, optional when it has a default, else required."""
+
+    name: str
+    default: str | None = None
+    value: str | None = None
+    doc: str = ""
+
+    @property
+    def is_required(self) -> bool:
+        return self.default is None and self.value is None
+
+
+@dataclass(frozen=True, slots=True)
+class Launch:
+    """Everything that a set of launch files asks for.
+
+    Attributes:
+        files: the files that were read, in that order.
+        params: full names to values, as they are to be uploaded.
+        clear_params: namespaces to delete before that, each with a trailing slash.
+        arguments: the `<arg>`s of the files that were named, not those of includes.
+        warnings: what a person should know and what stops nothing.
+    """
+
+    files: tuple[str, ...] = ()
+    params: Mapping[str, Any] = field(default_factory=dict)
+    clear_params: tuple[str, ...] = ()
+    commands: tuple[ParameterCommand, ...] = ()
+    nodes: tuple[Node, ...] = ()
+    tests: tuple[Test, ...] = ()
+    machines: Mapping[str, Machine] = field(default_factory=dict)
+    arguments: tuple[Argument, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    def node(self, full_name: str) -> Node | None:
+        """The node of that full name, tests included."""
+        everything = (*self.nodes, *(test.node for test in self.tests))
+        return next((node for node in everything if node.full_name == full_name), None)

@@ -1,0 +1,193 @@
+"""Substitution arguments: `$(find pkg)`, `$(arg x)`, `$(env X)`, `$(anon x)`, `$(eval …)` and the rest.
+
+Text in, text out. What the world knows (packages, environment) comes in through `Surroundings`.
+Rules: http://wiki.ros.org/roslaunch/XML#substitution_args, details as Noetic has them.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from pipros.errors import NotFound, PiprosError
+from pipros.launch.values import convert
+from pipros.safe.expr import ExpressionError, evaluate
+
+COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
+
+_SUBSTITUTION = re.compile(r"\$\(([^()$]*)\)")
+_EVAL = re.compile(r"\$\(eval (.*)\)", re.DOTALL)
+# What follows `$(find pkg)` up to a blank or the next substitution is a path below the package.
+_FIND = re.compile(r"\$\( *find +([^ ()$]+) *\)([^ $]*)")
+
+
+class SubstitutionError(PiprosError, ValueError):
+    """A substitution is malformed, or names what does not exist."""
+
+
+class UnsetArgument(SubstitutionError):
+    """`$(arg x)` of an argument that was declared or named, but never given a value."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        super().__init__(f"requires the '{name}' arg to be set")
+
+
+class FindResource(Protocol):
+    """Where a package, or a file that it promises, is on this computer."""
+
+    def __call__(self, package: str, path: str) -> str:
+        """The full path of `path` in the package; of the package's folder when `path` is empty.
+
+        Raises:
+            NotFound: for an unknown package.
+        """
+
+
+@dataclass(slots=True)
+class Substitution:
+    """Everything that substitutions of one file may refer to.
+
+    Attributes:
+        arguments: values of `<arg>`; None for those declared without a value.
+        folder: the folder of the file, for `$(dirname)`; None for text from standard input.
+        anonymous: the names that `$(anon x)` got so far in this file.
+        unset_as: what unset arguments become; None to refuse them.
+    """
+
+    find: FindResource
+    environment: Mapping[str, str]
+    make_anonymous: Callable[[str], str]
+    arguments: dict[str, str | None] = field(default_factory=dict)
+    folder: str | None = None
+    anonymous: dict[str, str] = field(default_factory=dict)
+    unset_as: str | None = None
+
+    def resolve(self, text: str) -> str:
+        """The text with all substitutions made.
+
+        Raises:
+            SubstitutionError: for an unknown command, a wrong number of words, an unset variable or argument.
+            ExpressionError: for a bad `$(eval …)`.
+            NotFound: for an unknown package.
+        """
+        if "$(" not in text:
+            return text
+        whole = _EVAL.fullmatch(text)
+        if whole is not None:
+            return str(self._evaluate(whole[1]))
+        self._check_brackets(text)
+        # `find` comes second, so that `$(find pkg)/$(arg x)` is one path.
+        text = _SUBSTITUTION.sub(self._replace, text)
+        return _FIND.sub(lambda match: self._find(match[1], match[2]), text)
+
+    def _check_brackets(self, text: str) -> None:
+        start = text.find("$(")
+        while start >= 0:
+            end = text.find(")", start)
+            if end < 0:
+                return
+            inside = text[start + 2 : end]
+            if "$" in inside:
+                raise SubstitutionError(
+                    f"Dollar signs '$' cannot be inside of substitution args [{text[start : end + 1]}]"
+                )
+            if "(" in inside:
+                raise SubstitutionError(
+                    f"Invalid left parenthesis '(' in substitution args [{text[start : end + 1]}]"
+                )
+            start = text.find("$(", end)
+
+    def _replace(self, match: re.Match[str]) -> str:
+        written = match[1]
+        command, *words = [word for word in written.strip(" ").split(" ") if word] or [""]
+        if not command:
+            return match[0]
+        if command == "find":
+            if len(words) != 1:
+                raise SubstitutionError(f"$(find pkg) command only accepts one argument [{written}]")
+            return match[0]
+        if command == "env":
+            if len(words) != 1:
+                raise SubstitutionError(f"$(env var) command only accepts one argument [{written}]")
+            return self._env(words[0])
+        if command == "optenv":
+            if not words:
+                raise SubstitutionError(f"$(optenv var) must specify an environment variable [{written}]")
+            return self.environment.get(words[0], " ".join(words[1:]))
+        if command == "anon":
+            if not words:
+                raise SubstitutionError(f"$(anon var) must specify a name [{written}]")
+            if len(words) > 1:
+                raise SubstitutionError(f"$(anon var) may only specify one name [{written}]")
+            return self._anon(words[0])
+        if command == "arg":
+            if not words:
+                raise SubstitutionError(f"$(arg var) must specify a variable name [{written}]")
+            if len(words) > 1:
+                raise SubstitutionError(f"$(arg var) may only specify one arg [{written}]")
+            return self._arg(words[0])
+        if command == "dirname" and not words:
+            return self._dirname()
+        raise SubstitutionError(
+            f"Unknown substitution command [{written}]. Valid commands are {list(COMMANDS)}"
+        )
+
+    def _find(self, package: str, path: str) -> str:
+        return self.find(package, path.replace("\\", "/").lstrip("/"))
+
+    def _env(self, name: str) -> str:
+        value = self.environment.get(name)
+        if value is None:
+            raise SubstitutionError(f"environment variable '{name}' is not set")
+        return value
+
+    def _anon(self, base: str) -> str:
+        if base not in self.anonymous:
+            self.anonymous[base] = self.make_anonymous(base)
+        return self.anonymous[base]
+
+    def _arg(self, name: str) -> str:
+        value = self.arguments.get(name)
+        if value is None:
+            if self.unset_as is None:
+                raise UnsetArgument(name)
+            return self.unset_as
+        return value
+
+    def _dirname(self) -> str:
+        if self.folder is None:
+            raise SubstitutionError("Cannot substitute $(dirname), no file/directory information available.")
+        return self.folder
+
+    def _evaluate(self, expression: str) -> Any:
+        if "__" in expression:
+            raise SubstitutionError("$(eval ...) may not contain double underscore expressions")
+        names = {name: convert(value, "auto") for name, value in self.arguments.items() if value is not None}
+        functions: dict[str, Callable[..., Any]] = {
+            "arg": lambda name: convert(self._arg(name), "auto"),
+            "env": self._env,
+            "optenv": lambda name, default="": self.environment.get(name, str(default)),
+            "find": lambda package: self.find(package, ""),
+            "anon": self._anon,
+            "dirname": self._dirname,
+        }
+        try:
+            return evaluate(expression, names=names, functions=functions)
+        except ExpressionError as error:
+            cause = error.__cause__
+            if isinstance(cause, (SubstitutionError, NotFound)):
+                raise cause from None
+            raise
+
+
+def anonymous_name(base: str) -> str:
+    """`base` made unique among all processes of all computers: `base_<host>_<process id>_<number>`."""
+    import random
+    import socket
+
+    name = f"{base}_{socket.gethostname()}_{os.getpid()}_{random.randrange(2**63)}"  # noqa: S311
+    return re.sub(r"[.:-]", "_", name)
