@@ -44,26 +44,11 @@ class Side:
         core.wait_for(r"started core service \[/rosout\]")
         return core
 
-    def wait_for_publisher(self, topic: str, timeout_s: float = 15.0) -> None:
-        """Waits until the master knows a publisher of the topic, asking it as any program can."""
-        wait_until(lambda: topic in _published_topics(self.environment), timeout_s, f"a publisher of {topic}")
-
     def close(self) -> None:
         """Ends everything that runs, and makes sure that nothing is left."""
         for terminal in reversed(self._terminals):
             terminal.close()
         self.processes.end_all()
-
-
-def _published_topics(environment: Mapping[str, str]) -> set[str]:
-    master: Any = ServerProxy(environment["ROS_MASTER_URI"])
-    try:
-        publishers = master.getSystemState("/a_test")[2][0]
-    except OSError:
-        return set()
-    finally:
-        master("close")()
-    return {topic for topic, _ in publishers}
 
 
 class RosSystem:
@@ -81,6 +66,31 @@ class RosSystem:
         self.home = home
         self.pipros = Side(pipros_environment(home, self.master_uri, tools), home)
         self.genuine = Side(genuine_environment(home, self.master_uri), home)
+
+    def publishers(self, topic: str) -> list[str]:
+        """The nodes that the master knows as publishers of the topic; none while no master answers."""
+        return self._registered(0).get(topic, [])
+
+    def subscribers(self, topic: str) -> list[str]:
+        """The nodes that the master knows as subscribers of the topic; none while no master answers."""
+        return self._registered(1).get(topic, [])
+
+    def wait_for_publisher(self, topic: str, timeout_s: float = 20.0) -> None:
+        """Waits until the master knows a publisher of the topic."""
+        wait_until(lambda: self.publishers(topic), timeout_s, f"a publisher of {topic}")
+
+    def wait_for_subscriber(self, topic: str, timeout_s: float = 20.0) -> None:
+        """Waits until the master knows a subscriber of the topic."""
+        wait_until(lambda: self.subscribers(topic), timeout_s, f"a subscriber of {topic}")
+
+    def _registered(self, kind: int) -> dict[str, list[str]]:
+        master: Any = ServerProxy(self.master_uri)
+        try:
+            return dict(master.getSystemState("/a_test")[2][kind])
+        except OSError:
+            return {}
+        finally:
+            master("close")()
 
     def close(self) -> None:
         """Ends all programs of both sides and makes sure that nothing is left running."""

@@ -18,7 +18,7 @@ def test_roslaunch_starts_a_master_and_the_two_nodes_and_leaves_the_test_out(ros
 
     launch.type(LAUNCH)
     launch.wait_for(r"process\[listener-3\]: started with pid \[\d+\]")
-    ros.pipros.wait_for_publisher("/battery_topic")
+    ros.wait_for_publisher("/battery_topic")
 
     wait_until(
         lambda: look.run("rosnode list")[1] == "/listener\n/rosout\n/talker\n",

@@ -1,0 +1,182 @@
+"""The case study's nodes with genuine ROS on the other side, with genuine master and with ours."""
+
+from __future__ import annotations
+
+import re
+import signal
+
+import pytest
+
+from tests.support.processes import Process
+from tests.support.ros import RosSystem, Side
+from tests.support.waiting import wait_until
+
+SAID = r"\[INFO\] \[\d+\.\d+\]: %25"
+HEARD = r"\[INFO\] \[\d+\.\d+\]: Battery level of vehicle: %(\d+)"
+
+
+@pytest.fixture(params=["genuine master", "pipros master"])
+def master(request: pytest.FixtureRequest, ros: RosSystem) -> Process:
+    return side(ros, request.param.removesuffix(" master")).start_master()
+
+
+def side(ros: RosSystem, name: str) -> Side:
+    return ros.genuine if name == "genuine" else ros.pipros
+
+
+def talker(side: Side) -> Process:
+    return side.start("rosrun", "composiv_tryouts", "composiv_talker.py")
+
+
+def listener(side: Side) -> Process:
+    return side.start("rosrun", "composiv_tryouts", "composiv_listener.py")
+
+
+@pytest.mark.usefixtures("master")
+@pytest.mark.parametrize(("talking", "listening"), [("genuine", "pipros"), ("pipros", "genuine")])
+@pytest.mark.parametrize("first", ["talker", "listener"])
+def test_talker_and_listener_meet_whoever_comes_first(
+    ros: RosSystem, talking: str, listening: str, first: str
+) -> None:
+    if first == "talker":
+        said = talker(side(ros, talking))
+        said.wait_for(SAID)
+        heard = listener(side(ros, listening))
+    else:
+        heard = listener(side(ros, listening))
+        ros.wait_for_subscriber("/battery_topic")
+        said = talker(side(ros, talking))
+
+    heard.wait_for(HEARD)
+    mark = heard.mark()
+    heard.wait_for(HEARD, since=mark)
+    for process in (said, heard):
+        process.press_ctrl_c()
+        assert process.wait() == 0
+        assert "Traceback" not in process.output
+
+
+@pytest.mark.usefixtures("master")
+@pytest.mark.parametrize(("talking", "listening"), [("genuine", "pipros"), ("pipros", "genuine")])
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL], ids=["ctrl-c", "sigkill"])
+def test_a_listener_hears_the_talker_again_after_it_was_restarted(
+    ros: RosSystem, talking: str, listening: str, how: signal.Signals
+) -> None:
+    heard = listener(side(ros, listening))
+    first = talker(side(ros, talking))
+    heard.wait_for(HEARD)
+
+    first.send_signal(how)
+    first.wait()
+    mark = heard.mark()
+    talker(side(ros, talking))
+
+    heard.wait_for(HEARD, since=mark)
+
+
+@pytest.mark.usefixtures("master")
+def test_genuine_tools_see_a_pipros_node_as_one_of_their_own(ros: RosSystem) -> None:
+    talker(ros.pipros).wait_for(SAID)
+    heard = listener(ros.genuine)
+    heard.wait_for(HEARD)
+
+    echoed = ros.genuine.run("rostopic", "echo", "-n", "1", "/battery_topic")
+    info = ros.genuine.run("rosnode", "info", "/talker_node")
+    ping = ros.genuine.run("rosnode", "ping", "-c", "1", "/talker_node")
+
+    assert echoed.stdout == ['battery: "%25"', "---"]
+    assert [line.rstrip() for line in info.stdout] == [
+        "-" * 80,
+        "Node [/talker_node]",
+        "Publications:",
+        " * /battery_topic [composiv_tryouts/BatteryLevel]",
+        " * /rosout [rosgraph_msgs/Log]",
+        "",
+        "Subscriptions: None",
+        "",
+        "Services:",
+        " * /talker_node/get_loggers",
+        " * /talker_node/set_logger_level",
+        "",
+        "",
+        _like(info.stdout, r"contacting node http://127\.0\.0\.1:\d+/ \.\.\."),
+        _like(info.stdout, r"Pid: \d+"),
+        "Connections:",
+        *_connections(info.stdout),
+        "",
+    ]
+    assert any("/listener_node" in line for line in _connections(info.stdout))
+    assert ping.returncode == 0
+    assert re.search(r"xmlrpc reply from http://.+\ttime=", ping.output)
+
+
+@pytest.mark.usefixtures("master")
+def test_pipros_tools_see_genuine_nodes_as_genuine_tools_do(ros: RosSystem) -> None:
+    talker(ros.genuine).wait_for(SAID)
+    listener(ros.genuine).wait_for(HEARD)
+
+    for command in (
+        ("rostopic", "echo", "-n", "1", "/battery_topic"),
+        ("rostopic", "list"),
+        ("rostopic", "type", "/battery_topic"),
+        ("rostopic", "info", "/battery_topic"),
+        ("rosnode", "list"),
+        ("rosparam", "get", "/rosversion"),
+    ):
+        ours, theirs = ros.pipros.run(*command), ros.genuine.run(*command)
+        assert (ours.returncode, ours.stdout) == (theirs.returncode, theirs.stdout), command
+
+
+@pytest.mark.usefixtures("master")
+def test_pipros_rosnode_info_reads_a_genuine_node_as_genuine_does(ros: RosSystem) -> None:
+    listener(ros.pipros)
+    talker(ros.genuine).wait_for(SAID)
+    ros.wait_for_subscriber("/battery_topic")
+
+    def reports_agree() -> bool:
+        ours = ros.pipros.run("rosnode", "info", "/talker_node").stdout
+        theirs = ros.genuine.run("rosnode", "info", "/talker_node").stdout
+        return ours == theirs and any("/listener_node" in line for line in ours)
+
+    # Links to /rosout come and go while nodes start, so two looks may fall on either side of one.
+    wait_until(reports_agree, 20, what="the same report from both")
+
+
+@pytest.mark.usefixtures("master")
+def test_a_pipros_listener_hears_every_message_of_a_roscpp_talker_in_order(ros: RosSystem) -> None:
+    heard = listener(ros.pipros)
+    ros.wait_for_subscriber("/battery_topic")
+    ros.genuine.start("rosrun", "cpp_battery", "battery_talker")
+
+    levels = wait_until(lambda: _levels(heard, at_least=60), 30, what=lambda: heard.output)
+
+    assert levels == list(range(levels[0], levels[0] + len(levels)))
+
+
+@pytest.mark.usefixtures("master")
+def test_a_roscpp_listener_hears_a_pipros_talker_and_knows_its_name(ros: RosSystem) -> None:
+    said = talker(ros.pipros)
+    heard = ros.genuine.start("rosrun", "cpp_battery", "battery_listener")
+
+    heard.wait_for(r"^heard %25 from /talker_node$")
+    said.press_ctrl_c()
+    assert said.wait() == 0
+    mark = heard.mark()
+    talker(ros.pipros)
+    heard.wait_for(r"^heard %25 from /talker_node$", since=mark)
+
+
+def _levels(heard: Process, at_least: int) -> list[int]:
+    levels = [int(found[1]) for line in list(heard.lines) if (found := re.search(HEARD, line))]
+    return levels if len(levels) >= at_least else []
+
+
+def _like(lines: list[str], pattern: str) -> str:
+    """The line that looks like the pattern, else the pattern, so that a comparison shows what lacks."""
+    return next((line for line in lines if re.fullmatch(pattern, line)), pattern)
+
+
+def _connections(lines: list[str]) -> list[str]:
+    return [
+        line.rstrip() for line in lines[lines.index("Connections:") + 1 :] if line.startswith((" *", "    *"))
+    ]

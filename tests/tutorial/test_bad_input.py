@@ -1,0 +1,252 @@
+"""What a person sees who did something wrong: what happened, to whom, and no traceback of pipros."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+from tests.tutorial.words import SAID
+
+SAID_LINE = SAID.strip("\n")
+BATTERY_LEVEL_MD5 = "cb6d55cbf4a366bc603a59ea79320b82"
+STRING_MD5 = "992ce8a1687cec8c8bd883ec73ca41d1"
+
+
+@pytest.fixture
+def core(ros: RosSystem) -> Process:
+    return ros.pipros.start_master()
+
+
+def edit(file: Path, old: str, new: str) -> None:
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new))
+
+
+def start_talker(ros: RosSystem) -> Process:
+    return ros.pipros.start("rosrun", "composiv_tryouts", "composiv_talker.py")
+
+
+def test_without_a_master_a_node_says_so_and_goes_on_when_one_comes(ros: RosSystem) -> None:
+    talker = start_talker(ros)
+
+    talker.wait_for(
+        re.escape(
+            f"Unable to register with master node [{ros.master_uri}]: "
+            "master may not be running yet. Will keep trying."
+        )
+    )
+    assert not re.search(SAID_LINE, talker.output)
+    ros.pipros.start_master()
+    talker.wait_for(SAID_LINE)
+
+
+@pytest.mark.parametrize("script", ["composiv_talker.py", "composiv_listener.py"])
+def test_ctrl_c_ends_a_node_that_waits_for_its_master_at_once(ros: RosSystem, script: str) -> None:
+    node = ros.pipros.start("rosrun", "composiv_tryouts", script)
+    node.wait_for("Will keep trying")
+
+    node.press_ctrl_c()
+
+    node.wait(timeout_s=2)
+    assert "Traceback" not in node.output
+
+
+@pytest.mark.usefixtures("core")
+def test_an_illegal_topic_name_is_warned_about_and_refused_by_the_master(
+    ros: RosSystem, own_copy: Path
+) -> None:
+    edit(own_copy / "scripts/composiv_talker.py", '"battery_topic"', '"battery topic"')
+
+    talker = start_talker(ros)
+
+    talker.wait_for("UserWarning: 'battery topic' is not a legal ROS graph resource name")
+    talker.wait_for(
+        r"\[FATAL\] \[[\d.]+\]: unable to register publication \[/battery topic\] with master: "
+        r"ERROR: parameter \[topic\] contains illegal chars"
+    )
+    talker.wait_for(SAID_LINE)
+
+
+@pytest.mark.usefixtures("core")
+def test_an_illegal_node_name_is_warned_about(ros: RosSystem, own_copy: Path) -> None:
+    edit(own_copy / "scripts/composiv_talker.py", '"talker_node"', '"talker node"')
+
+    talker = start_talker(ros)
+
+    talker.wait_for("UserWarning: 'talker node' is not a legal ROS base name")
+    talker.wait_for(SAID_LINE)
+
+
+@pytest.mark.usefixtures("core")
+def test_a_node_name_with_a_namespace_is_a_value_error(ros: RosSystem, own_copy: Path) -> None:
+    edit(own_copy / "scripts/composiv_talker.py", '"talker_node"', '"robot/talker"')
+
+    talker = start_talker(ros)
+
+    assert talker.wait() == 1
+    assert talker.stderr[-1] == "ValueError: namespaces are not allowed in node names"
+
+
+@pytest.mark.usefixtures("core")
+def test_a_wrong_message_type_is_explained_with_both_md5s(ros: RosSystem, own_copy: Path) -> None:
+    listener = own_copy / "scripts/composiv_listener.py"
+    edit(listener, "from composiv_tryouts.msg import BatteryLevel", "from std_msgs.msg import String")
+    edit(listener, "BatteryLevel, subsCallback", "String, subsCallback")
+    ros.pipros.start("rosrun", "composiv_tryouts", "composiv_listener.py")
+
+    talker = start_talker(ros)
+
+    talker.wait_for(
+        rf"\[WARN\] .*std_msgs/String.*composiv_tryouts/BatteryLevel.*({STRING_MD5}.*{BATTERY_LEVEL_MD5}|"
+        rf"{BATTERY_LEVEL_MD5}.*{STRING_MD5})"
+    )
+    talker.wait_for(SAID_LINE, since=talker.mark())
+
+
+@pytest.mark.usefixtures("core")
+def test_a_definition_that_differs_under_the_same_name_is_explained_with_both_md5s(
+    ros: RosSystem, own_copy: Path, tmp_path: Path
+) -> None:
+    start_talker(ros).wait_for(SAID_LINE)
+    edit(own_copy / "msg/BatteryLevel.msg", "string battery", "string battery\nuint8 percent")
+    percent_md5 = "[0-9a-f]{32}"
+
+    listener = ros.pipros.start("rosrun", "composiv_tryouts", "composiv_listener.py")
+
+    found = listener.wait_for(
+        rf"{BATTERY_LEVEL_MD5}.*\b({percent_md5})\b|\b({percent_md5})\b.*{BATTERY_LEVEL_MD5}"
+    )
+    assert (found[1] or found[2]) != BATTERY_LEVEL_MD5
+
+
+def test_a_script_that_is_not_executable_is_named_by_rosrun(ros: RosSystem, own_copy: Path) -> None:
+    script = own_copy / "scripts/composiv_talker.py"
+    script.chmod(0o644)
+
+    ended = ros.pipros.run("rosrun", "composiv_tryouts", "composiv_talker.py")
+
+    assert (ended.returncode, ended.stdout) == (
+        3,
+        [
+            f"[rosrun] Couldn't find executable named composiv_talker.py below {own_copy}",
+            "[rosrun] Found the following, but they're either not files,",
+            "[rosrun] or not executable:",
+            f"[rosrun]   {script}",
+        ],
+    )
+
+
+def test_a_script_that_is_not_executable_does_not_keep_roslaunch_from_the_others(
+    ros: RosSystem, own_copy: Path
+) -> None:
+    (own_copy / "scripts/composiv_talker.py").chmod(0o644)
+
+    launch = ros.pipros.start("roslaunch", "composiv_tryouts", "composiv_tryout.launch")
+
+    launch.wait_for(r"process\[listener-\d\]: started with pid")
+    assert (
+        "ERROR: cannot launch node of type [composiv_tryouts/composiv_talker.py]: Cannot locate node of type "
+        "[composiv_talker.py] in package [composiv_tryouts]. Make sure file exists in package path and "
+        "permission is set to executable (chmod +x)"
+    ) in launch.output
+
+
+@pytest.mark.parametrize(
+    ("file", "report"),
+    [
+        (
+            "test/test_talker.py",
+            "Test node [composiv_tryouts/test_talker.py] does not exist or is not executable",
+        ),
+        ("scripts/composiv_talker.py", "Test Fixture Nodes ['talker'] failed to launch"),
+    ],
+)
+def test_a_script_that_is_not_executable_makes_rostest_fail(
+    ros: RosSystem, own_copy: Path, file: str, report: str
+) -> None:
+    (own_copy / file).chmod(0o644)
+
+    ended = ros.pipros.run("rostest", "composiv_tryouts", "composiv_tryout.launch")
+
+    assert ended.returncode == 1
+    assert report in ended.output
+    assert "ERROR: The following tests failed to run:" in ended.stdout
+    assert " * testtest_talker" in ended.stdout
+
+
+def test_a_test_script_with_a_damaged_main_guard_did_not_generate_results(
+    ros: RosSystem, own_copy: Path
+) -> None:
+    edit(own_copy / "test/test_talker.py", "'__main__'", "' main '")
+
+    ended = ros.pipros.run("rostest", "composiv_tryouts", "composiv_tryout.launch")
+
+    assert ended.returncode == 1
+    assert "test [test_talker] did not generate test results" in ended.output
+
+
+def test_a_test_beyond_its_time_limit_is_ended_and_reported(ros: RosSystem, own_copy: Path) -> None:
+    edit(own_copy / "launch/composiv_tryout.launch", "<test ", '<test time-limit="0.5" ')
+
+    ended = ros.pipros.run("rostest", "composiv_tryouts", "composiv_tryout.launch")
+
+    assert ended.returncode == 1
+    assert (
+        "ERROR: max time [0.5s] allotted for test [test_talker] of type [composiv_tryouts/test_talker.py]"
+    ) in ended.stdout
+
+
+@pytest.mark.parametrize(
+    ("command", "code", "report"),
+    [
+        (
+            "rosrun composiv_tryout composiv_talker.py",
+            2,
+            "[rospack] Error: package 'composiv_tryout' not found",
+        ),
+        (
+            "rosrun composiv_tryouts composiv_talker",
+            3,
+            "[rosrun] Couldn't find executable named composiv_talker below ",
+        ),
+        (
+            "roslaunch composiv_tryouts nope.launch",
+            1,
+            "[nope.launch] is neither a launch file in package [composiv_tryouts] nor is [composiv_tryouts] "
+            "a launch file name",
+        ),
+        (
+            "roslaunch composiv_tryout composiv_tryout.launch",
+            1,
+            "[composiv_tryout.launch] is neither a launch file in package [composiv_tryout] nor is "
+            "[composiv_tryout] a launch file name",
+        ),
+        (
+            "rostest composiv_tryouts nope.launch",
+            1,
+            "[nope.launch] is neither a launch file in package [composiv_tryouts] nor is [composiv_tryouts] "
+            "a launch file name",
+        ),
+    ],
+)
+def test_a_name_that_does_not_exist_is_named(ros: RosSystem, command: str, code: int, report: str) -> None:
+    ended = ros.pipros.run(*command.split())
+
+    assert ended.returncode == code
+    assert report in ended.output
+    assert "Traceback" not in ended.output.replace("The traceback for the exception was written", "")
+
+
+def test_roscore_on_a_port_that_is_taken_says_who_is_there(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+
+    second = ros.pipros.run("roscore", "-p", str(ros.port))
+
+    assert second.returncode == 1
+    assert "roscore cannot run as another roscore/master is already running." in second.output
+    assert f":{ros.port}/" in second.output

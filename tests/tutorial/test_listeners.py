@@ -1,0 +1,129 @@
+"""Talkers and listeners that come, go, and are killed, in any order."""
+
+from __future__ import annotations
+
+import signal
+
+import pytest
+
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+from tests.tutorial.words import HEARD, SAID
+
+HEARD_LINE, SAID_LINE = HEARD.strip("\n"), SAID.strip("\n")
+
+
+@pytest.fixture
+def core(ros: RosSystem) -> Process:
+    return ros.pipros.start_master()
+
+
+def talker(ros: RosSystem) -> Process:
+    return ros.pipros.start("rosrun", "composiv_tryouts", "composiv_talker.py")
+
+
+def listener(ros: RosSystem, *arguments: str) -> Process:
+    return ros.pipros.start("rosrun", "composiv_tryouts", "composiv_listener.py", *arguments)
+
+
+def wait_for_news(heard: Process) -> None:
+    heard.wait_for(HEARD_LINE, since=heard.mark())
+
+
+@pytest.mark.usefixtures("core")
+def test_a_listener_started_before_the_talker_hears_it(ros: RosSystem) -> None:
+    heard = listener(ros)
+    ros.wait_for_subscriber("/battery_topic")
+
+    talker(ros)
+
+    heard.wait_for(HEARD_LINE)
+
+
+@pytest.mark.usefixtures("core")
+def test_a_listener_started_after_the_talker_hears_it(ros: RosSystem) -> None:
+    talker(ros).wait_for(SAID_LINE)
+
+    heard = listener(ros)
+
+    heard.wait_for(HEARD_LINE)
+
+
+@pytest.mark.usefixtures("core")
+def test_a_listener_hears_the_talker_again_after_its_restart(ros: RosSystem) -> None:
+    heard = listener(ros)
+    first = talker(ros)
+    heard.wait_for(HEARD_LINE)
+
+    first.press_ctrl_c()
+    assert first.wait() == 0
+    talker(ros)
+
+    wait_for_news(heard)
+
+
+@pytest.mark.usefixtures("core")
+def test_two_listeners_hear_the_same_talker(ros: RosSystem) -> None:
+    one, two = listener(ros), listener(ros, "__name:=second")
+
+    talker(ros)
+
+    one.wait_for(HEARD_LINE)
+    two.wait_for(HEARD_LINE)
+
+
+@pytest.mark.usefixtures("core")
+def test_the_end_of_one_listener_is_nothing_to_the_other(ros: RosSystem) -> None:
+    one, two = listener(ros), listener(ros, "__name:=second")
+    said = talker(ros)
+    one.wait_for(HEARD_LINE)
+    two.wait_for(HEARD_LINE)
+
+    one.kill()
+    one.wait()
+
+    wait_for_news(two)
+    assert "Traceback" not in said.output
+
+
+@pytest.mark.usefixtures("core")
+def test_a_talker_killed_with_sigkill_leaves_a_listener_that_hears_the_next_one(ros: RosSystem) -> None:
+    heard = listener(ros)
+    first = talker(ros)
+    heard.wait_for(HEARD_LINE)
+
+    first.send_signal(signal.SIGKILL)
+    first.wait()
+    talker(ros)
+
+    wait_for_news(heard)
+    heard.press_ctrl_c()
+    assert heard.wait(5) == 0
+    assert "Traceback" not in heard.output
+
+
+def test_nodes_go_on_when_roscore_is_gone_and_still_end_with_ctrl_c(ros: RosSystem, core: Process) -> None:
+    said, heard = talker(ros), listener(ros)
+    heard.wait_for(HEARD_LINE)
+
+    core.press_ctrl_c()
+    assert core.wait() == 0
+
+    wait_for_news(heard)
+    for node in (said, heard):
+        node.press_ctrl_c()
+        assert node.wait(5) == 0
+        assert "Traceback" not in node.output
+
+
+@pytest.mark.usefixtures("core")
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_nodes_end_with_0_and_without_a_traceback(ros: RosSystem, how: signal.Signals) -> None:
+    said, heard = talker(ros), listener(ros)
+    heard.wait_for(HEARD_LINE)
+
+    for node in (said, heard):
+        node.send_signal(how)
+        assert node.wait(3) == 0
+        assert "Traceback" not in node.output
+    assert ros.publishers("/battery_topic") == ros.subscribers("/battery_topic") == []
