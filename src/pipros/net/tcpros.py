@@ -45,8 +45,10 @@ class TcprosServer:
     as genuine nodes do; none of them delays another.
     """
 
-    def __init__(self, host: str, on_connection: Callable[[Connection], Awaitable[None]]) -> None:
-        self._server = sockets.listen(host)
+    def __init__(
+        self, host: str, port: int = 0, *, on_connection: Callable[[Connection], Awaitable[None]]
+    ) -> None:
+        self._server = sockets.listen(host, port)
         self.port: int = self._server.getsockname()[1]
         self._on_connection = on_connection
         self._slots = asyncio.Semaphore(HANDSHAKE_LIMIT)

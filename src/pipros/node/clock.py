@@ -44,8 +44,8 @@ class Clock(Protocol):
         """
         ...
 
-    def close(self) -> None:
-        """Ends all waits, for good."""
+    def interrupt(self, exempt: int | None = None) -> None:
+        """Ends all waits, those to come too, except in the thread `exempt` (a `threading.get_ident`)."""
         ...
 
 
@@ -55,18 +55,23 @@ class WallClock:
     is_simulated = False
 
     def __init__(self) -> None:
-        self._closed = threading.Event()
+        self._interrupted = threading.Event()
+        self._exempt: int | None = None
 
     def now_ns(self) -> int:
         return time.time_ns()
 
     def sleep(self, duration_s: float) -> bool:
+        if self._exempt == threading.get_ident():
+            time.sleep(max(duration_s, 0))
+            return True
         if duration_s <= 0:
-            return not self._closed.is_set()
-        return not self._closed.wait(duration_s)
+            return not self._interrupted.is_set()
+        return not self._interrupted.wait(duration_s)
 
-    def close(self) -> None:
-        self._closed.set()
+    def interrupt(self, exempt: int | None = None) -> None:
+        self._exempt = exempt
+        self._interrupted.set()
 
 
 class SimulatedClock:
@@ -79,7 +84,8 @@ class SimulatedClock:
         self._now_ns = 0
         self._jumps = 0  # how often time went back
         self._last_jump_s = 0.0
-        self._is_closed = False
+        self._is_interrupted = False
+        self._exempt: int | None = None
 
     def set_ns(self, now_ns: int) -> None:
         """Takes over a message of `/clock`."""
@@ -96,14 +102,18 @@ class SimulatedClock:
     def sleep(self, duration_s: float) -> bool:
         """Waits for simulated time; one that has not started is waited for first."""
         with self._changed:
-            self._changed.wait_for(lambda: self._now_ns or self._is_closed)
+            self._changed.wait_for(lambda: self._now_ns or self._must_end())
             end_ns, jumps = self._now_ns + int(duration_s * NS_PER_S), self._jumps
-            self._changed.wait_for(lambda: self._now_ns >= end_ns or self._is_closed or self._jumps != jumps)
+            self._changed.wait_for(lambda: self._now_ns >= end_ns or self._must_end() or self._jumps != jumps)
             if self._jumps != jumps:
                 raise TimeMovedBackwards(self._last_jump_s)
-            return not self._is_closed
+            return not self._must_end()
 
-    def close(self) -> None:
+    def interrupt(self, exempt: int | None = None) -> None:
         with self._changed:
-            self._is_closed = True
+            self._is_interrupted = True
+            self._exempt = exempt
             self._changed.notify_all()
+
+    def _must_end(self) -> bool:
+        return self._is_interrupted and self._exempt != threading.get_ident()

@@ -14,7 +14,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from pipros.node.clock import NS_PER_S, Clock
 
@@ -140,7 +140,7 @@ class RosoutHandler(logging.Handler):
             return
         self._busy.is_set = True
         try:
-            message = self._log_class(
+            message: Any = self._log_class(
                 level=Severity.of(record.levelno).number,
                 name=self._node_name,
                 msg=full_text(record),

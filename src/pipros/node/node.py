@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import concurrent.futures
 import contextlib
 import logging
 import socket
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from threading import get_ident
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
@@ -58,6 +60,8 @@ class Node:
         environment: Environment | None = None,
         log: logging.Logger | None = None,
         on_shutdown_request: Callable[[str], object] | None = None,
+        rpc_port: int = 0,
+        tcpros_port: int = 0,
     ) -> None:
         """Nothing is connected until `start`.
 
@@ -68,6 +72,8 @@ class Node:
             environment: by default that of the process.
             log: by default a logger of the node's own.
             on_shutdown_request: called with the reason when a peer asks the node to end.
+            rpc_port: the port of the slave API; 0 takes a free one.
+            tcpros_port: the port for topics and services; 0 takes a free one.
 
         Raises:
             InvalidName: a name with a namespace in it.
@@ -100,10 +106,12 @@ class Node:
         self.uri = ""
         self.refused_requests = 0
         self._on_shutdown_request = on_shutdown_request or self.shutdown
+        self._ports = rpc_port, tcpros_port
         self._loop = BackgroundLoop(f"node {self.name}")
         self._registrations: Registrations | None = None
         self._master_addresses: set[object] = set()
-        self._ending = threading.Lock()
+        self._lock = threading.Lock()
+        self._ending_thread: int | None = None
         self._ended = threading.Event()
         self._at_end: list[Callable[[], object]] = []
 
@@ -125,9 +133,11 @@ class Node:
         self._loop.spawn(self.registrations.watch())
 
     async def _open(self, host: str) -> None:
-        self._rpc = RpcServer(slave_methods(self), host=host, on_bad_arity=on_bad_arity)
+        self._rpc = RpcServer(slave_methods(self), host=host, port=self._ports[0], on_bad_arity=on_bad_arity)
         await self._rpc.start()
-        self._tcpros = TcprosServer(host, lambda connection: self.topics.attach(connection))
+        self._tcpros = TcprosServer(
+            host, self._ports[1], on_connection=lambda connection: self.topics.attach(connection)
+        )
         self.uri = address.uri(self.host, self._rpc.port)
         self._registrations = Registrations(self.master, self.name, self.uri, self.log)
         self.topics = Topics(
@@ -157,7 +167,7 @@ class Node:
             Interrupted: the node was shut down meanwhile.
         """
         is_told = False
-        while not self._ended.is_set():
+        while not self.is_shutdown:
             try:
                 self.master.get_pid()
                 return
@@ -165,7 +175,7 @@ class Node:
                 if on_missing is not None and not is_told:
                     is_told = True
                     on_missing(error)
-            self._ended.wait(MASTER_RETRY_S)
+            self.clock.sleep(MASTER_RETRY_S)
         raise Interrupted(f"{self.name} was shut down while it waited for the master")
 
     def use_simulated_time(self) -> SimulatedClock:
@@ -180,13 +190,19 @@ class Node:
             clock.set_ns(now.to_nsec())
 
         self.clock = clock
-        wall.close()
+        wall.interrupt()
         self.subscribe("/clock", load_message_class("rosgraph_msgs/Clock"), on_clock, queue_size=1)
         return clock
 
     @property
     def is_shutdown(self) -> bool:
-        return self._ended.is_set()
+        """True from the moment the end began; only the hooks still see False, and may still publish."""
+        return self._ended.is_set() or (self._ending_thread or get_ident()) != get_ident()
+
+    @property
+    def is_ending(self) -> bool:
+        """True from the moment the end began, for hooks too."""
+        return self._ending_thread is not None
 
     def wait_for_shutdown(self, timeout_s: float | None = None) -> bool:
         """Waits until the node has been shut down; False when the time is over first."""
@@ -204,25 +220,39 @@ class Node:
     def shutdown(self, reason: str = "") -> None:
         """Ends the node: hooks, then the entries at the master, then all links. Returns when it is done.
 
-        Harmless when repeated; a second caller returns at once. An exception in a hook is logged.
+        From the first moment on, only the hooks may publish: what they say last (a robot's "stop")
+        is not followed by what another thread was about to say. An exception in a hook is logged.
+        Harmless when repeated; a second caller waits for the first.
         """
-        if not self._ending.acquire(blocking=False):
+        with self._lock:
+            is_first, self._ending_thread = self._ending_thread is None, self._ending_thread or get_ident()
+        if not is_first:
+            if self._ending_thread != get_ident():  # a hook that asks for the end is in the middle of it
+                self._ended.wait()
             return
         self.log.debug("signal_shutdown [%s]", reason)
+        is_started = self._registrations is not None
+        if is_started:
+            self.topics.reserve_publishing(get_ident())
+        self.clock.interrupt(exempt=get_ident())
         for hook in list(self._at_end):
             try:
                 hook()
             except Exception:
                 self.log.exception("a shutdown hook of %s failed", self.name)
-        self._ended.set()
-        self.clock.close()
-        if self._registrations is None:
-            return
-        self._registrations.close()
+        try:
+            if is_started:
+                self._leave()
+        finally:
+            self.clock.interrupt()
+            self._ended.set()
+
+    def _leave(self) -> None:
+        self.registrations.close()
         self.topics.close()
         try:
             self._loop.run(self._close(), SHUTDOWN_DEADLINE_S)
-        except (TimeoutError, asyncio.TimeoutError):
+        except (TimeoutError, asyncio.TimeoutError, concurrent.futures.TimeoutError):
             self.log.debug("%s did not close its ports in time", self.name)
         self._loop.stop()
         self.master.close()

@@ -66,7 +66,9 @@ class Publication:
         self.is_latching = False
         self.links: tuple[PublisherLink, ...] = ()
         self.handles = 0
+        self.headers: dict[str, str] = {}  # further fields for the connection header
         self.listeners: list[PeerListener] = []
+        self.only_thread: int | None = None  # while the node ends, nobody else's messages go out
         self.dropped = 0  # by links that are closed already
         self._caller_id = caller_id
         self._loop = loop
@@ -84,6 +86,8 @@ class Publication:
         Raises:
             SerializationError: a field has a value that its type cannot hold. Nothing was sent.
         """
+        if self.only_thread is not None and self.only_thread != threading.get_ident():
+            return
         with self._lock:
             if self.is_latching:
                 self._latched = message
@@ -112,7 +116,7 @@ class Publication:
                 self._log.warning(refusal)
             return
         answer = accept_topic_link(self.topic, self._caller_id, self.interface, latching=self.is_latching)
-        await send_header(connection.sock, answer)
+        await send_header(connection.sock, {**self.headers, **answer})
         link = OutgoingLink(connection.sock, self._loop, queue_size=self.queue_size, on_closed=self._detach)
         peer = PublisherLink(connection.fields["callerid"], self._next_link_number(), link)
         with self._lock:

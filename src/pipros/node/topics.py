@@ -99,9 +99,17 @@ class Topics:
     # -- publishing ---------------------------------------------------------------
 
     def advertise(
-        self, topic: str, message_class: type[Message], *, queue_size: int | None, latch: bool
+        self,
+        topic: str,
+        message_class: type[Message],
+        *,
+        queue_size: int | None,
+        latch: bool,
+        headers: Mapping[str, str] | None = None,
     ) -> Publisher:
         """A new handle on a topic, which is registered at the master with the first one.
+
+        `headers` are further fields for the connection headers that subscribers get.
 
         Raises:
             TypeConflict: this node publishes the topic with another type already.
@@ -124,10 +132,16 @@ class Topics:
                 _same_type(publication.interface.md5sum, message_class, topic)
             publication.handles += 1
             publication.is_latching = publication.is_latching or latch
+            publication.headers.update(headers or {})
             publication.set_queue_size(queue_size)
             if found is None:
                 self._registrations.add(entry)
         return Publisher(publication, self._release_publication)
+
+    def reserve_publishing(self, thread: int) -> None:
+        """From now on only the given thread's messages go out; the others' are dropped silently."""
+        for publication in self.publications:
+            publication.only_thread = thread
 
     def _release_publication(self, publication: Publication) -> None:
         with self._lock:

@@ -1,0 +1,267 @@
+"""Calling services over TCPROS.
+
+Source of the protocol: http://wiki.ros.org/ROS/TCPROS
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import struct
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
+
+from pipros.errors import PiprosError, ProtocolError, Refused
+from pipros.net import sockets
+from pipros.net.master import MasterClient
+from pipros.net.tcpros import HANDSHAKE_DEADLINE_S
+from pipros.node.publisher import body_buffers
+from pipros.node.service import ServiceClass
+from pipros.node.subscriber import decoder
+from pipros.wire.handshake import Interface, check_service_reply, request_service_link
+from pipros.wire.header import HeaderReader, encode_header
+
+if TYPE_CHECKING:
+    from pipros.msg.base import Message
+
+_pack_length = struct.Struct("<I").pack
+
+
+class ServiceFailed(PiprosError):
+    """A service call brought no response: nobody there, refused, answered with an error, or broken."""
+
+
+class CallTimeout(ServiceFailed):
+    """A service call took longer than it was given."""
+
+
+class OpenCalls:
+    """The connections of all calls under way, so that the end of a node can end them."""
+
+    def __init__(self) -> None:
+        self._links: set[ServiceLink] = set()
+        self._lock = threading.Lock()
+        self._is_interrupted = False
+
+    def add(self, link: ServiceLink) -> None:
+        with self._lock:
+            self._links.add(link)
+            is_too_late = self._is_interrupted
+        if is_too_late:
+            sockets.abort(link.sock)
+
+    def remove(self, link: ServiceLink) -> None:
+        with self._lock:
+            self._links.discard(link)
+
+    def interrupt(self) -> None:
+        """Ends every call under way, and those to come."""
+        with self._lock:
+            self._is_interrupted = True
+            for link in self._links:
+                sockets.abort(link.sock)
+
+
+class ServiceClient:
+    """Calls one service. Calls of several threads go over connections of their own, unless persistent."""
+
+    def __init__(
+        self,
+        service: str,
+        service_class: ServiceClass,
+        *,
+        master: Callable[[], MasterClient],
+        calls: OpenCalls,
+        persistent: bool = False,
+        headers: Mapping[str, str] | None = None,
+    ) -> None:
+        """`service` is a global name; `headers` reach the handler in the connection header."""
+        self.service = service
+        self._interface = Interface(service_class._type, service_class._md5sum)
+        self._decode = decoder(service_class._response_class)
+        self._master = master
+        self._calls = calls
+        self._persistent = persistent
+        self._headers = headers
+        self._kept: ServiceLink | None = None
+        self._turn = threading.Lock()  # of the kept link
+
+    def call(self, request: Message, timeout_s: float | None = None) -> Any:
+        """Sends the request and returns the response.
+
+        Raises:
+            CallTimeout: there was none within `timeout_s`.
+            ServiceFailed: nobody offers the service, or it answered with an error.
+        """
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        if not self._persistent:
+            link = self._connect(deadline)
+            try:
+                return self._decode(link.call(self.service, request, deadline))
+            finally:
+                self._close(link)
+        with self._turn:
+            if self._kept is None:
+                self._kept = self._connect(deadline)
+            body = self._kept.call(self.service, request, deadline)
+        return self._decode(body)
+
+    def probe(self, timeout_s: float) -> None:
+        """Asks whether a server really answers; raises ServiceFailed if not."""
+        deadline = time.monotonic() + timeout_s
+        interface = Interface("*", "*")
+        link = ServiceLink(
+            self._look_up(), self.service, self._master().caller_id, interface, deadline=deadline, probe=True
+        )
+        link.close()
+
+    def close(self) -> None:
+        """Closes the kept connection of a persistent client; another call raises."""
+        kept, self._kept = self._kept, None
+        if kept is not None:
+            self._close(kept)
+
+    def _look_up(self) -> str:
+        try:
+            return self._master().lookup_service(self.service)
+        except Refused:
+            raise ServiceFailed(f"service [{self.service}] unavailable") from None
+        except PiprosError as error:
+            raise ServiceFailed(f"unable to contact master: {error}") from error
+
+    def _connect(self, deadline: float | None) -> ServiceLink:
+        uri = self._look_up()
+        link = ServiceLink(
+            uri,
+            self.service,
+            self._master().caller_id,
+            self._interface,
+            deadline=deadline,
+            persistent=self._persistent,
+            extra=self._headers,
+        )
+        self._calls.add(link)
+        return link
+
+    def _close(self, link: ServiceLink) -> None:
+        self._calls.remove(link)
+        link.close()
+
+
+class ServiceLink:
+    """A client's connection to a service server. One call at a time; not for several threads."""
+
+    def __init__(
+        self,
+        uri: str,
+        service: str,
+        caller_id: str,
+        interface: Interface,
+        *,
+        deadline: float | None,
+        persistent: bool = False,
+        probe: bool = False,
+        extra: Mapping[str, str] | None = None,
+    ) -> None:
+        """Connects and shakes hands.
+
+        Raises:
+            ServiceFailed: nobody answers at `uri`, or the server refuses.
+        """
+        host, port = split_service_uri(uri)
+        try:
+            self.sock = socket.create_connection((host, port), _remaining(deadline, HANDSHAKE_DEADLINE_S))
+        except OSError as error:
+            raise ServiceFailed(f"unable to connect to service: {error}") from error
+        try:
+            sockets.prepare(self.sock)
+            header = request_service_link(
+                service, caller_id, interface, persistent=persistent, probe=probe, extra=extra
+            )
+            self.sock.settimeout(_remaining(deadline, HANDSHAKE_DEADLINE_S))
+            self.sock.sendall(encode_header(header))
+            self.fields, self._rest = _read_header(self.sock)
+            check_service_reply(self.fields, f"{host}:{port}")
+        except Refused as error:
+            self.sock.close()
+            raise ServiceFailed(
+                f"unable to connect to service: remote error reported: {error.text}"
+            ) from error
+        except (OSError, ProtocolError) as error:
+            self.sock.close()
+            raise ServiceFailed(f"unable to connect to service: {error}") from error
+
+    def call(self, service: str, request: Message, deadline: float | None) -> bytes:
+        """Sends a request and returns the body of the response.
+
+        Raises:
+            CallTimeout: the deadline (of `time.monotonic`) passed; the link is closed.
+            ServiceFailed: the server answered with an error, or the connection broke.
+        """
+        body = body_buffers(request)
+        try:
+            self.sock.settimeout(_remaining(deadline))
+            self.sock.sendall(b"".join((_pack_length(sum(map(len, body))), *body)))
+            ok = self._receive(1, deadline)[0]
+            (length,) = struct.unpack("<I", self._receive(4, deadline))
+            reply = self._receive(length, deadline)
+        except TimeoutError as error:
+            self.close()
+            raise CallTimeout(f"service [{service}] did not answer in time") from error
+        except (OSError, ProtocolError) as error:
+            self.close()
+            raise ServiceFailed(f"transport error completing service call: {error}") from error
+        if not ok:
+            raise ServiceFailed(f"service [{service}] responded with an error: {reply!r}")
+        return reply
+
+    def close(self) -> None:
+        sockets.abort(self.sock)
+        self.sock.close()
+
+    def _receive(self, count: int, deadline: float | None) -> bytes:
+        """Exactly `count` bytes; memory grows with what arrives, not with what was announced."""
+        parts = [self._rest[:count]]
+        self._rest = self._rest[count:]
+        missing = count - len(parts[0])
+        while missing:
+            self.sock.settimeout(_remaining(deadline))
+            data = self.sock.recv(min(missing, 1 << 20))
+            if not data:
+                raise ProtocolError("unable to receive data from sender, check sender's logs for details")
+            parts.append(data)
+            missing -= len(data)
+        return b"".join(parts)
+
+
+def split_service_uri(uri: str) -> tuple[str, int]:
+    """Host and port of `rosrpc://host:port`."""
+    with contextlib.suppress(ValueError):
+        parts = urlsplit(uri)
+        if parts.scheme == "rosrpc" and parts.hostname and parts.port:
+            return parts.hostname, parts.port
+    raise ServiceFailed(f"protocol error: [{uri}] is no rosrpc URI")
+
+
+def _read_header(sock: socket.socket) -> tuple[Mapping[str, str], bytes]:
+    reader = HeaderReader()
+    while True:
+        data = sock.recv(16 * 1024)
+        if not data:
+            raise ProtocolError("the server closed the connection before it answered")
+        fields = reader.feed(data)
+        if fields is not None:
+            return fields, reader.rest
+
+
+def _remaining(deadline: float | None, longest_s: float | None = None) -> float | None:
+    """Seconds until the deadline, for a socket's time limit; raises TimeoutError when it has passed."""
+    if deadline is None:
+        return longest_s
+    remaining = deadline - time.monotonic()
+    if remaining <= 0:
+        raise TimeoutError("the time is over")
+    return remaining if longest_s is None else min(remaining, longest_s)

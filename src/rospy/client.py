@@ -1,0 +1,199 @@
+"""Starting the node, parameters, and the rest of rospy's everyday functions."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar
+
+from genpy import Message
+from pipros.env import Environment
+from pipros.errors import NotFound
+from pipros.names import is_remapping_argument
+from rospy.core import is_shutdown
+from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
+from rospy.logs import DEBUG as DEBUG
+from rospy.logs import ERROR as ERROR
+from rospy.logs import FATAL as FATAL
+from rospy.logs import INFO as INFO
+from rospy.logs import WARN as WARN
+from rospy.msproxy import MasterProxy
+from rospy.session import session
+from rospy.topics import Subscriber
+
+AnyMessage = TypeVar("AnyMessage", bound=Message)
+
+_UNSPECIFIED = object()
+
+
+def init_node(
+    name: str,
+    argv: Sequence[str] | None = None,
+    anonymous: bool = False,
+    log_level: int | None = None,
+    disable_rostime: bool = False,
+    disable_rosout: bool = False,
+    disable_signals: bool = False,
+    xmlrpc_port: int = 0,
+    tcpros_port: int = 0,
+) -> None:
+    """Makes this process a ROS node, and waits until the master answers.
+
+    Args:
+        name: the name without a namespace; `__name:=` on the command line wins over it.
+        argv: arguments to take remappings from; by default `sys.argv`.
+        anonymous: makes the name unique.
+        log_level: `rospy.DEBUG`, `INFO`, `WARN`, `ERROR` or `FATAL`; INFO by default.
+        disable_rostime: keeps wall time, whatever `/use_sim_time` says.
+        disable_rosout: does not publish what is logged.
+        disable_signals: leaves SIGINT and SIGTERM to the caller.
+        xmlrpc_port: the port of the node's slave API; 0 takes a free one.
+        tcpros_port: the port of its topics and services; 0 takes a free one.
+
+    Raises:
+        ValueError: the name is empty, or has a namespace.
+        ROSException: it was called before, with other arguments.
+        ROSInitException: it was interrupted, or called outside the main thread with signals enabled.
+    """
+    session.start(
+        name,
+        argv,
+        anonymous=anonymous,
+        log_level=log_level,
+        disable_rostime=disable_rostime,
+        disable_rosout=disable_rosout,
+        disable_signals=disable_signals,
+        rpc_port=xmlrpc_port,
+        tcpros_port=tcpros_port,
+    )
+
+
+def spin() -> None:
+    """Waits until the node is shut down.
+
+    Raises:
+        ROSInitException: before init_node.
+    """
+    if session.node is None:
+        raise ROSInitException("client code must call rospy.init_node() first")
+    session.node.wait_for_shutdown()
+
+
+def on_shutdown(h: Callable[[], object]) -> None:
+    """Has `h` called when the node shuts down, while publishing still works.
+
+    Raises:
+        TypeError: `h` cannot be called.
+    """
+    if not callable(h):
+        raise TypeError(f"shutdown hook [{h}] must be a function or callable object: {type(h)}")
+    session.add_client_hook(h)
+
+
+def myargv(argv: Sequence[str] | None = None) -> list[str]:
+    """The command line without remapping arguments."""
+    return [one for one in (sys.argv if argv is None else argv) if not is_remapping_argument(one)]
+
+
+def get_published_topics(namespace: str = "/") -> list[list[str]]:
+    """`[topic, type]` of every topic below the namespace that somebody publishes."""
+    return session.master.get_published_topics(namespace)
+
+
+def get_master(env: Mapping[str, str] | None = None) -> MasterProxy:
+    """The master, for direct calls of its API."""
+    uri = session.master.uri if env is None else Environment.from_os(env).master_uri
+    return MasterProxy(uri)
+
+
+def wait_for_message(topic: str, topic_type: type[AnyMessage], timeout: float | None = None) -> AnyMessage:
+    """Subscribes to a topic, and returns the first message.
+
+    Raises:
+        ROSException: none came within `timeout` seconds.
+        ROSInterruptException: the node was shut down meanwhile.
+    """
+    arrived: list[AnyMessage] = []
+    changed = threading.Event()
+    if is_shutdown():
+        raise ROSInterruptException("rospy shutdown")
+
+    def take(message: AnyMessage) -> None:
+        arrived.append(message)
+        changed.set()
+
+    session.when_started(lambda node: node.at_end(changed.set))
+    subscriber = Subscriber(topic, topic_type, take)
+    try:
+        changed.wait(timeout)
+    finally:
+        subscriber.unregister()
+    if arrived:
+        return arrived[0]
+    if is_shutdown():
+        raise ROSInterruptException("rospy shutdown")
+    raise ROSException(f"timeout exceeded while waiting for message on topic {topic}")
+
+
+def get_param(param_name: str, default: Any = _UNSPECIFIED) -> Any:
+    """A parameter's value; that of a namespace is a dictionary.
+
+    Raises:
+        KeyError: it is not set, and no default was given.
+    """
+    try:
+        return session.params.get(param_name)
+    except NotFound:
+        return _default(param_name, default)
+
+
+def get_param_cached(param_name: str, default: Any = _UNSPECIFIED) -> Any:
+    """As `get_param`, but asks the master only once: later changes come by themselves."""
+    try:
+        return session.params.get_cached(param_name)
+    except NotFound:
+        return _default(param_name, default)
+
+
+def _default(param_name: str, default: Any) -> Any:
+    if default is _UNSPECIFIED:
+        raise KeyError(session.resolve(param_name))
+    return default
+
+
+def set_param(param_name: str, param_value: Any) -> None:
+    """Sets a parameter; a dictionary replaces a whole namespace.
+
+    Raises:
+        TypeError: a value that XML-RPC cannot carry: None, a set, a key that is no string.
+        OverflowError: an integer of more than 32 bits.
+    """
+    session.params.set(param_name, param_value)
+
+
+def has_param(param_name: str) -> bool:
+    """True for a parameter that is set, and for a namespace with any."""
+    return session.params.has(param_name)
+
+
+def delete_param(param_name: str) -> None:
+    """Deletes a parameter or a namespace.
+
+    Raises:
+        KeyError: it is not set.
+    """
+    try:
+        session.params.delete(param_name)
+    except NotFound:
+        raise KeyError(session.resolve(param_name)) from None
+
+
+def search_param(param_name: str) -> str | None:
+    """The full name of the closest parameter of that name, from the node's namespace upwards."""
+    return session.params.search(param_name)
+
+
+def get_param_names() -> list[str]:
+    """The names of all parameters."""
+    return session.params.names()

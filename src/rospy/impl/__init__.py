@@ -1,0 +1,1 @@
+"""Where genuine rospy keeps its inner parts. Names that others import from there are found here."""

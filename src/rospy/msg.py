@@ -1,0 +1,88 @@
+"""`AnyMsg`, and making messages from what `publish` was called with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, TypeVar
+
+from genpy import Message
+from rospy.exceptions import ROSException
+
+MessageClass = TypeVar("MessageClass", bound=Message)
+
+
+class AnyMsg(Message):
+    """A message of any type, its body left as bytes in `_buff`. For subscribing only, or to relay."""
+
+    _md5sum: ClassVar[str] = "*"
+    _type: ClassVar[str] = "*"
+    _has_header: ClassVar[bool] = False
+    _full_text: ClassVar[str] = ""
+    __slots__ = ["_buff"]
+    _slot_types: ClassVar[list[str]] = []
+
+    def __init__(self, *args: Any) -> None:
+        """Takes no fields.
+
+        Raises:
+            ROSException: for any argument.
+        """
+        if args:
+            raise ROSException("AnyMsg does not accept arguments")
+        self._buff: bytes | None = None
+
+    @classmethod
+    def _from_bytes(cls, data: bytes | memoryview) -> AnyMsg:
+        message = cls()
+        message._buff = bytes(data)
+        return message
+
+    def serialize(self, buff: Any) -> None:
+        """Writes the bytes that were received.
+
+        Raises:
+            ROSException: there are none.
+        """
+        if self._buff is None:
+            raise ROSException("AnyMsg is not initialized")
+        buff.write(self._buff)
+
+    def deserialize(self, str: bytes | memoryview) -> AnyMsg:  # noqa: A002  # genpy's name for it
+        """Keeps the bytes."""
+        self._buff = bytes(str)
+        return self
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, AnyMsg) and self._buff == other._buff
+
+    __hash__ = None
+
+
+def args_kwds_to_message(
+    data_class: type[MessageClass], args: Sequence[Any], kwds: Mapping[str, Any]
+) -> MessageClass:
+    """The message that `publish(*args, **kwds)` or a service call means: itself, or its fields.
+
+    Raises:
+        TypeError: a message of another type, too few or too many fields, or both kinds of arguments.
+        AttributeError: a keyword that is no field.
+    """
+    if args and kwds:
+        raise TypeError("publish() can be called with arguments or keywords, but not both.")
+    if kwds:
+        return data_class(**kwds)
+    if len(args) == 1 and hasattr(args[0], "_md5sum"):
+        return _message_for(data_class, args[0])
+    return data_class(*args)
+
+
+def _message_for(data_class: type[MessageClass], one: Any) -> MessageClass:
+    """A message given as the only argument: the message itself, or the value of its only field."""
+    if isinstance(one, data_class):
+        return one
+    if one._type == data_class._type and one._md5sum == data_class._md5sum:
+        return one  # type: ignore[no-any-return]  # its class was loaded twice
+    if [one._type] == data_class._slot_types:
+        return data_class(one)
+    expected = data_class._slot_types[0] if data_class._slot_types else data_class._type
+    raise TypeError(f"expected [{expected}] but got [{one._type}]")

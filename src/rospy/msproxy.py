@@ -1,0 +1,59 @@
+"""The master as an object whose methods are those of its XML-RPC API."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pipros.errors import Unreachable
+from pipros.net.master import MasterClient
+from rospy.session import session
+
+
+class MasterProxy:
+    """Calls any method of the Master and Parameter API; the caller_id goes first by itself.
+
+    `target` names the master; `proxy.getPid()` returns `[code, text, value]`. Parameters may be
+    used like entries of a dictionary: `proxy['~rate'] = 5`.
+
+    Raises:
+        OSError: the master cannot be reached.
+    """
+
+    def __init__(self, uri: str) -> None:
+        self.target = MasterClient(uri, session.name)
+
+    def __getattr__(self, method: str) -> Callable[..., Any]:
+        if method.startswith("_"):
+            raise AttributeError(method)
+
+        def call(*args: Any) -> list[Any]:
+            self.target.caller_id = session.name
+            try:
+                return list(self.target.call_raw(method, *args))
+            except Unreachable as error:
+                raise ConnectionError(str(error)) from error
+
+        return call
+
+    def __getitem__(self, key: str) -> Any:
+        code, _, value = self.getParam(session.resolve(key))
+        if code != 1:
+            raise KeyError(key)
+        return value
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        self.setParam(session.resolve(key), value)
+
+    def __delitem__(self, key: str) -> None:
+        code, _, _ = self.deleteParam(session.resolve(key))
+        if code != 1:
+            raise KeyError(key)
+
+    def __contains__(self, key: str) -> bool:
+        code, _, value = self.hasParam(session.resolve(key))
+        return code == 1 and bool(value)
+
+    def __iter__(self) -> Any:
+        _, _, keys = self.getParamNames()
+        return iter(keys)

@@ -1,0 +1,239 @@
+"""`rospy.Service`, `rospy.ServiceProxy` and `rospy.wait_for_service`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from genpy import Message
+from pipros.node import Node
+from pipros.node.client import OpenCalls, ServiceClient, ServiceFailed
+from pipros.node.service import HandlerError, ServiceServer
+from pipros.node.topics import NameInUse
+from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
+from rospy.msg import args_kwds_to_message
+from rospy.session import session
+from rospy.topics import DEFAULT_BUFF_SIZE
+
+#: How often wait_for_service looks again, and how long one look may take.
+_LOOK_INTERVAL_S = 0.3
+_LOOK_LIMIT_S = 10.0
+
+ErrorHandler = Callable[[BaseException, type[BaseException], BaseException, Any], object]
+
+
+class ServiceException(Exception):
+    """A service call brought no response."""
+
+
+class Service:
+    """Offers a service: calls `handler(request)` for each call, in a thread of the connection.
+
+    The handler may return the response, its only field, its fields as a list, tuple or
+    dictionary, and `[]` or `{}` where it has none.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        service_class: Any,
+        handler: Callable[[Any], Any],
+        buff_size: int = DEFAULT_BUFF_SIZE,
+        error_handler: ErrorHandler | None = None,
+    ) -> None:
+        """Registers the service, or does so in init_node.
+
+        `error_handler(exception, type, value, traceback)` is called when the handler raises; the
+        client gets an error all the same. `buff_size` is accepted for Noetic's sake.
+
+        Raises:
+            ServiceException: this node offers a service of that name already.
+        """
+        del buff_size
+        self.resolved_name = session.resolve(name)
+        self.service_class = service_class
+        self.request_class = service_class._request_class
+        self.response_class = service_class._response_class
+        self.handler = handler
+        self._node: Node | None = None
+        self._server: ServiceServer | None = None
+
+        def serve(node: Node) -> None:
+            try:
+                self._server = node.topics.serve(
+                    self.resolved_name,
+                    service_class,
+                    self._respond,
+                    None if error_handler is None else _adapt(error_handler),
+                )
+            except NameInUse as error:
+                raise ServiceException(str(error)) from None
+            self._node = node
+
+        session.when_started(serve)
+
+    def shutdown(self, reason: str = "") -> None:
+        """Takes the service back. Harmless when repeated."""
+        del reason
+        if self._node is not None and self._server is not None:
+            self._node.topics.stop_serving(self._server)
+
+    def spin(self) -> None:
+        """Waits until the node is shut down.
+
+        Raises:
+            ROSInitException: before init_node.
+        """
+        if session.node is None:
+            raise ROSInitException("client code must call rospy.init_node() first")
+        session.node.wait_for_shutdown()
+
+    def _respond(self, request: Message) -> Message:
+        try:
+            response = self.handler(request)
+        except ServiceException as error:
+            raise HandlerError(str(error)) from error
+        return convert_return_to_response(response, self.response_class)
+
+
+def _adapt(error_handler: ErrorHandler) -> Callable[[BaseException], object]:
+    return lambda error: error_handler(error, type(error), error, error.__traceback__)
+
+
+def convert_return_to_response(response: Any, response_class: type[Message]) -> Message:
+    """The response that a handler's return value means.
+
+    Raises:
+        HandlerError: it means none.
+    """
+    if isinstance(response, Message) and response._type == response_class._type:
+        return response
+    if response is None:
+        raise HandlerError("service handler returned None")
+    try:
+        if isinstance(response, dict):
+            return response_class(**response)
+        if isinstance(response, (list, tuple)):
+            return response_class(*response)
+        if len(response_class.__slots__) == 1:
+            return response_class(response)
+    except (AttributeError, TypeError) as error:
+        raise HandlerError(f"handler returned invalid value: {error}") from None
+    raise HandlerError(f"handler returned invalid value: {response!r:.200}")
+
+
+class ServiceProxy:
+    """Calls a service: `proxy(request)`, or with the request's fields as arguments."""
+
+    def __init__(
+        self,
+        name: str,
+        service_class: Any,
+        persistent: bool = False,
+        headers: Mapping[str, str] | None = None,
+        *,
+        timeout: float | None = None,
+    ) -> None:
+        """Connects to nobody yet; works before init_node too.
+
+        Args:
+            name: the service.
+            service_class: its class, `std_srvs.srv.Empty` for example.
+            persistent: keeps one connection for all calls.
+            headers: reach the handler in `request._connection_header`.
+            timeout: seconds that a call may take; None is for ever. (Not in Noetic.)
+        """
+        self.resolved_name = session.resolve(name)
+        self.service_class = service_class
+        self.request_class: type[Message] = service_class._request_class
+        self.response_class: type[Message] = service_class._response_class
+        self.persistent = persistent
+        self.timeout = timeout
+        self._client = ServiceClient(
+            self.resolved_name,
+            service_class,
+            master=lambda: session.master,
+            calls=session.calls,
+            persistent=persistent,
+            headers=headers,
+        )
+
+    def __call__(self, *args: Any, **kwds: Any) -> Any:
+        """The same as `call`."""
+        return self.call(*args, **kwds)
+
+    def call(self, *args: Any, **kwds: Any) -> Any:
+        """Calls the service and returns its response.
+
+        Takes the request, or its fields: all in order, or any by name. `timeout=` limits this
+        call, unless the request has a field of that name.
+
+        Raises:
+            ServiceException: nobody offers it, it answered with an error, or took too long.
+            ROSInterruptException: the node was shut down meanwhile.
+            TypeError, AttributeError: the arguments do not fit the request.
+        """
+        timeout = self.timeout
+        if "timeout" in kwds and "timeout" not in self.request_class.__slots__:
+            timeout = kwds.pop("timeout")
+        request = args_kwds_to_message(self.request_class, args, kwds)
+        try:
+            return self._client.call(request, timeout)
+        except ServiceFailed as error:
+            if session.is_shutdown:
+                raise ROSInterruptException("node shutdown interrupted service call") from None
+            raise ServiceException(str(error)) from None
+
+    def wait_for_service(self, timeout: float | None = None) -> None:
+        """See `rospy.wait_for_service`."""
+        wait_for_service(self.resolved_name, timeout=timeout)
+
+    def close(self) -> None:
+        """Closes the connection of a persistent proxy."""
+        self._client.close()
+
+
+def wait_for_service(service: str, timeout: float | None = None) -> None:
+    """Waits until a service is offered and its server really answers.
+
+    Raises:
+        ROSException: it was not within `timeout` seconds.
+        ROSInterruptException: the node was shut down meanwhile.
+    """
+    client = ServiceClient(
+        session.resolve(service), _AnyService, master=lambda: session.master, calls=OpenCalls()
+    )
+    deadline = None if timeout is None else time.monotonic() + timeout
+    is_told = False
+    while not session.is_shutdown:
+        left_s = _LOOK_LIMIT_S if deadline is None else deadline - time.monotonic()
+        if left_s <= 0:
+            raise ROSException(f"timeout exceeded while waiting for service {client.service}")
+        try:
+            client.probe(min(left_s, _LOOK_LIMIT_S))
+        except ServiceFailed as error:
+            if not is_told and "unavailable" not in str(error):
+                is_told = True
+                session.logger.warning("wait_for_service(%s): %s. Will keep trying.", client.service, error)
+        else:
+            return
+        session.wait(min(_LOOK_INTERVAL_S, max(left_s, 0)))
+    raise ROSInterruptException("rospy shutdown")
+
+
+class _AnyService:
+    """Stands for a service class where a probe needs none."""
+
+    _type = _md5sum = "*"
+    _request_class = _response_class = Message
+
+
+__all__ = [
+    "ErrorHandler",
+    "Service",
+    "ServiceException",
+    "ServiceProxy",
+    "convert_return_to_response",
+    "wait_for_service",
+]

@@ -1,0 +1,348 @@
+"""The one default node of a process, which every name in rospy speaks of.
+
+All state of rospy lives in the one `session` object at the end of this module.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import logging
+import os
+import signal
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from types import FrameType
+from typing import Any
+
+from pipros import names
+from pipros.env import Environment
+from pipros.errors import Interrupted, Refused, Unreachable
+from pipros.net.master import MasterClient
+from pipros.node import Node, Publisher
+from pipros.node.client import OpenCalls
+from pipros.node.log import (
+    ConsoleHandler,
+    RosoutHandler,
+    log_file,
+    logger_levels,
+    open_file_handler,
+    set_logger_level,
+)
+from pipros.node.params import Parameters
+from pipros.safe import yaml
+from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
+
+#: The name of a process that has not called init_node.
+UNNAMED = "/unnamed"
+
+ROSOUT_QUEUE_SIZE = 100
+
+Hook = Callable[..., object]
+
+
+class InitInterrupted(ROSInitException, ROSInterruptException):
+    """The process was told to end while init_node still waited for the master."""
+
+
+class Session:
+    """The life of rospy in this process: before `init_node`, with its node, and after the end."""
+
+    def __init__(self) -> None:
+        self.node: Node | None = None
+        self.logger = logging.getLogger("rosout")
+        self.remappings: Mapping[str, str] = {}
+        self.has_time = False
+        self.calls = OpenCalls()
+        self._init_arguments: tuple[Any, ...] | None = None
+        self._waiting_for_node: list[Callable[[Node], object]] = []
+        self._client_hooks: list[Hook] = []
+        self._preshutdown_hooks: list[Hook] = []
+        self._shutdown_hooks: list[Hook] = []
+        self._is_over = False  # shut down without ever having had a node
+        self._lock = threading.RLock()
+        self._previous_handlers: dict[int, Any] = {}
+        self._is_told_to_end = False
+        self._early_clients: tuple[str, MasterClient, Parameters] | None = None
+
+    def wait(self, seconds: float) -> None:
+        """Waits in wall time; less when the node ends."""
+        if self.node is not None:
+            self.node.wait_for_shutdown(seconds)
+        else:
+            time.sleep(seconds)
+
+    # -- before and after init_node ---------------------------------------------
+
+    @property
+    def name(self) -> str:
+        return self.node.name if self.node is not None else UNNAMED
+
+    @property
+    def namespace(self) -> str:
+        return self.node.namespace if self.node is not None else Environment.from_os().namespace
+
+    @property
+    def is_initialized(self) -> bool:
+        return self.node is not None and self.has_time
+
+    @property
+    def is_shutdown(self) -> bool:
+        return self._is_over or (self.node is not None and self.node.is_shutdown)
+
+    @property
+    def params(self) -> Parameters:
+        """The parameters, also before init_node."""
+        return self.node.params if self.node is not None else self._early()[2]
+
+    @property
+    def master(self) -> MasterClient:
+        """The master, also before init_node."""
+        return self.node.master if self.node is not None else self._early()[1]
+
+    def resolve(self, name: str) -> str:
+        if self.node is not None:
+            return self.node.resolve(name)
+        return names.resolve(name, names.join(Environment.from_os().namespace, UNNAMED.strip("/")))
+
+    def when_started(self, action: Callable[[Node], object]) -> None:
+        """Does something with the node: now, or as soon as there is one."""
+        with self._lock:
+            if self.node is None:
+                self._waiting_for_node.append(action)
+                return
+        action(self.node)
+
+    def _early(self) -> tuple[str, MasterClient, Parameters]:
+        uri = Environment.from_os().master_uri
+        if self._early_clients is None or self._early_clients[0] != uri:
+            master = MasterClient(uri, UNNAMED)
+            self._early_clients = uri, master, Parameters(master, self.resolve, lambda: None)
+        return self._early_clients
+
+    # -- the start ----------------------------------------------------------------
+
+    def start(
+        self,
+        name: str,
+        argv: Sequence[str] | None,
+        *,
+        anonymous: bool,
+        log_level: int | None,
+        disable_rostime: bool,
+        disable_rosout: bool,
+        disable_signals: bool,
+        rpc_port: int,
+        tcpros_port: int,
+    ) -> None:
+        """What `rospy.init_node` does; its docstring has the details."""
+        argv = sys.argv if argv is None else argv
+        arguments = (name, list(argv), anonymous, log_level, disable_rostime, disable_signals)
+        if not name:
+            raise ValueError("name must not be empty")
+        if "/" in name:
+            raise ValueError("namespaces are not allowed in node names")
+        with self._lock:
+            if self._init_arguments is not None:
+                if self._init_arguments == arguments:
+                    return
+                raise ROSException(
+                    "rospy.init_node() has already been called with different arguments: "
+                    f"{self._init_arguments}"
+                )
+            self._init_arguments = arguments
+        try:
+            self._start(arguments, disable_rosout, rpc_port, tcpros_port)
+        except BaseException:
+            if self.node is None:
+                self._init_arguments = None
+            raise
+
+    def _start(
+        self, arguments: tuple[Any, ...], disable_rosout: bool, rpc_port: int, tcpros_port: int
+    ) -> None:
+        name, argv, anonymous, log_level, disable_rostime, disable_signals = arguments
+        if not names.is_legal_base(name):
+            warnings.warn(
+                f"'{name}' is not a legal ROS base name. This may cause problems with other ROS tools.",
+                stacklevel=4,
+            )
+        node = Node(
+            name,
+            anonymous=anonymous,
+            argv=argv,
+            log=self.logger,
+            on_shutdown_request=self._end_as_asked,
+            rpc_port=rpc_port,
+            tcpros_port=tcpros_port,
+        )
+        node.at_end(self._call_client_hooks)
+        self._start_logging(node, log_level)
+        if not disable_signals:
+            self._take_signals()
+        node.start()
+        self.node = node
+        self.remappings = dict(node.arguments.remappings)
+        atexit.register(self.end, "atexit")
+        try:
+            node.wait_for_master(lambda _: _say_that_there_is_no_master(node))
+        except Interrupted:
+            raise InitInterrupted("init_node interrupted before it could complete") from None
+        for key, text in node.arguments.params.items():
+            node.params.set("~" + key, yaml.load(text))
+        if not disable_rosout:
+            self._start_rosout(node)
+        if not disable_rostime and self._uses_simulated_time(node):
+            node.use_simulated_time()
+        self.has_time = True
+        self._serve_loggers(node)
+        self.logger.debug("init_node, name[%s], pid[%s]", node.name, os.getpid())
+        with self._lock:
+            waiting, self._waiting_for_node = self._waiting_for_node, []
+        for action in waiting:
+            action(node)
+
+    def _uses_simulated_time(self, node: Node) -> bool:
+        try:
+            return node.params.get("/use_sim_time") is True
+        except LookupError:
+            return False
+
+    def _start_logging(self, node: Node, log_level: int | None) -> None:
+        self.logger.setLevel(LOGGING_LEVELS.get(log_level or 0, logging.INFO))
+        self.logger.propagate = False
+        self.logger.addHandler(ConsoleHandler(node.name, lambda: node.clock, node.environment.console_format))
+        path = log_file(node.environment.log_dir, node.name, node.arguments.special.get("__log"))
+        try:
+            self.logger.addHandler(open_file_handler(path))
+        except OSError as error:
+            print(
+                f"WARNING: cannot log to [{path}]: {error.strerror}. "
+                "Please set ROS_LOG_DIR to a writable location.",
+                file=sys.stderr,
+            )
+
+    def _start_rosout(self, node: Node) -> None:
+        from pipros.msg import load_message_class
+
+        publisher: Publisher = node.advertise(
+            "/rosout", load_message_class("rosgraph_msgs/Log"), queue_size=ROSOUT_QUEUE_SIZE, latch=True
+        )
+        with contextlib.suppress(LookupError, Unreachable, Refused):
+            if node.params.get_cached("/rosout_disable_topics_generation"):
+                self.logger.addHandler(RosoutHandler(publisher, node.name, node.clock, tuple))
+                return
+        self.logger.addHandler(
+            RosoutHandler(
+                publisher, node.name, node.clock, lambda: [one.topic for one in node.topics.publications]
+            )
+        )
+
+    def _serve_loggers(self, node: Node) -> None:
+        """Offers `~get_loggers` and `~set_logger_level`, which every ROS node has."""
+        from pipros.msg import load_message_class, load_service_class
+
+        get_class: Any = load_service_class("roscpp/GetLoggers")
+        set_class: Any = load_service_class("roscpp/SetLoggerLevel")
+        logger_class = load_message_class("roscpp/Logger")
+
+        def get_loggers(_: Any) -> Any:
+            loggers = [logger_class(name=name, level=level) for name, level in logger_levels()]
+            return get_class._response_class(loggers=loggers)
+
+        def set_level(request: Any) -> Any:
+            set_logger_level(request.logger, request.level)
+            return set_class._response_class()
+
+        node.serve("~get_loggers", get_class, get_loggers)
+        node.serve("~set_logger_level", set_class, set_level)
+
+    # -- the end --------------------------------------------------------------------
+
+    def add_client_hook(self, hook: Hook) -> None:
+        self._client_hooks.append(hook)
+
+    def add_preshutdown_hook(self, hook: Hook) -> None:
+        self._preshutdown_hooks.append(hook)
+
+    def add_shutdown_hook(self, hook: Hook) -> None:
+        self._shutdown_hooks.append(hook)
+
+    def end(self, reason: str) -> None:
+        """Shuts the node down; see `Node.shutdown`."""
+        self._reason = reason
+        if self.node is None:
+            if not self._is_over:
+                self._call_client_hooks()
+                self._is_over = True
+            return
+        self.node.shutdown(reason)
+        self.calls.interrupt()
+        hooks, self._shutdown_hooks = self._shutdown_hooks, []
+        self._call(hooks, reason)
+
+    def _call_client_hooks(self) -> None:
+        self._call(self._client_hooks)
+        self._call(self._preshutdown_hooks, self._reason)
+
+    def _call(self, hooks: Sequence[Hook], *args: object) -> None:
+        for hook in list(hooks):
+            try:
+                hook(*args)
+            except Exception:
+                self.logger.exception("a shutdown hook failed")
+
+    def _end_as_asked(self, reason: str) -> None:
+        print(f"shutdown request: {reason}", flush=True)
+        self.end(f"external shutdown request: {reason}")
+
+    def _take_signals(self) -> None:
+        if threading.current_thread() is not threading.main_thread():
+            raise ROSInitException(
+                "init_node() must be called in the main thread, or with disable_signals=True: "
+                "only the main thread can handle signals"
+            )
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self._previous_handlers[number] = signal.signal(number, self._on_signal)
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        """Ends the node in a thread of its own.
+
+        The main thread may be in the middle of anything, a publish for example, and may hold what
+        the end needs; so the end must not run on top of it. A second signal ends the process.
+        """
+        if self._is_told_to_end:
+            signal.signal(number, signal.SIG_DFL)
+            os.kill(os.getpid(), number)
+            return
+        self._is_told_to_end = True
+        threading.Thread(
+            target=self.end, args=(f"signal-{number}",), name="end of the node", daemon=True
+        ).start()
+        previous = self._previous_handlers.get(number)
+        if callable(previous) and previous is not signal.default_int_handler:
+            with contextlib.suppress(KeyboardInterrupt):
+                previous(number, frame)
+
+
+LOGGING_LEVELS = {
+    1: logging.DEBUG,
+    2: logging.INFO,
+    4: logging.WARNING,
+    8: logging.ERROR,
+    16: logging.CRITICAL,
+}
+
+
+def _say_that_there_is_no_master(node: Node) -> None:
+    uri = node.environment.master_uri
+    print(
+        f"Unable to register with master node [{uri}]: master may not be running yet. Will keep trying.",
+        flush=True,
+    )
+
+
+session = Session()

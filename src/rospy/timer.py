@@ -1,0 +1,129 @@
+"""`rospy.sleep`, `rospy.Rate` and `rospy.Timer`."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import genpy
+from pipros.node import rate
+from pipros.node.clock import NS_PER_S, TimeMovedBackwards
+from rospy.exceptions import ROSInterruptException, ROSTimeMovedBackwardsException
+from rospy.rostime import Duration, Time, clock
+from rospy.session import session
+
+
+def sleep(duration: float | genpy.Duration) -> None:
+    """Sleeps for seconds of the node's clock; a negative duration returns at once.
+
+    In wall time it returns early when the node shuts down, without an exception, as Noetic does.
+
+    Raises:
+        ROSInterruptException: the node shut down, in simulated time.
+        ROSTimeMovedBackwardsException: simulated time went back.
+    """
+    seconds = duration.to_sec() if isinstance(duration, genpy.Duration) else duration
+    if seconds < 0:
+        return
+    if session.node is None:
+        threading.Event().wait(seconds)
+        return
+    try:
+        goes_on = session.node.clock.sleep(seconds)
+    except TimeMovedBackwards as error:
+        raise ROSTimeMovedBackwardsException(error.jump_s) from None
+    _raise_if_interrupted(goes_on)
+
+
+class Rate:
+    """Keeps a loop at a rate in hertz; see `pipros.node.rate.Rate`."""
+
+    def __init__(self, hz: float, reset: bool = False) -> None:
+        """`reset` starts anew when simulated time goes back, instead of raising.
+
+        Raises:
+            ROSInitException: before init_node.
+            ZeroDivisionError: for 0 Hz.
+        """
+        self._rate = rate.Rate(clock(), int(NS_PER_S / hz), reset=reset)
+
+    @property
+    def sleep_dur(self) -> Duration:
+        """The length of a cycle."""
+        return Duration(0, self._rate.period_ns)
+
+    @property
+    def last_time(self) -> Time:
+        """When the current cycle began."""
+        return Time(*divmod(self._rate.last_ns, NS_PER_S))
+
+    @last_time.setter
+    def last_time(self, value: genpy.Time) -> None:
+        self._rate.last_ns = value.to_nsec()
+
+    def remaining(self) -> Duration:
+        """What is left of the current cycle; negative when it is over."""
+        return Duration(0, self._rate.remaining_ns())
+
+    def sleep(self) -> None:
+        """Sleeps for what is left of the current cycle; raises as `rospy.sleep`."""
+        try:
+            goes_on = self._rate.sleep()
+        except TimeMovedBackwards as error:
+            raise ROSTimeMovedBackwardsException(error.jump_s) from None
+        _raise_if_interrupted(goes_on)
+
+
+@dataclass(frozen=True, slots=True)
+class TimerEvent:
+    """What a Timer's callback gets: when it should have been called, when it was, and how long it took."""
+
+    last_expected: Time | None
+    last_real: Time | None
+    current_expected: Time
+    current_real: Time
+    last_duration: float | None
+
+
+class Timer:
+    """Calls `callback(TimerEvent)` every `period`, in a daemon thread, until it is shut down."""
+
+    def __init__(
+        self,
+        period: genpy.Duration,
+        callback: Callable[[TimerEvent], object],
+        oneshot: bool = False,
+        reset: bool = False,
+    ) -> None:
+        def on_tick(tick: rate.Tick) -> None:
+            callback(
+                TimerEvent(
+                    _time(tick.last_expected_ns),
+                    _time(tick.last_real_ns),
+                    Time(*divmod(tick.current_expected_ns, NS_PER_S)),
+                    Time(*divmod(tick.current_real_ns, NS_PER_S)),
+                    tick.last_duration_s,
+                )
+            )
+
+        self._timer = rate.Timer(clock(), period.to_nsec(), on_tick, oneshot=oneshot, reset=reset)
+
+    def shutdown(self) -> None:
+        """No more calls."""
+        self._timer.shutdown()
+
+    def is_alive(self) -> bool:
+        return self._timer.is_alive()
+
+    def join(self, timeout: float | None = None) -> None:
+        self._timer.join(timeout)
+
+
+def _time(nanoseconds: int | None) -> Time | None:
+    return None if nanoseconds is None else Time(*divmod(nanoseconds, NS_PER_S))
+
+
+def _raise_if_interrupted(goes_on: bool) -> None:
+    if not goes_on and session.node is not None and session.node.clock.is_simulated:
+        raise ROSInterruptException("ROS shutdown request")

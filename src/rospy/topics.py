@@ -1,0 +1,232 @@
+"""`rospy.Publisher` and `rospy.Subscriber`."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from typing import Any, Generic, TypeVar
+
+import pipros.node as node_api
+from genpy import Message as Message
+from genpy import SerializationError
+from pipros.names import is_legal
+from pipros.node import Node
+from pipros.node.publisher import Publication
+from pipros.node.subscriber import NO_ARGS, Subscription
+from pipros.node.topics import TypeConflict
+from rospy.exceptions import ROSException, ROSSerializationException
+from rospy.msg import args_kwds_to_message
+from rospy.session import session
+
+AnyMessage = TypeVar("AnyMessage", bound=Message)
+
+DEFAULT_BUFF_SIZE = 65536
+
+
+class SubscribeListener:
+    """Derive from it, and give an instance to a Publisher, to hear of subscribers that come and go."""
+
+    def peer_subscribe(
+        self,
+        topic_name: str,
+        topic_publish: Callable[..., None],
+        peer_publish: Callable[..., None],
+    ) -> None:
+        """A subscriber has come: `topic_publish` sends to all, `peer_publish` to it alone."""
+
+    def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
+        """A subscriber has gone; so many are left."""
+
+
+class Topic(Generic[AnyMessage]):
+    """What publishers and subscribers have in common.
+
+    Attributes:
+        name: the topic as it was given, `resolved_name` as a global name.
+        type: `std_msgs/String` for example.
+        md5sum: of the type.
+        data_class: the message class.
+    """
+
+    def __init__(self, name: str, data_class: type[AnyMessage]) -> None:
+        if not name or not isinstance(name, str):
+            raise ValueError("topic name is not a non-empty string")
+        if data_class is None:
+            raise ValueError("topic parameter 'data_class' is not initialized")
+        if not isinstance(data_class, type):
+            raise ValueError(f"data_class [{data_class}] is not a class")
+        if not issubclass(data_class, Message):
+            raise ValueError(f"data_class [{type(data_class).__name__}] is not a message data class")
+        if not is_legal(name):
+            warnings.warn(
+                f"'{name}' is not a legal ROS graph resource name. "
+                "This may cause problems with other ROS tools",
+                stacklevel=3,
+            )
+        self.name = self.resolved_name = session.resolve(name)
+        self.type = data_class._type
+        self.md5sum = data_class._md5sum
+        self.data_class = data_class
+
+
+class Publisher(Topic[AnyMessage]):
+    """Publishes messages of one type on a topic."""
+
+    def __init__(
+        self,
+        name: str,
+        data_class: type[AnyMessage],
+        subscriber_listener: SubscribeListener | None = None,
+        tcp_nodelay: bool = False,
+        latch: bool = False,
+        headers: Mapping[str, str] | None = None,
+        queue_size: int | None = None,
+    ) -> None:
+        """Registers the topic, or does so in init_node.
+
+        Args:
+            name: the topic.
+            data_class: the message class.
+            subscriber_listener: hears of subscribers that come and go.
+            tcp_nodelay: accepted for Noetic's sake; links of pipros never delay.
+            latch: subscribers that come later get the last message.
+            headers: further fields for the connection headers.
+            queue_size: how many messages may wait for a slow subscriber before the oldest is
+                dropped; 0 for any number, None to have `publish` wait.
+
+        Raises:
+            ValueError: `name` or `data_class` is none.
+        """
+        super().__init__(name, data_class)
+        if queue_size is None:
+            warnings.warn(
+                "The publisher should be created with an explicit keyword argument 'queue_size'. "
+                "Please see http://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers "
+                "for more information.",
+                SyntaxWarning,
+                stacklevel=2,
+            )
+        del tcp_nodelay
+        self._handle: node_api.Publisher | None = None
+        self._is_unregistered = False
+        queue_size = queue_size if queue_size is None or queue_size > 0 else 0
+
+        def advertise(node: Node) -> None:
+            if self._is_unregistered:
+                return
+            try:
+                self._handle = node.topics.advertise(
+                    self.resolved_name, data_class, queue_size=queue_size, latch=latch, headers=headers
+                )
+            except TypeConflict as error:
+                raise ValueError(str(error)) from None
+            if subscriber_listener is not None:
+                self._handle.publication.listeners.append(subscriber_listener)
+
+        session.when_started(advertise)
+
+    def publish(self, *args: Any, **kwds: Any) -> None:
+        """Publishes a message, or the message that has these fields: all in order, or any by name.
+
+        Nothing is serialised, and no error found, while nobody subscribes. After the node has been
+        shut down it does nothing.
+
+        Raises:
+            ROSException: before init_node, or after `unregister`.
+            ROSSerializationException: a field's value does not fit its type. Nothing was sent.
+            TypeError, AttributeError: the arguments do not fit the type.
+        """
+        if self._is_unregistered:
+            raise ROSException("publish() to an unregistered() handle")
+        if self._handle is None:
+            raise ROSException("ROS node has not been initialized yet. Please call init_node() first")
+        if len(args) == 1 and not kwds and type(args[0]) is self.data_class:
+            message = args[0]
+        else:
+            message = args_kwds_to_message(self.data_class, args, kwds)
+        try:
+            self._handle.publish(message)
+        except SerializationError as error:
+            raise ROSSerializationException(str(error)) from error
+
+    def get_num_connections(self) -> int:
+        """How many subscribers are connected."""
+        return self._handle.connection_count if self._handle is not None else 0
+
+    def unregister(self) -> None:
+        """Gives up this publisher. The topic is unregistered with the last one. Harmless when repeated."""
+        self._is_unregistered = True
+        if self._handle is not None:
+            self._handle.unregister()
+
+    @property
+    def impl(self) -> Publication | None:
+        """What all publishers of the topic in this process share; None before init_node."""
+        return self._handle.publication if self._handle is not None else None
+
+
+class Subscriber(Topic[AnyMessage]):
+    """Receives the messages of one topic by calling a function with each."""
+
+    def __init__(
+        self,
+        name: str,
+        data_class: type[AnyMessage],
+        callback: Callable[..., object] | None = None,
+        callback_args: Any = None,
+        queue_size: int | None = None,
+        buff_size: int = DEFAULT_BUFF_SIZE,
+        tcp_nodelay: bool = False,
+    ) -> None:
+        """Registers the topic, or does so in init_node.
+
+        Args:
+            name: the topic.
+            data_class: the message class, or `rospy.AnyMsg`.
+            callback: called with each message, in a thread of its link; it may block.
+            callback_args: given to the callback as its second argument unless it is None.
+            queue_size: a slow callback gets this many of the newest messages; None for all.
+            buff_size: accepted for Noetic's sake; messages of any size find room.
+            tcp_nodelay: asks publishers not to delay small messages.
+
+        Raises:
+            ValueError: `name` or `data_class` is none.
+        """
+        super().__init__(name, data_class)
+        del buff_size
+        self.callback = callback
+        self.callback_args = callback_args
+        self._handle: node_api.Subscriber | None = None
+        self._is_unregistered = False
+
+        def subscribe(node: Node) -> None:
+            if self._is_unregistered:
+                return
+            try:
+                self._handle = node.topics.subscribe(
+                    self.resolved_name,
+                    data_class,
+                    callback,
+                    callback_args=NO_ARGS if callback_args is None else callback_args,
+                    queue_size=queue_size if queue_size is None or queue_size > 0 else None,
+                    tcp_nodelay=tcp_nodelay,
+                )
+            except TypeConflict as error:
+                raise ValueError(str(error)) from None
+
+        session.when_started(subscribe)
+
+    def get_num_connections(self) -> int:
+        """How many publishers are connected."""
+        return self._handle.connection_count if self._handle is not None else 0
+
+    def unregister(self) -> None:
+        """Ends the callback. The topic is unregistered with the last one. Harmless when repeated."""
+        self._is_unregistered = True
+        if self._handle is not None:
+            self._handle.unregister()
+
+    @property
+    def impl(self) -> Subscription | None:
+        """What all subscribers of the topic in this process share; None before init_node."""
+        return self._handle.subscription if self._handle is not None else None
