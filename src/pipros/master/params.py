@@ -26,8 +26,9 @@ class NotSet(PiprosError, KeyError):
 class ParamTree:
     """The parameters of one master. Not for use from several threads at once.
 
-    The values that go in and come out are the tree's own: whoever hands one in must not change it
-    afterwards, and whoever gets one must not change it at all.
+    Values are never changed, only replaced: `set` and `delete` copy the dictionaries on the way to
+    the key. So what `get` returned stays what it was, and may be read by another thread. The other
+    half of the bargain: whoever hands a value in or gets one out must not change it either.
     """
 
     def __init__(self, tree: Tree | None = None) -> None:
@@ -67,11 +68,10 @@ class ParamTree:
                 raise NotATree("cannot set root of parameter tree to non-dictionary")
             self._root = value
             return
-        tree = self._root
+        tree = self._root = self._root.copy()
         for part in parts[:-1]:
             below = tree.get(part)
-            if type(below) is not dict:
-                below = tree[part] = {}
+            tree[part] = below = below.copy() if type(below) is dict else {}
             tree = below
         tree[parts[-1]] = value
 
@@ -82,13 +82,12 @@ class ParamTree:
             NotSet: when there is none; also for `/`, which always is.
         """
         parts = _parts(key)
-        if not parts:
+        if not parts or not self.has(key):
             raise NotSet(key)
-        tree: Any = self._root
+        tree = self._root = self._root.copy()
         for part in parts[:-1]:
-            tree = tree.get(part) if type(tree) is dict else None
-        if type(tree) is not dict or parts[-1] not in tree:
-            raise NotSet(key)
+            tree[part] = below = tree[part].copy()
+            tree = below
         del tree[parts[-1]]
 
     def names(self) -> list[str]:

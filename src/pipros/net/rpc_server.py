@@ -1,10 +1,8 @@
 """The XML-RPC server that the master and every node answer with.
 
-It runs on an asyncio loop, with one small protocol object for each connection. What a peer may
-cost is bounded on every side: the size and depth of what it sends, the time it takes over a
-request, what it does not read of our answers, how many requests it sends ahead, and how many
-connections it and all peers together hold. When there are too many connections, the one that has
-been idle longest gives way to the new one, so idle ones lock nobody out.
+It runs on an asyncio loop. What a peer may cost is bounded on every side: the size and depth of
+what it sends, the time it takes over a request, what it does not read of our answers, how many
+requests it sends ahead, and how many connections it and all peers together hold.
 """
 
 from __future__ import annotations
@@ -12,18 +10,17 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import inspect
-import logging
 import socket
-from collections import OrderedDict, deque
 from collections.abc import Callable, Mapping
 from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, Final
 
-from pipros.errors import ProtocolError
+from pipros.errors import LimitExceeded
 from pipros.net.address import LOOPBACK
-from pipros.wire.http import CONTINUE, HttpError, Request, RequestReader, build_response
-from pipros.wire.xmlrpc import BODY_LIMIT_BYTES, decode_call, encode_fault, encode_response
+from pipros.net.connections import Connections, Refusals
+from pipros.net.rpc_connection import RpcConnection, UnknownMethod, fault_text
+from pipros.wire.xmlrpc import BODY_LIMIT_BYTES, Encoded
 
 Method = Callable[..., Any]
 """What stands behind a method's name: takes the decoded parameters, returns the value to encode.
@@ -34,10 +31,9 @@ A plain function runs in the loop and must not block; a coroutine function may w
 caller_address: ContextVar[str] = ContextVar("caller_address", default="")
 """The IP address of the peer whose call is being answered, for methods that guard themselves."""
 
-_log = logging.getLogger("pipros.rpc")
 
-_LARGE_BODY_BYTES: Final = 64 * 1024
-"""Bodies from here on are decoded in a thread, so that the loop goes on answering others."""
+_TURN_S: Final = 0.005
+"""How long a multicall may keep the loop for itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,14 +47,16 @@ class RpcLimits:
         connections: how many connections at a time; None is what the process may open, less a reserve.
         connections_per_peer: how many of them from one address.
         requests_ahead: how many requests of one connection wait for an answer before it is read no further.
+        multicall_answer_bytes: the answers of one multicall together.
     """
 
     body_bytes: int = BODY_LIMIT_BYTES
     request_s: float = 30.0
     idle_s: float = 900.0
     connections: int | None = None
-    connections_per_peer: int = 2048
+    connections_per_peer: int = 4096
     requests_ahead: int = 16
+    multicall_answer_bytes: int = 64 * 1024 * 1024
 
 
 class RpcServer:
@@ -70,6 +68,11 @@ class RpcServer:
 
     All of it happens on the loop on which `start()` was awaited; the calls of one connection are
     answered in order.
+
+    Attributes:
+        calls: how often each method of the table was called.
+        refusals: what peers were refused.
+        connections: who is connected.
     """
 
     def __init__(
@@ -88,6 +91,7 @@ class RpcServer:
             methods: the table; nothing outside it can be called.
             host: the address to listen on.
             port: the port; 0 is a free one.
+            limits: what the server bears.
             admits: decides by its IP address whether a peer may connect; by default all may.
             on_bad_arity: what to answer for a method called with the wrong number of parameters.
         """
@@ -95,29 +99,23 @@ class RpcServer:
         self._methods["system.multicall"] = (self._multicall, 1, 1)
         self._host = host
         self._port = port
-        self.limits = limits or RpcLimits()
-        self._limit_connections = self.limits.connections or _connections_that_fit()
         self._admits = admits
         self._on_bad_arity = on_bad_arity or _bad_arity
         self._server: asyncio.Server | None = None
         self._sweeper: asyncio.TimerHandle | None = None
-        self._connections: OrderedDict[_Connection, None] = OrderedDict()
-        self._by_peer: dict[str, OrderedDict[_Connection, None]] = {}
-        self._deadlines: OrderedDict[_Connection, float] = OrderedDict()
-        self._refused: dict[str, int] = {}
-        self.calls = 0
-        self.connections_refused = 0
-        self.connections_closed_for_room = 0
-        self.requests_refused = 0
+        self.limits = limits or RpcLimits()
+        self.calls = dict.fromkeys(self._methods, 0)
+        self.refusals = Refusals()
+        self.connections = Connections(
+            limit=self.limits.connections or connections_that_fit(),
+            limit_per_peer=self.limits.connections_per_peer,
+            refusals=self.refusals,
+        )
 
     @property
     def port(self) -> int:
         """The port it listens on; valid from `start()` on."""
         return self._port
-
-    @property
-    def connection_count(self) -> int:
-        return len(self._connections)
 
     async def start(self) -> None:
         """Opens the port. Connections are accepted when it returns.
@@ -126,8 +124,9 @@ class RpcServer:
             OSError: when the port is taken or the address is not of this machine.
         """
         loop = asyncio.get_running_loop()
+        family = socket.AF_INET6 if ":" in self._host else socket.AF_INET
         self._server = await loop.create_server(
-            lambda: _Connection(self, loop), self._host, self._port, backlog=1024, family=_family(self._host)
+            lambda: RpcConnection(self, loop), self._host, self._port, family=family, backlog=1024
         )
         self._port = self._server.sockets[0].getsockname()[1]
         self._sweeper = loop.call_later(1.0, self._sweep, loop)
@@ -138,114 +137,67 @@ class RpcServer:
             self._sweeper.cancel()
         if self._server:
             self._server.close()
-        for connection in list(self._connections):
-            connection.abort()
+        self.connections.close_all()
         if self._server:
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._server.wait_closed(), 1.0)
 
-    def call(self, name: str, params: tuple[Any, ...]) -> Any:
-        """Calls one method of the table as a peer would; may return an awaitable.
+    def _sweep(self, loop: asyncio.AbstractEventLoop) -> None:
+        self.connections.sweep(loop.time(), self.limits.idle_s)
+        self._sweeper = loop.call_later(1.0, self._sweep, loop)
+
+    # ---- what connections ask
+
+    def admits(self, peer: str) -> bool:
+        """False, and noted, when the peer may not connect."""
+        if self._admits is None or self._admits(peer):
+            return True
+        self.refusals.note(peer, "its network is not allowed here")
+        return False
+
+    def call(self, name: str, params: tuple[Any, ...], *, caller: str) -> Any:
+        """Calls one method of the table; returns its value or an awaitable of it.
 
         Raises:
-            LookupError: when there is no such method.
+            UnknownMethod: there is no such method.
         """
-        self.calls += 1
         found = self._methods.get(name)
         if found is None:
             raise UnknownMethod(name)
+        self.calls[name] += 1
         method, least, most = found
         if not least <= len(params) <= most:
             return self._on_bad_arity(name, params)
-        return method(*params)
+        before = caller_address.set(caller)
+        try:
+            value = method(*params)
+            if inspect.isawaitable(value):  # the task takes a copy of the context along
+                return asyncio.ensure_future(value)
+            return value
+        finally:
+            caller_address.reset(before)
 
     async def _multicall(self, calls: Any) -> list[Any]:
+        """Each answer is encoded on its own: many times the same large value must not add up unseen."""
+        loop = asyncio.get_running_loop()
+        caller = caller_address.get()
         answers: list[Any] = []
+        bytes_left = self.limits.multicall_answer_bytes
+        turn_ends = loop.time() + _TURN_S
         for call in calls:
             try:
-                name, params = call["methodName"], call["params"]
-                answer = self.call(name, tuple(params))
-                answers.append([await answer if inspect.isawaitable(answer) else answer])
+                answer = self.call(call["methodName"], tuple(call["params"]), caller=caller)
+                encoded = Encoded([await answer if inspect.isawaitable(answer) else answer])
+                bytes_left -= len(encoded.text)
+                if bytes_left < 0:
+                    raise LimitExceeded("the answers of a system.multicall are too large together")
+                answers.append(encoded)
             except Exception as error:
                 answers.append({"faultCode": 1, "faultString": fault_text(error)})
+            if loop.time() > turn_ends:  # let others have their turn
+                await asyncio.sleep(0)
+                turn_ends = loop.time() + _TURN_S
         return answers
-
-    # ---- bookkeeping of connections, called by them
-
-    def _enter(self, connection: _Connection) -> bool:
-        """Takes a new connection in; False when it must be closed."""
-        peer = connection.peer
-        if self._admits and not self._admits(peer):
-            self.connections_refused += 1
-            self.note_refusal(peer, "a connection from a network that is not allowed here")
-            return False
-        of_peer = self._by_peer.setdefault(peer, OrderedDict())
-        if len(of_peer) >= self.limits.connections_per_peer:
-            self._make_room(of_peer)
-        elif len(self._connections) >= self._limit_connections:
-            self._make_room(self._connections)
-        of_peer[connection] = None
-        self._connections[connection] = None
-        return True
-
-    def _make_room(self, candidates: OrderedDict[_Connection, None]) -> None:
-        connection = next(iter(candidates))
-        self.connections_closed_for_room += 1
-        self.note_refusal(connection.peer, "more connections than the limit; the one idle longest was closed")
-        connection.abort()
-        self._leave(connection)
-
-    def _leave(self, connection: _Connection) -> None:
-        self._connections.pop(connection, None)
-        self._deadlines.pop(connection, None)
-        of_peer = self._by_peer.get(connection.peer)
-        if of_peer is not None:
-            of_peer.pop(connection, None)
-            if not of_peer:
-                del self._by_peer[connection.peer]
-
-    def _touch(self, connection: _Connection) -> None:
-        """The connection was of use just now: it is the last to give way."""
-        if connection in self._connections:
-            self._connections.move_to_end(connection)
-            self._by_peer[connection.peer].move_to_end(connection)
-
-    def note_refusal(self, peer: str, text: str) -> None:
-        """Counts a refusal; writes it to the log once a peer."""
-        count = self._refused.get(peer, 0)
-        if count or len(self._refused) < 10_000:
-            self._refused[peer] = count + 1
-        if not count:
-            _log.warning("refused %s: %s (counted from now on, not logged)", peer, text)
-
-    @property
-    def refusals(self) -> dict[str, int]:
-        """How often each peer was refused something."""
-        return dict(self._refused)
-
-    def _sweep(self, loop: asyncio.AbstractEventLoop) -> None:
-        now = loop.time()
-        while self._deadlines:
-            connection, deadline = next(iter(self._deadlines.items()))
-            if deadline > now:
-                break
-            connection.give_up()
-        idle_since = now - self.limits.idle_s
-        while self._connections and (oldest := next(iter(self._connections))).last_used < idle_since:
-            oldest.abort()
-            self._leave(oldest)
-        self._sweeper = loop.call_later(1.0, self._sweep, loop)
-
-
-class UnknownMethod(LookupError):
-    """A call of a method that is not in the table."""
-
-
-def fault_text(error: BaseException) -> str:
-    """An exception in the words of Python's XML-RPC server, which scripts compare."""
-    if isinstance(error, UnknownMethod):
-        return f'{Exception}:method "{error}" is not supported'
-    return f"{type(error)}:{error}"
 
 
 def _bad_arity(_name: str, _params: tuple[Any, ...]) -> list[Any]:
@@ -264,11 +216,7 @@ def _arity(method: Method) -> tuple[int, int]:
     return least, most
 
 
-def _family(host: str) -> int:
-    return socket.AF_INET6 if ":" in host else socket.AF_INET
-
-
-def _connections_that_fit() -> int:
+def connections_that_fit() -> int:
     """How many connections the process can hold, with a reserve for everything else it opens."""
     try:
         import resource
@@ -277,190 +225,4 @@ def _connections_that_fit() -> int:
     soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     if soft == resource.RLIM_INFINITY:
         return 16384
-    return max(64, min(16384, soft - max(128, soft // 4)))
-
-
-class _Connection(asyncio.Protocol):
-    """One connection. Requests are answered one after the other, in the order they came."""
-
-    def __init__(self, server: RpcServer, loop: asyncio.AbstractEventLoop) -> None:
-        self._server = server
-        self._loop = loop
-        self._reader = RequestReader(body_limit=server.limits.body_bytes)
-        self._transport: asyncio.Transport | None = None
-        self._waiting: deque[Request] = deque()
-        self._task: asyncio.Task[None] | None = None
-        self._is_closing = False
-        self._is_stalled = False
-        self._is_reading = True
-        self.peer = ""
-        self.last_used = loop.time()
-
-    # ---- called by asyncio
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        assert isinstance(transport, asyncio.Transport)  # noqa: S101  # a TCP server makes no others
-        self._transport = transport
-        address = transport.get_extra_info("peername")
-        self.peer = address[0] if address else ""
-        if not self._server._enter(self):
-            transport.abort()
-
-    def connection_lost(self, _error: Exception | None) -> None:
-        self._transport = None
-        self._waiting.clear()
-        self._server._leave(self)
-
-    def data_received(self, data: bytes) -> None:
-        if self._is_closing:
-            return
-        try:
-            requests = self._reader.feed(data)
-        except HttpError as error:
-            self._refuse(error)
-            return
-        if requests:
-            self.last_used = self._loop.time()
-            self._server._touch(self)
-            for request in requests:
-                if self._task or self._waiting:
-                    self._waiting.append(request)
-                else:
-                    self._answer(request)
-            if len(self._waiting) > self._server.limits.requests_ahead:
-                self._hold_reading()
-        elif self._reader.wants_continue() and self._transport:
-            self._transport.write(CONTINUE)
-        self._update_deadline()
-
-    def eof_received(self) -> bool:
-        # Whoever is half closed may still want the answers to what it has sent.
-        self._is_closing = True
-        return bool(self._task or self._waiting)
-
-    def pause_writing(self) -> None:
-        self._is_stalled = True
-        self._hold_reading()
-        self._update_deadline()
-
-    def resume_writing(self) -> None:
-        self._is_stalled = False
-        self._go_on_reading()
-        self._update_deadline()
-
-    # ---- called by the server
-
-    def abort(self) -> None:
-        """Closes at once; what was not sent is lost."""
-        self._is_closing = True
-        self._waiting.clear()
-        if self._task:
-            self._task.cancel()
-        if self._transport:
-            self._transport.abort()
-
-    def give_up(self) -> None:
-        """The peer took too long over a request or over reading the answer."""
-        self._server.requests_refused += 1
-        self._server.note_refusal(self.peer, f"too slow: more than {self._server.limits.request_s:g} s")
-        self.abort()
-        self._server._leave(self)
-
-    # ---- deadlines and back pressure
-
-    def _update_deadline(self) -> None:
-        """Runs while a request is incomplete or our answer is not read; single bytes do not extend it."""
-        deadlines = self._server._deadlines
-        if self._is_closing or not (self._is_stalled or not self._reader.is_idle):
-            deadlines.pop(self, None)
-        elif self not in deadlines:
-            deadlines[self] = self._loop.time() + self._server.limits.request_s
-
-    def _hold_reading(self) -> None:
-        if self._is_reading and self._transport:
-            self._is_reading = False
-            self._transport.pause_reading()
-
-    def _go_on_reading(self) -> None:
-        if (
-            not self._is_reading
-            and not self._is_stalled
-            and self._transport
-            and not self._transport.is_closing()
-        ):
-            self._is_reading = True
-            self._transport.resume_reading()
-
-    # ---- answering
-
-    def _answer(self, request: Request) -> None:
-        """Answers at once when the method is quick; else a task does, and the requests behind it wait."""
-        if len(request.body) >= _LARGE_BODY_BYTES:
-            self._start_task(request, self._decode_apart(request.body))
-            return
-        caller = caller_address.set(self.peer)
-        try:
-            name, params = decode_call(request.body)
-            value = self._server.call(name, params)
-            if inspect.isawaitable(value):
-                self._start_task(request, value)
-                return
-            document = encode_response(value)
-        except Exception as error:
-            document = self._fault(error)
-        finally:
-            caller_address.reset(caller)
-        self._send(request, document)
-
-    async def _decode_apart(self, body: bytes) -> Any:
-        name, params = await asyncio.to_thread(decode_call, body, limit_bytes=self._server.limits.body_bytes)
-        value = self._server.call(name, params)
-        return await value if inspect.isawaitable(value) else value
-
-    def _start_task(self, request: Request, value: Any) -> None:
-        self._task = self._loop.create_task(self._answer_later(request, value))
-
-    async def _answer_later(self, request: Request, value: Any) -> None:
-        try:
-            document = encode_response(await value)
-        except Exception as error:
-            document = self._fault(error)
-        self._task = None
-        self._send(request, document)
-        while self._waiting and not self._task and self._transport:
-            self._answer(self._waiting.popleft())
-        if len(self._waiting) <= self._server.limits.requests_ahead // 2:
-            self._go_on_reading()
-        if self._is_closing and not self._task and self._transport:
-            self._transport.close()
-
-    def _fault(self, error: Exception) -> bytes:
-        if isinstance(error, ProtocolError):
-            self._server.requests_refused += 1
-            self._server.note_refusal(self.peer, str(error))
-        elif not isinstance(error, UnknownMethod):
-            _log.debug("a method raised for %s", self.peer, exc_info=error)
-        return encode_fault(1, fault_text(error))
-
-    def _send(self, request: Request, document: bytes) -> None:
-        if self._transport is None or self._transport.is_closing():
-            return
-        is_old = not request.keep_alive or "connection" in request.headers
-        self._transport.write(build_response(document, keep_alive=request.keep_alive, http_1_0=is_old))
-        if not request.keep_alive:
-            self._close_softly()
-
-    def _refuse(self, error: HttpError) -> None:
-        self._server.requests_refused += 1
-        self._server.note_refusal(self.peer, str(error))
-        if self._transport:
-            body = f"{error}\n".encode("utf-8", "replace")
-            self._transport.write(build_response(body, status=error.status, keep_alive=False))
-            self._close_softly()
-
-    def _close_softly(self) -> None:
-        self._is_closing = True
-        self._waiting.clear()
-        self._server._deadlines.pop(self, None)
-        if self._transport:
-            self._transport.close()
+    return max(64, min(16384, soft // 2))

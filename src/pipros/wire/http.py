@@ -84,12 +84,15 @@ def build_request(host: str, target: str, body: bytes) -> bytes:
 
 
 def build_response(
-    body: bytes, *, status: int = 200, keep_alive: bool = True, http_1_0: bool = False
+    body: bytes, *, status: int = 200, keep_alive: bool = True, says_keep_alive: bool = False
 ) -> bytes:
-    """A response with an XML-RPC document, or with a plain text when `status` is not 200."""
+    """A response with an XML-RPC document, or with a plain text when `status` is not 200.
+
+    HTTP/1.0 clients that asked for it have to be told that the connection stays (`says_keep_alive`).
+    """
     connection = "Connection: close\r\n"
     if keep_alive:
-        connection = "Connection: keep-alive\r\n" if http_1_0 else ""
+        connection = "Connection: keep-alive\r\n" if says_keep_alive else ""
     content = "text/xml" if status == 200 else "text/plain"
     return (
         f"HTTP/1.1 {status} {_REASONS.get(status, 'Error')}\r\nServer: pipros\r\n{connection}"
