@@ -62,7 +62,9 @@ def claimed_port() -> Iterator[ClaimedPort]:
 @pytest.fixture
 def processes(tmp_path: Path) -> Iterator[Processes]:
     """Starts programs in this process' environment; ends them afterwards and fails if one is left."""
-    started = Processes(os.environ, tmp_path)
+    # Programs are started as people start them: with compiled modules kept for the next start.
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    started = Processes(environment, tmp_path)
     yield started
     started.end_all()
 

@@ -19,6 +19,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, TextIO
 
+from pipros.errors import PiprosError
 from pipros.testing.results import Case, Outcome, Suite
 from pipros.testing.xunit import format_suite
 
@@ -81,7 +82,10 @@ class CaseResult(unittest.TestResult):
 
     def _break_by(self, test: unittest.TestCase, outcome: Outcome, error: ErrorInfo) -> None:
         kind, value, frames = error
-        where = "".join(traceback.format_list(_frames_of_interest(frames)))
+        shown = _frames_of_interest(frames)
+        if not shown and not isinstance(value, (AssertionError, PiprosError)):
+            shown = traceback.extract_tb(frames)  # a mistake of the tools themselves, which must not hide
+        where = "".join(traceback.format_list(shown))
         self._break(test, outcome, kind.__name__ if kind else "", f"{value}\n{where}")
 
     def _break(self, test: unittest.TestCase, outcome: Outcome, kind: str, text: str) -> None:
@@ -112,15 +116,15 @@ def _name(test: unittest.TestCase) -> str:
     return path.rpartition(".")[2] + space + more
 
 
-def _frames_of_interest(frames: TracebackType | None) -> list[traceback.FrameSummary]:
-    """The frames from the test itself on: those of unittest say nothing about what went wrong."""
+def _frames_of_interest(frames: TracebackType | None) -> traceback.StackSummary:
+    """The frames of the test itself: those of the machinery around it say nothing about what went wrong."""
     while frames is not None and "__unittest" in frames.tb_frame.f_globals:
         frames = frames.tb_next
     kept = []
     while frames is not None and "__unittest" not in frames.tb_frame.f_globals:
         kept.append((frames.tb_frame, frames.tb_lineno))
         frames = frames.tb_next
-    return list(traceback.StackSummary.extract(iter(kept)))
+    return traceback.StackSummary.extract(iter(kept))
 
 
 class XmlRunner:
