@@ -30,7 +30,10 @@ def octets(value: Any) -> bytes | memoryview:
         return value  # type: ignore[no-any-return]
     if kind is list or kind is tuple:
         return bytes(value)
-    return numbers("B", value)
+    lying = _memory("B", value)
+    if lying is None:
+        raise TypeError(f"expected octets, found {kind.__name__}")
+    return lying
 
 
 def numbers(code: str, value: Any) -> bytes | memoryview:

@@ -46,6 +46,22 @@ def check_type(field_name: str, field_type: str, field_val: Any) -> None:
         _check_message(field_name, field_type, field_val)
 
 
+def check_lengths(name: str, message: Message) -> None:
+    """Checks that all arrays of a fixed length have it, also in embedded messages.
+
+    Raises:
+        SerializationError: naming the field, behind `name`.
+    """
+    for slot, slot_type in zip(message.__slots__, message._get_types(), strict=True):
+        value, path = getattr(message, slot), f"{name}.{slot}"
+        length = slot_type.partition("[")[2].rstrip("]")
+        if length and len(value) != int(length):
+            raise SerializationError(f"Expecting {length} items but found {len(value)} when writing '{path}'")
+        for element in value if isinstance(value, list | tuple) else (value,):
+            if isinstance(element, Message):
+                check_lengths(path, element)
+
+
 def _check_integer(name: str, type_name: str, value: Any) -> None:
     code = INTEGERS[type_name]
     is_signed = code.islower()

@@ -16,6 +16,8 @@ from pipros.msg.digest import Lookup
 from pipros.msg.source import Names, Source, python_name, struct_layout
 from pipros.msg.spec import NUMBERS, OCTETS, TIMES, FieldType, MessageSpec
 
+_WRONG_LENGTH = 'raise ValueError("an array has another length")'
+
 
 def serialize_body(spec: MessageSpec, lookup: Lookup, names: Names, *, indent: int) -> list[str]:
     """The statements that write `self` to `buff`."""
@@ -98,7 +100,7 @@ class _Encoder(Source):
             self._scalar("I", f"len({array})")
         else:
             with self.block(f"if len({array}) != {kind.length}:"):
-                self.emit(f"raise ValueError(_expecting({kind.length}, {array}, {value!r}))")
+                self.emit(_WRONG_LENGTH)
         self._flush()
         self._append_pieces()
         was_looping, self._is_looping = self._is_looping, True
@@ -126,7 +128,7 @@ class _Encoder(Source):
             # One array alone that is too long or too short makes `pack` fail; two could make up for it.
             for array, length in self._fixed_arrays:
                 with self.block(f"if len({array}) != {length}:"):
-                    self.emit(f"raise ValueError(_expecting({length}, {array}, {array!r}))")
+                    self.emit(_WRONG_LENGTH)
         self._fixed_arrays = []
         if self._codes:
             pack = self.names.struct_method(struct_layout(self._codes), "pack")

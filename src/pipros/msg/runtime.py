@@ -10,7 +10,7 @@ from pipros.msg.arrays import numbers as _numbers
 from pipros.msg.arrays import numpy_numbers as _numpy_numbers
 from pipros.msg.arrays import octets as _octets
 from pipros.msg.arrays import unpack_numbers as _unpack_numbers
-from pipros.msg.base import CompiledMessage, DeserializationError, Message
+from pipros.msg.base import CompiledMessage, DeserializationError, Message, SerializationError
 from pipros.msg.time import Duration as _Duration
 from pipros.msg.time import Time as _Time
 
@@ -23,7 +23,6 @@ __all__ = [
     "_Duration",
     "_Time",
     "_check_empty_elements",
-    "_expecting",
     "_fixed_octets",
     "_new",
     "_numbers",
@@ -50,22 +49,24 @@ def refuse(message: Message, error: Exception) -> NoReturn:
     Raises:
         SerializationError: always.
     """
-    message._check_types(struct.error(f"{type(error)}: '{error}' when writing '{message}'"))
-    raise AssertionError("unreachable")
+    from pipros.msg.check import check_lengths
+
+    message._check_types()
+    check_lengths("self", message)
+    raise SerializationError(f"{type(error)}: '{error}' when writing a {message._type}")
 
 
 def mend(message: Any, data: bytes, errors: str, error: UnicodeDecodeError) -> Any:
-    """Reads a message once more, with replacements for what is no UTF-8."""
+    """Reads a message once more, with replacements for what is no UTF-8; logs it once a type."""
     if errors != "strict":
         raise error
-    logging.getLogger("rosout").error(
-        "Characters replaced when decoding message %s: %s", message._type, error
-    )
+    cls = type(message)
+    if not getattr(cls, "_reported_undecodable", False):
+        cls._reported_undecodable = True
+        logging.getLogger("rosout").error(
+            "Characters replaced when decoding message %s (will print only once): %s", cls._type, error
+        )
     return message.deserialize(data, "replace")
-
-
-def _expecting(length: int, value: Any, name: str) -> str:
-    return f"Expecting {length} items but found {len(value)} when writing '{name}'"
 
 
 def _fixed_octets(value: Any, length: int) -> bytes:
@@ -74,7 +75,7 @@ def _fixed_octets(value: Any, length: int) -> bytes:
         return value
     octets = bytes(_octets(value))
     if len(octets) != length:
-        raise ValueError(f"expected {length} numbers, found {len(octets)}")
+        raise ValueError("the array has another length")
     return octets
 
 
