@@ -25,7 +25,12 @@ from pipros.wire.frames import FRAME_LIMIT_BYTES, FrameBuffer
 SLOW_DELIVERY_S = 0.001
 
 #: How long one look at the socket may go on when the peer sends faster than we can read.
-DRAIN_LIMIT_S = 0.02
+DRAIN_LIMIT_S = 0.1
+
+#: A socket that held this much had its window closed: the peer's side holds more, and sends it at
+#: once; the look goes on until nothing has come for QUIET_S.
+BACKLOG_BYTES = 64 * 1024
+QUIET_S = 0.002
 
 
 @dataclass(slots=True)
@@ -134,11 +139,15 @@ class IncomingLink:
     def _look_again(self) -> None:
         """Takes what the socket holds by now, so that only the newest frames wait."""
         end = time.monotonic() + DRAIN_LIMIT_S
+        before = self.statistics.bytes
         while self.queue_size and time.monotonic() < end:
             self._keep_waiting()
             try:
                 count = sockets.receive_now(self._sock, self._buffer.room())
             except BlockingIOError:
+                is_backlog = self.statistics.bytes - before >= BACKLOG_BYTES
+                if is_backlog and sockets.wait_readable(self._sock, QUIET_S):
+                    continue
                 return
             if not count:
                 return  # the stream has ended; the next blocking read tells

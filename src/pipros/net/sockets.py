@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import select
 import socket
-import struct
 from collections.abc import Sequence
 
 _DONTWAIT: int = getattr(socket, "MSG_DONTWAIT", 0)
@@ -70,24 +69,27 @@ def send_gathered(sock: socket.socket, buffers: Sequence[bytes | memoryview]) ->
 
 def wait_writable(sock: socket.socket, timeout_s: float) -> bool:
     """Waits until a write would take something (or fail at once); False when the time is over."""
+    return _wait(sock, timeout_s, is_write=True)
+
+
+def wait_readable(sock: socket.socket, timeout_s: float) -> bool:
+    """Waits until there is something to receive, or the end; False when the time is over."""
+    return _wait(sock, timeout_s, is_write=False)
+
+
+def _wait(sock: socket.socket, timeout_s: float, *, is_write: bool) -> bool:
     if hasattr(select, "poll"):  # select() itself cannot watch descriptors above 1024
         poll = select.poll()
-        poll.register(sock, select.POLLOUT)
+        poll.register(sock, select.POLLOUT if is_write else select.POLLIN)
         return bool(poll.poll(timeout_s * 1000))
-    return bool(select.select([], [sock], [], timeout_s)[1])
+    reading, writing = ([], [sock]) if is_write else ([sock], [])
+    return any(select.select(reading, writing, [], timeout_s))
 
 
 def abort(sock: socket.socket) -> None:
     """Ends a connection now, waking whoever is blocked on it. Harmless when repeated."""
     with contextlib.suppress(OSError):  # not connected any more, which is what was wanted
         sock.shutdown(socket.SHUT_RDWR)
-
-
-def reset(sock: socket.socket) -> None:
-    """Closes with a TCP reset: the peer learns at once, nothing lingers."""
-    with contextlib.suppress(OSError):
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-    sock.close()
 
 
 def peer_name(sock: socket.socket) -> str:

@@ -7,7 +7,6 @@ Handlers for Python's `logging`; the node's logger carries them. The console for
 from __future__ import annotations
 
 import logging
-import os
 import re
 import sys
 import threading
@@ -75,8 +74,8 @@ class ConsoleHandler(logging.Handler):
         stream: TextIO | None = sys.stdout if record.levelno < logging.WARNING else sys.stderr
         if stream is None:  # a process without a console
             return
+        line = self._render(record, severity)  # raises what wrong arguments of the log call raise
         try:
-            line = self._render(record, severity)
             if severity.colour and stream.isatty():
                 stream.write(f"{severity.colour}{line}\n{_RESET}")
             else:
@@ -84,8 +83,6 @@ class ConsoleHandler(logging.Handler):
             stream.flush()
         except (OSError, ValueError):
             pass  # the console was closed: a node lives on without one
-        except Exception:
-            self.handleError(record)
 
     def _render(self, record: logging.LogRecord, severity: Severity) -> str:
         message = full_text(record)
@@ -205,11 +202,3 @@ def set_logger_level(name: str, level: str) -> None:
     for lowest, severity in _SEVERITIES:
         if severity.name == level.upper():
             logging.getLogger(name).setLevel(lowest)
-
-
-def is_writable_place(path: Path) -> bool:
-    """True when a log file could be made at `path`, judged without making it."""
-    folder = path.parent
-    while not folder.exists() and folder != folder.parent:
-        folder = folder.parent
-    return os.access(folder, os.W_OK)

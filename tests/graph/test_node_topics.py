@@ -1,0 +1,442 @@
+"""Nodes of one process and a master talk over real links."""
+
+from __future__ import annotations
+
+import logging
+import socket
+import struct
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from pipros.env import Environment
+from pipros.errors import Refused
+from pipros.master.server import Master
+from pipros.msg import load_message_class
+from pipros.msg.base import SerializationError
+from pipros.net.rpc import RpcClient
+from pipros.node import Node
+from pipros.node.topics import TypeConflict
+from pipros.wire.header import HeaderReader, encode_header
+from tests.support.waiting import wait_until
+
+String: Any = load_message_class("std_msgs/String")
+Int32: Any = load_message_class("std_msgs/Int32")
+PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
+ByteArray: Any = load_message_class("std_msgs/UInt8MultiArray")
+
+MakeNode = Callable[..., Node]
+
+
+@pytest.fixture
+def master() -> Iterator[Master]:
+    with Master(port=0) as running:
+        yield running
+
+
+@pytest.fixture
+def make_node(master: Master) -> Iterator[MakeNode]:
+    nodes: list[Node] = []
+
+    def make(name: str, **options: Any) -> Node:
+        node = Node(name, environment=Environment(master_uri=master.uri), **options)
+        nodes.append(node)
+        node.start()
+        return node
+
+    yield make
+    for node in nodes:
+        node.shutdown("end of the test")
+
+
+class Inbox:
+    """Keeps what a callback gets."""
+
+    def __init__(self) -> None:
+        self.messages: list[Any] = []
+
+    def __call__(self, message: Any) -> None:
+        self.messages.append(message)
+
+    def wait(self, count: int = 1) -> list[Any]:
+        wait_until(lambda: len(self.messages) >= count, what=lambda: f"got {len(self.messages)} of {count}")
+        return self.messages
+
+
+def connected(publisher: Any, count: int = 1) -> None:
+    wait_until(lambda: publisher.connection_count >= count)
+
+
+def test_a_message_reaches_every_subscriber_in_order(make_node: MakeNode) -> None:
+    talker, one, two = make_node("talker"), make_node("one"), make_node("two")
+    inboxes = Inbox(), Inbox()
+    one.subscribe("chat", String, inboxes[0])
+    publisher = talker.advertise("chat", String, queue_size=0)
+    two.subscribe("/chat", String, inboxes[1])
+    connected(publisher, 2)
+    for number in range(2000):
+        publisher.publish(String(data=str(number)))
+    for inbox in inboxes:
+        assert [message.data for message in inbox.wait(2000)] == [str(number) for number in range(2000)]
+
+
+def test_the_connection_header_says_who_sent_it(make_node: MakeNode) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    inbox = Inbox()
+    listener.subscribe("chat", String, inbox)
+    publisher = talker.advertise("chat", String)
+    connected(publisher)
+    publisher.publish(String("x"))
+    assert inbox.wait()[0]._connection_header == {
+        "callerid": "/talker",
+        "latching": "0",
+        "md5sum": "992ce8a1687cec8c8bd883ec73ca41d1",
+        "message_definition": String._full_text,
+        "topic": "/chat",
+        "type": "std_msgs/String",
+    }
+
+
+def test_a_latched_topic_gives_its_last_message_to_those_who_come_later(make_node: MakeNode) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    publisher = talker.advertise("map", String, latch=True)
+    publisher.publish(String("old"))
+    publisher.publish(String("new"))
+    inbox = Inbox()
+    listener.subscribe("map", String, inbox)
+    assert [message.data for message in inbox.wait()] == ["new"]
+    assert inbox.messages[0]._connection_header["latching"] == "1"
+
+
+def test_headers_are_numbered_by_the_publisher(make_node: MakeNode) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    inbox = Inbox()
+    listener.subscribe("p", PointStamped, inbox)
+    publisher = talker.advertise("p", PointStamped)
+    connected(publisher)
+    message = PointStamped()
+    message.header.seq, message.header.frame_id = 77, "map"
+    publisher.publish(message)
+    publisher.publish(message)
+    assert [(one.header.seq, one.header.frame_id) for one in inbox.wait(2)] == [(1, "map"), (2, "map")]
+
+
+def test_large_messages_arrive_whole(make_node: MakeNode) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    inbox = Inbox()
+    listener.subscribe("cloud", ByteArray, inbox)
+    publisher = talker.advertise("cloud", ByteArray, queue_size=0)
+    connected(publisher)
+    body = bytes(range(256)) * 40_000
+    for _ in range(3):
+        publisher.publish(ByteArray(data=body))
+    assert all(message.data == body for message in inbox.wait(3))
+
+
+def test_a_buffer_may_be_used_again_once_publish_has_returned(make_node: MakeNode) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    inbox, gate = Inbox(), threading.Event()
+    listener.subscribe("cloud", ByteArray, lambda message: (gate.wait(10), inbox(message)))
+    publisher = talker.advertise("cloud", ByteArray, queue_size=0)
+    connected(publisher)
+    data = bytearray(4_000_000)
+    for value in range(8):
+        data[:] = bytes([value]) * len(data)
+        publisher.publish(ByteArray(data=data))
+    gate.set()
+    assert [set(message.data) for message in inbox.wait(8)] == [{value} for value in range(8)]
+
+
+def test_a_slow_callback_with_queue_size_1_sees_the_newest_message(make_node: MakeNode) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    inbox, entered, gate = Inbox(), threading.Event(), threading.Event()
+
+    def slow(message: Any) -> None:
+        inbox(message)
+        entered.set()
+        gate.wait(10)
+
+    subscriber = listener.subscribe("cloud", ByteArray, slow, queue_size=1)
+    publisher = talker.advertise("cloud", ByteArray, queue_size=0)
+    connected(publisher)
+    publisher.publish(ByteArray(data=b"\0" * 200_000))
+    assert entered.wait(10)
+    for value in range(1, 30):
+        publisher.publish(ByteArray(data=bytes([value]) * 200_000))
+    wait_until(lambda: publisher.statistics()["frames"] == 30)
+    gate.set()
+    assert [message.data[0] for message in inbox.wait(2)] == [0, 29]
+    assert subscriber.statistics()["dropped"] == 28
+
+
+def test_a_slow_subscriber_does_not_delay_the_others(make_node: MakeNode) -> None:
+    talker, slow, quick = make_node("talker"), make_node("slow"), make_node("quick")
+    gate, inbox = threading.Event(), Inbox()
+    slow.subscribe("cloud", ByteArray, lambda _: gate.wait(30))
+    quick.subscribe("cloud", ByteArray, inbox)
+    publisher = talker.advertise("cloud", ByteArray, queue_size=2)
+    connected(publisher, 2)
+    message = ByteArray(data=b"x" * 1_000_000)
+    for count in range(1, 41):
+        publisher.publish(message)
+        inbox.wait(count)
+    assert publisher.statistics()["dropped"] > 0
+    gate.set()
+
+
+def test_a_publisher_that_comes_back_is_heard_again(make_node: MakeNode) -> None:
+    listener, inbox = make_node("listener"), Inbox()
+    listener.subscribe("chat", String, inbox)
+    for round_number in range(3):
+        talker = make_node("talker")
+        publisher = talker.advertise("chat", String)
+        connected(publisher)
+        publisher.publish(String(str(round_number)))
+        inbox.wait(round_number + 1)
+        talker.shutdown("restart")
+    assert [message.data for message in inbox.messages] == ["0", "1", "2"]
+
+
+def test_the_last_unregister_ends_the_topic(make_node: MakeNode, master: Master) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    first, second = talker.advertise("chat", String), talker.advertise("chat", String)
+    subscriber = listener.subscribe("chat", String, print)
+    connected(first)
+    first.unregister()
+    first.unregister()
+    assert second.connection_count == 1
+    second.unregister()
+    wait_until(lambda: subscriber.connection_count == 0)
+    subscriber.unregister()
+    assert talker.master.get_system_state()[:2] == [[], []]
+
+
+def test_an_exception_in_a_callback_is_logged_and_the_next_is_called(make_node: MakeNode) -> None:
+    lines: list[logging.LogRecord] = []
+    log = logging.Logger("test")
+    handler = logging.Handler()
+    handler.emit = lines.append  # type: ignore[method-assign]
+    log.addHandler(handler)
+    talker, listener, inbox = make_node("talker"), make_node("listener", log=log), Inbox()
+
+    def bad(_: Any) -> None:
+        raise ValueError("oops")
+
+    listener.subscribe("chat", String, bad)
+    listener.subscribe("chat", String, lambda message, args: inbox((message.data, args)), callback_args=7)
+    publisher = talker.advertise("chat", String)
+    connected(publisher)
+    publisher.publish(String("x"))
+    assert inbox.wait() == [("x", 7)]
+    assert lines[0].getMessage().startswith("bad callback:")
+
+
+def test_a_failed_publish_sends_nothing_and_spoils_nothing(make_node: MakeNode) -> None:
+    talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
+    listener.subscribe("n", Int32, inbox)
+    publisher = talker.advertise("n", Int32)
+    connected(publisher)
+    with pytest.raises(SerializationError):
+        publisher.publish(Int32("text"))
+    publisher.publish(Int32(5))
+    assert inbox.wait()[0].data == 5
+
+
+def test_another_type_is_refused_and_both_md5sums_are_named(make_node: MakeNode) -> None:
+    lines: list[str] = []
+    log = logging.Logger("test")
+    handler = logging.Handler()
+    handler.emit = lambda record: lines.append(record.getMessage())  # type: ignore[method-assign]
+    log.addHandler(handler)
+    talker, listener = make_node("talker"), make_node("listener", log=log)
+    talker.advertise("chat", String)
+    listener.subscribe("chat", Int32, print)
+    wait_until(lambda: lines)
+    assert String._md5sum in lines[0]
+    assert Int32._md5sum in lines[0]
+
+
+def test_one_node_cannot_use_a_topic_with_two_types(make_node: MakeNode) -> None:
+    node = make_node("node")
+    node.advertise("chat", String)
+    node.subscribe("chat", String, print)
+    with pytest.raises(TypeConflict, match=r"\[/chat\] is used with md5sum 992ce"):
+        node.advertise("chat", Int32)
+    with pytest.raises(TypeConflict):
+        node.subscribe("chat", Int32, print)
+
+
+def test_a_node_forgotten_by_its_master_registers_again_and_links_carry_on(
+    make_node: MakeNode, master: Master
+) -> None:
+    talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
+    listener.subscribe("chat", String, inbox)
+    publisher = talker.advertise("chat", String)
+    connected(publisher)
+    port = master.port
+    master.stop()
+    publisher.publish(String("without a master"))
+    inbox.wait(1)
+    with Master(port=port) as again:
+        client = make_node("observer").master
+        wait_until(
+            lambda: client.get_system_state()[:2] == [[["/chat", ["/talker"]]], [["/chat", ["/listener"]]]]
+        )
+        publisher.publish(String("with a new one"))
+        assert [message.data for message in inbox.wait(2)] == ["without a master", "with a new one"]
+        assert again.uri == client.uri
+
+
+def test_the_end_of_a_node_leaves_nothing_at_the_master(make_node: MakeNode) -> None:
+    node, observer = make_node("node"), make_node("observer")
+    node.advertise("a", String)
+    node.subscribe("b", String, print)
+    node.serve("c", _service("std_srvs/Empty"), lambda _: _service("std_srvs/Empty")._response_class())
+    assert observer.master.get_system_state() == [
+        [["/a", ["/node"]]],
+        [["/b", ["/node"]]],
+        [["/c", ["/node"]]],
+    ]
+    node.shutdown("done")
+    assert observer.master.get_system_state() == [[], [], []]
+
+
+def test_only_hooks_may_publish_while_the_node_ends(make_node: MakeNode) -> None:
+    robot, motor, inbox = make_node("robot"), make_node("motor"), Inbox()
+    motor.subscribe("speed", Int32, inbox)
+    publisher = robot.advertise("speed", Int32)
+    connected(publisher)
+    seen: list[bool] = []
+
+    def stop() -> None:
+        seen.append(robot.is_shutdown)
+        publisher.publish(Int32(0))
+        other = threading.Thread(target=lambda: (seen.append(robot.is_shutdown), publisher.publish(Int32(9))))
+        other.start()
+        other.join()
+
+    robot.at_end(stop)
+    publisher.publish(Int32(9))
+    robot.shutdown("stop")
+    inbox.wait(2)
+    publisher.publish(Int32(9))
+    assert seen == [False, True]
+    assert [message.data for message in inbox.messages] == [9, 0]
+
+
+def test_a_duplicate_name_ends_the_older_node(make_node: MakeNode) -> None:
+    reasons: list[str] = []
+    old = make_node("twin", on_shutdown_request=lambda reason: (reasons.append(reason), old.shutdown(reason)))
+    old.advertise("a", String)
+    new = make_node("twin")
+    new.advertise("a", String)
+    assert old.wait_for_shutdown(10)
+    assert reasons == ["[/twin] Reason: new node registered with same name"]
+    assert not new.is_shutdown
+
+
+def _service(name: str) -> Any:
+    from pipros.msg import load_service_class
+
+    return load_service_class(name)
+
+
+def test_the_slave_api_answers_as_genuine_nodes_do(make_node: MakeNode, master: Master) -> None:
+    node = make_node("talker")
+    node.advertise("chat", String)
+    port = node.topics.port
+    with RpcClient(node.uri) as peer:
+        assert peer.call("getPublications", "/q") == [1, "publications", [["/chat", "std_msgs/String"]]]
+        assert peer.call("getSubscriptions", "/q") == [1, "subscriptions", []]
+        assert peer.call("getBusStats", "/q") == [1, "", [[["/chat", 0, []]], [], []]]
+        assert peer.call("getBusInfo", "/q") == [1, "bus info", []]
+        assert peer.call("getName", "/q") == [1, "", "/talker"]
+        assert peer.call("getMasterUri", "/q") == [1, master.uri, master.uri]
+        ready = [1, f"ready on 127.0.0.1:{port}", ["TCPROS", "127.0.0.1", port]]
+        assert peer.call("requestTopic", "/q", "chat", [["UDPROS"], ["TCPROS"]]) == ready
+        assert peer.call("requestTopic", "/q", "/chat", [["X"]])[0] == 0
+        assert peer.call("requestTopic", "/q", "/nope", [["TCPROS"]]) == [
+            -1,
+            "Not a publisher of [/nope]",
+            [],
+        ]
+        assert peer.call("publisherUpdate", "/q", "/nope", []) == [1, "", 0]
+        assert peer.call("publisherUpdate", "/q", "/a", "x")[0] == -1
+        assert peer.call("paramUpdate", "/q", "/a", 1) == [-1, "not subscribed", 0]
+        assert peer.call("getPid") == [-1, "missing required caller_id parameter", -1]
+        assert peer.call("getPid", "/q", 1) == [-1, "Error: bad call arity", -1]
+        assert peer.call("shutdown", "/q") == [-1, "Error: bad call arity", 0]
+
+
+@pytest.mark.parametrize(
+    ("fields", "problem"),
+    [
+        ({"topic": "/nope", "md5sum": "*", "callerid": "/q"}, "is not a publisher of [/nope]"),
+        ({"topic": "chat", "md5sum": "*", "callerid": "/q"}, "is not a publisher of [chat]"),
+        ({"topic": "/chat", "callerid": "/q"}, "Missing required 'md5sum' field"),
+        ({"callerid": "/q"}, "no topic or service name detected"),
+        ({"service": "/nope", "md5sum": "*", "callerid": "/q"}, "does not provide the service [/nope]"),
+    ],
+)
+def test_a_peer_that_asks_for_the_wrong_thing_is_told_so(
+    make_node: MakeNode, fields: dict[str, str], problem: str
+) -> None:
+    node = make_node("talker")
+    node.advertise("chat", String)
+    with socket.create_connection(("127.0.0.1", node.topics.port), 10) as peer:
+        peer.sendall(encode_header(fields))
+        reader = HeaderReader()
+        while (answer := reader.feed(peer.recv(4096))) is None:
+            pass
+        assert problem in answer["error"]
+        assert peer.recv(1) == b""
+
+
+@pytest.mark.parametrize(
+    "garbage", [b"", b"GET / HTTP/1.1\r\n\r\n", struct.pack("<I", 0xFFFFFFFF), b"\x04\0\0\0abcd"]
+)
+def test_garbage_is_closed_and_costs_nobody_else_anything(make_node: MakeNode, garbage: bytes) -> None:
+    talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
+    publisher = talker.advertise("chat", String)
+    with socket.create_connection(("127.0.0.1", talker.topics.port), 10) as peer:
+        peer.sendall(garbage)
+        peer.shutdown(socket.SHUT_WR)
+        assert peer.recv(1) == b""
+    listener.subscribe("chat", String, inbox)
+    connected(publisher)
+    publisher.publish(String("still here"))
+    assert inbox.wait()[0].data == "still here"
+
+
+def test_registering_an_illegal_topic_is_reported_in_the_masters_words(make_node: MakeNode) -> None:
+    lines: list[str] = []
+    log = logging.Logger("test")
+    handler = logging.Handler()
+    handler.emit = lambda record: lines.append(record.getMessage())  # type: ignore[method-assign]
+    log.addHandler(handler)
+    make_node("talker", log=log).advertise("battery topic", String)
+    assert lines == [
+        "unable to register publication [/battery topic] with master: "
+        "ERROR: parameter [topic] contains illegal chars"
+    ]
+
+
+def test_parameters_of_a_node(make_node: MakeNode) -> None:
+    node, other = make_node("node"), make_node("other")
+    node.params.set("~rate", 5)
+    assert other.params.get("/node/rate") == 5
+    assert node.params.get_cached("~rate") == 5
+    other.params.set("/node/rate", 6)
+    wait_until(lambda: node.params.get_cached("~rate") == 6)
+    assert node.params.search("rate") == "/node/rate"
+    node.params.delete("~rate")
+    wait_until(lambda: not other.params.has("/node/rate"))
+    with pytest.raises(LookupError, match=r"parameter \[/node/rate\] is not set"):
+        node.params.get("~rate")
+
+
+def test_a_refused_call_says_who_refused(make_node: MakeNode) -> None:
+    with pytest.raises(Refused, match="unknown node"):
+        make_node("node").master.lookup_node("/nobody")

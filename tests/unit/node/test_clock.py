@@ -1,0 +1,131 @@
+"""Clocks: waits that end when they should, and only then."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from pipros.node.clock import SimulatedClock, TimeMovedBackwards, WallClock
+from pipros.node.rate import Rate
+from tests.support.waiting import wait_until
+
+S = 1_000_000_000
+
+
+class Sleeper(threading.Thread):
+    """Sleeps on a clock in a thread, and keeps what came of it."""
+
+    def __init__(self, clock: SimulatedClock | WallClock, seconds: float) -> None:
+        super().__init__(daemon=True)
+        self.clock, self.seconds = clock, seconds
+        self.result: bool | Exception | None = None
+        self.start()
+
+    def run(self) -> None:
+        try:
+            self.result = self.clock.sleep(self.seconds)
+        except TimeMovedBackwards as error:
+            self.result = error
+
+
+def test_a_wall_clock_sleep_ends_with_the_node() -> None:
+    clock = WallClock()
+    sleeper = Sleeper(clock, 60)
+    clock.interrupt()
+    sleeper.join(5)
+    assert sleeper.result is False
+
+
+def test_the_exempt_thread_still_sleeps_while_the_node_ends() -> None:
+    clock = WallClock()
+    clock.interrupt(exempt=threading.get_ident())
+    assert clock.sleep(0.001) is True
+
+
+def test_simulated_time_is_zero_until_somebody_publishes_it() -> None:
+    assert SimulatedClock().now_ns() == 0
+
+
+def test_a_simulated_sleep_waits_for_the_clock_to_start_and_to_get_there() -> None:
+    clock = SimulatedClock()
+    sleeper = Sleeper(clock, 2)
+    clock.set_ns(10 * S)
+    wait_until(lambda: clock._changed._waiters)  # type: ignore[attr-defined]
+    clock.set_ns(11 * S)
+    assert sleeper.is_alive()
+    clock.set_ns(13 * S)
+    sleeper.join(5)
+    assert sleeper.result is True
+
+
+def test_a_simulated_sleep_ends_with_the_node() -> None:
+    clock = SimulatedClock()
+    sleeper = Sleeper(clock, 2)
+    clock.interrupt()
+    sleeper.join(5)
+    assert sleeper.result is False
+
+
+def test_a_sleeper_is_told_when_time_goes_back() -> None:
+    clock = SimulatedClock()
+    clock.set_ns(10 * S)
+    sleeper = Sleeper(clock, 2)
+    wait_until(lambda: clock._changed._waiters)  # type: ignore[attr-defined]
+    clock.set_ns(4 * S)
+    sleeper.join(5)
+    assert isinstance(sleeper.result, TimeMovedBackwards)
+    assert sleeper.result.jump_s == -6
+
+
+class ScriptedClock:
+    """A clock that only moves when somebody sleeps on it."""
+
+    is_simulated = True
+
+    def __init__(self) -> None:
+        self.ns = 100 * S
+        self.slept: list[float] = []
+        self.jump_ns = 0
+
+    def now_ns(self) -> int:
+        return self.ns
+
+    def sleep(self, duration_s: float) -> bool:
+        self.slept.append(duration_s)
+        if self.jump_ns:
+            self.ns += self.jump_ns
+            raise TimeMovedBackwards(self.jump_ns / S)
+        self.ns += max(0, int(duration_s * S))
+        return True
+
+    def interrupt(self, exempt: int | None = None) -> None: ...
+
+
+def test_a_rate_sleeps_for_what_is_left_of_the_cycle() -> None:
+    clock = ScriptedClock()
+    rate = Rate(clock, S)
+    clock.ns += S // 4
+    rate.sleep()
+    assert clock.slept == [0.75]
+    rate.sleep()
+    assert clock.slept[1] == 1.0
+
+
+def test_a_loop_that_is_far_behind_does_not_hurry() -> None:
+    clock = ScriptedClock()
+    rate = Rate(clock, S)
+    clock.ns += 10 * S
+    rate.sleep()
+    rate.sleep()
+    assert clock.slept == [-9.0, 1.0]
+
+
+def test_a_rate_starts_anew_when_time_goes_back_if_told_to() -> None:
+    clock = ScriptedClock()
+    strict, lenient = Rate(clock, S), Rate(clock, S, reset=True)
+    clock.jump_ns = -50 * S
+    with pytest.raises(TimeMovedBackwards):
+        strict.sleep()
+    assert lenient.sleep() is True
+    assert lenient.last_ns == clock.ns
