@@ -1,0 +1,183 @@
+"""rosunit and rostest beside their genuine originals: same test package, same reports, same result files."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.support.processes import Process
+from tests.support.ros import RosSystem, Side
+
+KINDS = """#!/usr/bin/env python3
+import sys, unittest
+
+class Kinds(unittest.TestCase):
+    def test_a_passes(self):
+        print("to out")
+        print("to err", file=sys.stderr)
+    def test_b_fails(self):
+        self.assertEqual(1, 2, "they differ, é")
+    def test_c_errs(self):
+        raise KeyError("gone")
+    @unittest.skip("no reason")
+    def test_d_is_skipped(self):
+        pass
+    @unittest.expectedFailure
+    def test_e_fails_as_expected(self):
+        self.fail()
+
+if __name__ == "__main__":
+    import rosunit
+    rosunit.unitrun("kinds", "kinds", Kinds)
+"""
+FINE = """#!/usr/bin/env python3
+import os, sys, unittest
+
+class Fine(unittest.TestCase):
+    def test_it(self):
+        print(sys.argv[1:3], [arg.split(":=")[0] for arg in sys.argv[3:]])
+        print(os.getcwd(), os.environ["ROS_MASTER_URI"].split(":")[1])
+
+if __name__ == "__main__":
+    import rostest
+    rostest.rosrun("kinds", "fine", Fine)
+"""
+FILES = {
+    "package.xml": "<package><name>kinds</name><version>0.0.0</version><description>d</description>"
+    "<maintainer email='a@example.com'>a</maintainer><license>none</license></package>",
+    "test/kinds.py": KINDS,
+    "test/fine.py": FINE,
+    "test/nothing.py": "#!/usr/bin/env python3\n",
+    "test/stays.py": "#!/usr/bin/env python3\nimport signal\nsignal.pause()\n",
+    "test/fine.test": '<launch><param name="level" value="25"/>'
+    '<test test-name="fine" pkg="kinds" type="fine.py" args="a b"/></launch>',
+    "test/two.test": '<launch><test test-name="kinds" pkg="kinds" type="kinds.py"/>'
+    '<test test-name="fine" pkg="kinds" type="fine.py"/></launch>',
+    "test/nothing.test": '<launch><test test-name="nothing" pkg="kinds" type="nothing.py"/></launch>',
+    "test/slow.test": '<launch><test test-name="slow" pkg="kinds" type="stays.py" time-limit="0.5"/>'
+    "</launch>",
+    "test/none.test": '<launch><node name="n" pkg="kinds" type="stays.py"/></launch>',
+    "test/nopkg.test": '<launch><test test-name="fine" pkg="nopkg" type="fine.py"/></launch>',
+    "test/absent.test": '<launch><test test-name="fine" pkg="kinds" type="absent.py"/></launch>',
+    "test/nonode.test": '<launch><node name="n" pkg="kinds" type="absent.py"/>'
+    '<test test-name="fine" pkg="kinds" type="fine.py"/></launch>',
+    "test/twice.test": '<launch><test test-name="fine" pkg="kinds" type="fine.py"/>'
+    '<test test-name="fine" pkg="kinds" type="fine.py"/></launch>',
+}
+
+
+@pytest.fixture
+def package(ros: RosSystem, tmp_path: Path) -> Path:
+    folder = tmp_path / "ws" / "kinds"
+    for name, content in FILES.items():
+        file = folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(content)
+        file.chmod(0o755)
+    for side in (ros.pipros, ros.genuine):
+        path = side.environment["ROS_PACKAGE_PATH"]
+        side.environment["ROS_PACKAGE_PATH"] = f"{folder.parent}:{path}"
+    return folder
+
+
+def run(side: Side, *command: str) -> tuple[Process, dict[str, str]]:
+    """The ended program, and the result files that it left, by name."""
+    results = Path(side.environment["ROS_HOME"]) / "results"
+    ended = side.run(*command, ROS_TEST_RESULTS_DIR=str(results))
+    left = {file.name: file.read_text() for file in results.rglob("*.xml")}
+    for file in results.rglob("*.xml"):
+        file.unlink()
+    return ended, left
+
+
+def comparable(text: str) -> str:
+    """The text without what differs from run to run, and without the frames of unittest and rostest."""
+    text = re.sub(r'time="[\d.]+"', "time", text)
+    text = re.sub(r"rostest-[\w.-]+-\d+\.log", "rostest.log", text)
+    text = re.sub(r'(?m)^  File "[^"]*/(unittest|rostest|roslaunch|rospkg)/.*\n(    .*\n)*', "", text)
+    # Genuine says this before reasons of its own making; it says nothing.
+    return text.replace("False is not true : ", "")
+
+
+def test_a_test_script_reports_and_leaves_results_as_with_genuine_rosunit(
+    ros: RosSystem, package: Path
+) -> None:
+    script = str(package / "test" / "kinds.py")
+
+    ours, our_files = run(ros.pipros, script)
+    theirs, their_files = run(ros.genuine, script)
+
+    assert (ours.returncode, theirs.returncode) == (1, 1)
+    assert comparable("\n".join(ours.stdout)) == comparable("\n".join(theirs.stdout))
+    assert list(our_files) == ["rosunit-kinds.xml"]
+    assert comparable(our_files["rosunit-kinds.xml"]) == comparable(their_files["rosunit-kinds.xml"])
+
+
+@pytest.mark.parametrize(
+    ("file", "code"),
+    [
+        ("fine.test", 0),
+        ("two.test", 2),
+        ("nothing.test", 1),
+        ("slow.test", 1),
+        ("none.test", 0),
+        ("nopkg.test", 1),
+        ("absent.test", 1),
+        ("nonode.test", 1),
+        ("twice.test", 1),
+    ],
+)
+def test_rostest_reports_and_ends_as_genuine_does(
+    ros: RosSystem, package: Path, file: str, code: int
+) -> None:
+    ours, our_files = run(ros.pipros, "rostest", "kinds", file)
+    theirs, their_files = run(ros.genuine, "rostest", "kinds", file)
+
+    assert (ours.returncode, theirs.returncode) == (code, code), ours.output
+    assert comparable("\n".join(ours.stdout)) == comparable("\n".join(theirs.stdout))
+    # Genuine leaves an empty shell of a result file behind a program that was ended.
+    their_files = {name: text for name, text in their_files.items() if "<testsuite" in text}
+    assert sorted(our_files) == sorted(their_files)
+    for name in our_files:
+        if name.startswith("rosunit"):
+            assert comparable(our_files[name]) == comparable(their_files[name])
+        else:
+            assert _cases(our_files[name]) == _cases(their_files[name])
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--results-filename=abc.xml", "kinds", "fine.test"],
+        ["--results-base-dir=elsewhere", "kinds", "fine.test"],
+        ["--package=kinds", "--pkgdir={package}", "{package}/test/fine.test"],
+        ["{package}/test/fine.test"],
+        ["--reuse-master", "kinds", "fine.test"],
+        ["--clear", "kinds", "fine.test"],
+        ["kinds", "fine.test", "two.test"],
+        ["kinds", "nope.test"],
+        ["nopkg", "nope.test"],
+        [],
+    ],
+    ids=lambda options: " ".join(options) or "nothing",
+)
+def test_options_of_rostest_mean_what_they_mean_in_genuine(
+    ros: RosSystem, package: Path, options: list[str]
+) -> None:
+    options = [option.replace("{package}", str(package)) for option in options]
+
+    ours, our_files = run(ros.pipros, "rostest", *options)
+    theirs, their_files = run(ros.genuine, "rostest", *options)
+
+    assert ours.returncode == theirs.returncode
+    assert comparable("\n".join(ours.stdout)) == comparable("\n".join(theirs.stdout))
+    assert ours.stderr == theirs.stderr
+    assert sorted(our_files) == sorted(their_files)
+
+
+def _cases(text: str) -> list[str]:
+    """The cases of a result file with how they ended, without what was printed meanwhile."""
+    cases = comparable(text).partition("<system-out>")[0]
+    return re.sub(r'type="\w+"', "type", cases).splitlines()
