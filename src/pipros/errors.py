@@ -23,8 +23,10 @@ class LimitExceeded(ProtocolError):
     """A peer sent or announced more than a limit allows."""
 
 
-class Unreachable(PiprosError):
+class Unreachable(PiprosError, ConnectionError):
     """No connection to a peer, or it was lost before the answer came.
+
+    It is a ConnectionError too, which scripts written for genuine rospy catch.
 
     Attributes:
         peer: the URI or host:port that was tried.

@@ -4,7 +4,7 @@ Scripts that were written for genuine rospy run unchanged. The work is done in `
 here are the names, arguments and exceptions that ROS users know.
 """
 
-from typing import Any
+from typing import Any as _Any
 
 from rospy import client as client
 from rospy import core as core
@@ -95,7 +95,7 @@ from rospy.topics import SubscribeListener as SubscribeListener
 from rospy.topics import Subscriber as Subscriber
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> _Any:
     """`rospy.Header`, which few use, and which would cost every start-up a message type."""
     if name == "Header":
         from pipros.msg import load_message_class

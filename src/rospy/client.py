@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from genpy import Message
 from pipros.env import Environment
-from pipros.errors import NotFound
+from pipros.errors import NotFound, Refused
 from pipros.names import is_remapping_argument
 from rospy.core import is_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
@@ -168,8 +168,12 @@ def set_param(param_name: str, param_value: Any) -> None:
     Raises:
         TypeError: a value that XML-RPC cannot carry: None, a set, a key that is no string.
         OverflowError: an integer of more than 32 bits.
+        ROSException: the master refused it.
     """
-    session.params.set(param_name, param_value)
+    try:
+        session.params.set(param_name, param_value)
+    except Refused as error:
+        raise ROSException(f"cannot set [{session.resolve(param_name)}]: {error.text}") from None
 
 
 def has_param(param_name: str) -> bool:

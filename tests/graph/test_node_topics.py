@@ -16,6 +16,7 @@ from pipros.errors import Refused
 from pipros.master.server import Master
 from pipros.msg import load_message_class
 from pipros.msg.base import SerializationError
+from pipros.net import incoming
 from pipros.net.rpc import RpcClient
 from pipros.node import Node
 from pipros.node.topics import TypeConflict
@@ -149,7 +150,10 @@ def test_a_buffer_may_be_used_again_once_publish_has_returned(make_node: MakeNod
     assert [set(message.data) for message in inbox.wait(8)] == [{value} for value in range(8)]
 
 
-def test_a_slow_callback_with_queue_size_1_sees_the_newest_message(make_node: MakeNode) -> None:
+def test_a_slow_callback_with_queue_size_1_sees_the_newest_message(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(incoming, "SLOW_DELIVERY_S", 0.0)  # every callback counts as slow
     talker, listener = make_node("talker"), make_node("listener")
     inbox, entered, gate = Inbox(), threading.Event(), threading.Event()
 
@@ -161,10 +165,10 @@ def test_a_slow_callback_with_queue_size_1_sees_the_newest_message(make_node: Ma
     subscriber = listener.subscribe("cloud", ByteArray, slow, queue_size=1)
     publisher = talker.advertise("cloud", ByteArray, queue_size=0)
     connected(publisher)
-    publisher.publish(ByteArray(data=b"\0" * 200_000))
+    publisher.publish(ByteArray(data=b"\0" * 20_000))
     assert entered.wait(10)
     for value in range(1, 30):
-        publisher.publish(ByteArray(data=bytes([value]) * 200_000))
+        publisher.publish(ByteArray(data=bytes([value]) * 20_000))
     wait_until(lambda: publisher.statistics()["frames"] == 30)
     gate.set()
     assert [message.data[0] for message in inbox.wait(2)] == [0, 29]
