@@ -1,0 +1,56 @@
+"""`roscore`: a master, a parameter server and the `/rosout` node, in one process."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from optparse import OptionParser
+
+from pipros.cli.roslaunch import add_core_options, run, session_options
+from pipros.launch.console import Console
+from pipros.launch.session import Session
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs until Ctrl-C; returns the exit code."""
+    parser = OptionParser(
+        usage="usage: %prog [options]",
+        prog="roscore",
+        description="roscore will start up a ROS Master, a ROS Parameter Server and a rosout logging node",
+        epilog="See http://wiki.ros.org/roscore",
+    )
+    add_core_options(parser)
+    parser.add_option(
+        "--bind",
+        metavar="ADDRESS",
+        help="address to listen on: 0.0.0.0 opens the master to the network. By default only this "
+        "computer can connect, unless ROS_IP or ROS_HOSTNAME says otherwise.",
+    )
+    parser.add_option(
+        "--allow",
+        metavar="NETWORK",
+        action="append",
+        help="network that may connect when the master is open, such as 10.0.0.0/8; may be repeated. "
+        "Without it all may.",
+    )
+    parser.set_defaults(
+        core=True,
+        run_id=None,
+        wait=False,
+        no_summary=False,
+        skip_log_check=False,
+        force_screen=False,
+        force_log=False,
+        force_required=False,
+        local_only=False,
+    )
+    options, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
+    words = [word for word in words if ":=" not in word]
+    if words:
+        parser.error("roscore does not take arguments")
+    console = Console(is_verbose=options.verbose)
+    return run(lambda: Session([], {}, session_options(options), console), console, options)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,179 @@
+"""What `roslaunch` prints about launch files without starting anything: `--nodes`, `--dry-run`, …."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from collections.abc import Mapping, Sequence
+
+from pipros import names
+from pipros.env import Environment
+from pipros.errors import PiprosError
+from pipros.launch.command import CannotLaunch, CommandMaker
+from pipros.launch.files import STDIN
+from pipros.launch.model import Launch, Machine, Node
+from pipros.launch.surroundings import Surroundings
+from pipros.launch.xml import load
+from pipros.workspace.index import PackageIndex
+
+
+def print_nodes(files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
+    """`--nodes`: the full names, in the order of the files."""
+    launch = _load(files, arguments, index)
+    if launch is None:
+        return 1
+    for node in launch.nodes:
+        print(node.full_name)
+    return 0
+
+
+def print_files(files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
+    """`--files`: the files and all that they include."""
+    launch = _load(files, arguments, index)
+    if launch is None:
+        return 1
+    print("\n".join(os.path.abspath(file) for file in launch.files))
+    return 0
+
+
+def print_params(files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
+    """`--dump-params`: YAML of full names and values."""
+    launch = _load(files, arguments, index)
+    if launch is None:
+        return 1
+    import yaml
+
+    print(yaml.safe_dump(dict(launch.params), default_flow_style=False, allow_unicode=True))
+    return 0
+
+
+def print_file_of_node(
+    name: str, files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex
+) -> int:
+    """`--find-node`: the file that a node stands in."""
+    launch = _load(files, arguments, index)
+    if launch is None:
+        return 1
+    name = _full_name(name)
+    node = launch.node(name)
+    if node is None or node.place is None:
+        print(
+            f"ERROR: cannot find node named [{name}]. Run \n\troslaunch --nodes <files>\n"
+            "to see list of node names.",
+            file=sys.stderr,
+        )
+        return 0
+    print(os.path.abspath(node.place.file))
+    return 0
+
+
+def print_node_args(
+    name: str, files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex
+) -> int:
+    """`--args`: variables and command line of a node, to be pasted into a shell."""
+    launch = _load(files, arguments, index)
+    if launch is None:
+        return 1
+    name = _full_name(name)
+    node = launch.node(name)
+    if node is None:
+        known = "\n".join(f" * {node.full_name}" for node in launch.nodes)
+        print(
+            f"ERROR: Cannot find node named [{name}] in [{', '.join(files)}].\nNode names are:\n{known}",
+            file=sys.stderr,
+        )
+        return 1
+    try:
+        variables, argv = _command(node, launch.machines.get(node.machine), index)
+    except CannotLaunch as error:
+        print(f"ERROR: {error}", file=sys.stderr)
+        return 1
+    print(" ".join([*(f'{key}="{value}"' for key, value in variables.items()), *argv]))
+    return 0
+
+
+def print_arguments(files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
+    """`--ros-args`: which arguments the files need and which they understand."""
+    launch = _load(files, arguments, index, unset_as="")
+    if launch is None:
+        return 1
+    declared = sorted(launch.arguments, key=lambda argument: argument.name)
+    required = [argument for argument in declared if argument.is_required]
+    optional = [argument for argument in declared if argument.default is not None]
+    if required:
+        print("Required Arguments:")
+        for argument in required:
+            print(f"  {argument.name}: {argument.doc or 'undocumented'}")
+    if optional:
+        print("Optional Arguments:")
+        for argument in optional:
+            print(f'  {argument.name} (default "{argument.default}"): {argument.doc or "undocumented"}')
+    if not required and not optional:
+        print("No arguments.")
+    return 0
+
+
+def print_plan(files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
+    """`--dry-run`: everything that would be done, in the order in which it would be done."""
+    launch = _load(files, arguments, index)
+    if launch is None:
+        return 1
+    for warning in launch.warnings:
+        print(f"# WARNING: {warning}")
+    for command in launch.commands:
+        print(f"rosparam {command.action.value} {command.file} {command.key}".replace("  ", " "))
+    for namespace in launch.clear_params:
+        print(f"rosparam delete {namespace}")
+    for key in sorted(launch.params):
+        print(f"rosparam set {key} {shlex.quote(str(launch.params[key]))}")
+    code = 0
+    for node in launch.nodes:
+        print(f"\n# {node.full_name} ({node.package}/{node.type}){_traits(node)}")
+        try:
+            variables, argv = _command(node, launch.machines.get(node.machine), index)
+        except CannotLaunch as error:
+            print(f"# ERROR: {error}")
+            code = 1
+            continue
+        settings = [f"{key}={shlex.quote(value)}" for key, value in variables.items()]
+        print(" ".join(["env", *settings, shlex.join(argv)]) if settings else shlex.join(argv))
+    return code
+
+
+def _traits(node: Node) -> str:
+    traits = [name for name in ("respawn", "required") if getattr(node, name)]
+    if node.machine:
+        traits.append(f"on machine {node.machine}")
+    traits.append(f"output to {node.output.value}")
+    return ", " + ", ".join(traits) + f", from {node.place}"
+
+
+def _command(node: Node, machine: Machine | None, index: PackageIndex) -> tuple[dict[str, str], list[str]]:
+    environment = Environment.from_os()
+    maker = CommandMaker(index, os.environ, environment.ros_home)
+    command = maker.make(node, environment.master_uri, machine=machine)
+    overlay = {key: value for key, value in command.overlay.items() if key != "ROS_MASTER_URI"}
+    return overlay, list(command.argv)
+
+
+def _full_name(name: str) -> str:
+    return names.canonicalize(names.resolve(name, "/roslaunch"))
+
+
+def _load(
+    files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex, unset_as: str | None = None
+) -> Launch | None:
+    """The launch, or None when it was reported what is wrong with the files."""
+    texts = [sys.stdin.read()] if STDIN in files else []
+    try:
+        return load(
+            [file for file in files if file != STDIN],
+            arguments,
+            surroundings=Surroundings.here(index),
+            texts=texts,
+            unset_as=unset_as,
+        )
+    except PiprosError as error:
+        print(error, file=sys.stderr)
+        return None

@@ -1,0 +1,127 @@
+"""What it takes to start a node: its command line, environment and folder. Nothing is started here."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pipros.errors import NotFound, PiprosError
+from pipros.launch.model import Machine, Node, WorkingFolder
+from pipros.workspace.executables import Executables, find_executables
+from pipros.workspace.index import Package, PackageIndex
+from pipros.workspace.interpreter import command_of, with_own_python_first
+
+
+class CannotLaunch(PiprosError):
+    """A node has no program, or its arguments cannot be understood. The other nodes still start."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A process to start.
+
+    Attributes:
+        argv: the program and its arguments.
+        environment: all of its variables.
+        overlay: those of them that the launch file and the launcher gave it.
+        folder: its working folder.
+    """
+
+    argv: tuple[str, ...]
+    environment: Mapping[str, str]
+    overlay: Mapping[str, str]
+    folder: Path
+
+    def with_arguments(self, *arguments: str) -> Command:
+        """The same with more arguments at the end."""
+        return replace(self, argv=(*self.argv, *arguments))
+
+
+FindExecutables = Callable[[Package, str], Executables]
+
+
+class CommandMaker:
+    """Makes commands of nodes, for one environment and one set of packages."""
+
+    def __init__(
+        self,
+        index: PackageIndex,
+        environment: Mapping[str, str],
+        ros_home: Path,
+        find: FindExecutables = find_executables,
+    ) -> None:
+        self._index = index
+        self._environment = with_own_python_first(environment)
+        self._ros_home = ros_home
+        self._find = find
+
+    def make(
+        self,
+        node: Node,
+        master_uri: str,
+        *,
+        log_stem: str = "",
+        machine: Machine | None = None,
+        extra_arguments: Sequence[str] = (),
+    ) -> Command:
+        """The command of a node: prefix, program, arguments, remappings, name and log file, in this order.
+
+        Args:
+            log_stem: the path of the node's log file without `.log`; empty for none.
+            machine: where to run it; None for this computer.
+            extra_arguments: what comes after the node's own arguments.
+
+        Raises:
+            CannotLaunch: the package or the program does not exist, a quote is open.
+        """
+        overlay = {"ROS_MASTER_URI": master_uri}
+        if node.namespace != "/":
+            overlay["ROS_NAMESPACE"] = node.namespace.rstrip("/")
+        overlay.update(node.environment)
+        arguments = [
+            *_words(node.arguments, "arguments", node),
+            *extra_arguments,
+            *(f"{source}:={target}" for source, target in node.remappings),
+            f"__name:={node.name}",
+        ]
+        if machine is not None:
+            from pipros.launch.ssh import remote_command
+
+            argv = remote_command(machine, node, overlay, arguments)
+            return Command(tuple(argv), self._environment, overlay, self._ros_home)
+        if log_stem:
+            arguments.append(f"__log:={log_stem}.log")
+        program = self._program(node)
+        prefix = _words(node.launch_prefix, "launch-prefix", node)
+        folder = program.parent if node.working_folder is WorkingFolder.NODE else self._ros_home
+        argv = [*prefix, *command_of(program, arguments)]
+        variables = {**self._environment, **overlay}
+        if "ROS_NAMESPACE" not in overlay:
+            variables.pop("ROS_NAMESPACE", None)
+        return Command(tuple(argv), variables, overlay, folder)
+
+    def _program(self, node: Node) -> Path:
+        try:
+            package = self._index.find(node.package)
+        except NotFound as error:
+            raise CannotLaunch(f"cannot launch node of type [{node.package}/{node.type}]: {error}") from None
+        found = self._find(package, node.type)
+        if not found.runnable:
+            hint = f". There is {found.unusable[0]}" if found.unusable else ""
+            raise CannotLaunch(
+                f"cannot launch node of type [{node.package}/{node.type}]: Cannot locate node of type "
+                f"[{node.type}] in package [{node.package}]. Make sure file exists in package path and "
+                f"permission is set to executable (chmod +x){hint}"
+            )
+        return found.runnable[0]
+
+
+def _words(text: str, what: str, node: Node) -> list[str]:
+    try:
+        return shlex.split(text)
+    except ValueError as error:
+        raise CannotLaunch(
+            f"the {what} [{text}] of node [{node.full_name}] cannot be understood: {error}"
+        ) from None

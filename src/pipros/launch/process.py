@@ -1,0 +1,150 @@
+"""One running process of a launch: started in a group of its own, watched, and ended step by step."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from pipros.launch.command import CannotLaunch, Command
+from pipros.launch.guardian import Guardian
+from pipros.workspace.interpreter import why_not_startable
+
+_ON_WINDOWS = os.name == "nt"
+
+SIGINT, SIGTERM = signal.SIGINT, signal.SIGTERM
+SIGKILL: signal.Signals = getattr(signal, "SIGKILL", signal.SIGTERM)
+
+
+class NodeProcess:
+    """A process that was started. A thread waits for its end and calls `on_exit` with it.
+
+    Attributes:
+        name: how it is called in messages: `talker-2`.
+        pid: its number, which is that of its group, too.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        command: Command,
+        *,
+        stdout_log: Path | None,
+        guardian: Guardian,
+        on_exit: Callable[[NodeProcess], None],
+        restarts: bool = False,
+    ) -> None:
+        """Starts the process.
+
+        Args:
+            stdout_log: where its standard output goes; None for the launcher's own.
+            restarts: whether it is the same node again, so that its output is added to the file.
+
+        Raises:
+            CannotLaunch: the operating system refuses, with what to try.
+        """
+        self.name = name
+        self.command = command
+        self.stdout_log = stdout_log
+        self._guardian = guardian
+        self._on_exit = on_exit
+        self._exited = threading.Event()
+        self._popen = _start(command, stdout_log, is_again=restarts)
+        self.pid = self._popen.pid
+        self._has_group = True
+        guardian.started(self.pid)
+        threading.Thread(target=self._wait, name=f"wait for {name}", daemon=True).start()
+
+    @property
+    def exit_code(self) -> int | None:
+        """The exit code; negative for the signal that ended it; None while it runs."""
+        return self._popen.returncode if self._exited.is_set() else None
+
+    @property
+    def has_group(self) -> bool:
+        """Whether the process, or anything that it started in its group, still runs."""
+        if not self._has_group or _ON_WINDOWS:
+            return not self._exited.is_set()
+        try:
+            os.killpg(self.pid, 0)
+        except OSError:
+            return False
+        return True
+
+    def send_signal(self, number: signal.Signals) -> None:
+        """Sends a signal to the process and all of its group; nothing happens when they have ended."""
+        if not self._has_group:
+            return
+        with suppress(OSError):
+            if _ON_WINDOWS:
+                event: signal.Signals = getattr(signal, "CTRL_BREAK_EVENT", SIGTERM)
+                self._popen.send_signal(event if number is SIGINT else SIGTERM)
+            else:
+                os.killpg(self.pid, number)
+
+    def wait(self, timeout_s: float | None = None) -> bool:
+        """Waits for the end of the process; False when the time was over first."""
+        return self._exited.wait(timeout_s)
+
+    def release(self) -> None:
+        """Kills what the ended process left running in its group, and forgets the group."""
+        if self._has_group and self._exited.is_set():
+            self.send_signal(SIGKILL)
+            self._forget_group()
+
+    def _wait(self) -> None:
+        self._popen.wait()
+        self._exited.set()
+        # As long as somebody is in the group, its number cannot be given to another process, and
+        # it stays guarded: a script may have left the real node running in the background.
+        if not self.has_group:
+            self._forget_group()
+        self._on_exit(self)
+
+    def _forget_group(self) -> None:
+        self._has_group = False
+        self._guardian.ended(self.pid)
+
+
+def _start(command: Command, stdout_log: Path | None, *, is_again: bool) -> subprocess.Popen[bytes]:
+    sys.stdout.flush()
+    try:
+        command.folder.mkdir(parents=True, exist_ok=True)
+        output = None if stdout_log is None else stdout_log.open("ab" if is_again else "wb")
+    except OSError as error:
+        raise CannotLaunch(f"cannot write to [{error.filename}]: {error.strerror}") from None
+    try:
+        return subprocess.Popen(  # noqa: S603
+            command.argv,
+            env=dict(command.environment),
+            cwd=command.folder,
+            stdout=output,
+            start_new_session=not _ON_WINDOWS,
+            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+        )
+    except OSError as error:
+        program = Path(command.argv[0])
+        reason = why_not_startable(program) if program.is_file() else None
+        raise CannotLaunch(
+            f"Unable to launch [{' '.join(command.argv)}]: {reason or f'{program}: {error.strerror}'}"
+        ) from None
+    finally:
+        if output is not None:
+            output.close()
+
+
+def last_lines(file: Path, count: int = 5, limit_bytes: int = 4096) -> list[str]:
+    """The last lines of a log file that are not blank."""
+    try:
+        with file.open("rb") as log:
+            log.seek(0, os.SEEK_END)
+            log.seek(max(0, log.tell() - limit_bytes))
+            tail = log.read().decode("utf-8", "replace")
+    except OSError:
+        return []
+    return [line for line in tail.splitlines() if line.strip()][-count:]

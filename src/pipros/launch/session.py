@@ -1,0 +1,343 @@
+"""All of one `roslaunch`, `roscore` included: log folder, launch files, master, nodes, and the end of them.
+
+The steps print what Noetic's roslaunch prints, in its order; the time between the call and the first node
+is what people wait for, so what can be done later is done later.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from pipros.env import DEFAULT_MASTER_PORT, Environment, split_master_uri
+from pipros.errors import PiprosError, Refused, Unreachable
+from pipros.launch.command import CommandMaker
+from pipros.launch.console import Console
+from pipros.launch.core import ROS_COMM_VERSION, STANDARD_PARAMETERS, Core, new_run_id
+from pipros.launch.files import STDIN
+from pipros.launch.logs import LogFolder, disk_usage_report
+from pipros.launch.model import Launch, LaunchError
+from pipros.launch.run import Run, RunOptions
+from pipros.launch.server import LaunchServer
+from pipros.launch.summary import summary
+from pipros.launch.surroundings import Surroundings
+from pipros.launch.upload import CALLER_ID
+from pipros.launch.xml import load
+from pipros.net import address
+from pipros.net.master import MasterClient
+from pipros.workspace.index import PackageIndex
+
+_MASTER_ANSWERS_WITHIN_S = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class SessionOptions:
+    """What the command line may ask for.
+
+    Attributes:
+        is_core: whether this is `roscore`: no files, and a master must not be there yet.
+        port: where to start the master, when the environment's choice is not wanted.
+        bind: the address that a master of ours listens on, when the environment's choice is not wanted.
+        run_id: the run to belong to; by default that of the running master, or a new one.
+    """
+
+    is_core: bool = False
+    port: int | None = None
+    bind: str | None = None
+    allow: tuple[str, ...] = ()
+    run_id: str | None = None
+    has_summary: bool = True
+    checks_log_folder: bool = True
+    run: RunOptions = field(default_factory=RunOptions)
+
+
+class Session:
+    """One run of the launcher. `start`, `wait`, `stop`, in this order; `stop` always."""
+
+    def __init__(
+        self,
+        files: Sequence[str],
+        arguments: Mapping[str, str],
+        options: SessionOptions,
+        console: Console,
+        *,
+        environment: Environment | None = None,
+        index: PackageIndex | None = None,
+    ) -> None:
+        environment = environment or Environment.from_os()
+        self._files = list(files)
+        self._arguments = arguments
+        self._options = options
+        self._console = console
+        self._index = index or PackageIndex.from_environment(environment)
+        self._environment = _with_master(environment, options)
+        self._ordered_uri = environment.master_uri
+        self._is_master_there = False
+        self._core: Core | None = None
+        self._server: LaunchServer | None = None
+        self._run: Run | None = None
+        self.run_id = ""
+        self.launch = Launch()
+
+    @property
+    def master_uri(self) -> str:
+        return self._environment.master_uri
+
+    @property
+    def is_started(self) -> bool:
+        """Whether there is something that `request_stop` can end."""
+        return self._run is not None
+
+    def start(self) -> None:
+        """Brings everything up.
+
+        Raises:
+            PiprosError, OSError: with nothing left running, once `stop` was called.
+        """
+        self._open_logs()
+        self._set_title()
+        self._load()
+        self._start_server()
+        if self._options.has_summary:
+            params = {**STANDARD_PARAMETERS, **self.launch.params}
+            self._console.say(summary(params, self.launch.nodes, is_core=self._options.is_core))
+        self._start_master()
+        self._start_nodes()
+
+    def wait(self) -> None:
+        """Returns when it is time to stop: on request, at the end of a required node, or of all nodes.
+
+        A session that started the master stays for others, who may use it.
+        """
+        assert self._run is not None  # noqa: S101  # start() was called
+        self._run.wait(until_all_ended=self._core is None)
+
+    def request_stop(self) -> None:
+        """Ends `wait`; may be called from a signal handler, and again by somebody impatient."""
+        if self._run is not None:
+            self._run.request_stop()
+
+    def stop(self) -> None:
+        """Ends the nodes, then `/rosout`, then the master. Harmless when nothing was started."""
+        say = self._console.say
+        if self._run is not None:
+            self._run.stop()
+        if self._core is not None:
+            say("[rosout-1] killing on exit")
+            self._core.stop_rosout()
+            say("[master] killing on exit")
+        if self._server is not None:
+            if self._core is None:
+                self._forget_server(self._server)
+            self._server.stop()
+        if self._core is not None:
+            self._core.stop()
+        if self._run is not None:
+            say("shutting down processing monitor...")
+            say("... shutting down processing monitor complete")
+            self._console.bold("done")
+        self._console.close()
+
+    def _open_logs(self) -> None:
+        client = MasterClient(self.master_uri, CALLER_ID, timeout_s=_MASTER_ANSWERS_WITHIN_S)
+        running = _run_id_of(client)
+        client.close()
+        self._is_master_there = running is not None
+        self.run_id = self._options.run_id or running or new_run_id()
+        if self._options.run_id and running and running != self._options.run_id:
+            raise LaunchError(
+                f"run_id on parameter server does not match declared run_id: {running} vs "
+                f"{self._options.run_id}"
+            )
+        self._logs = LogFolder.of_run(self._environment, self.run_id)
+        self._logs.check_writable()
+        log = self._logs.file_of_launcher()
+        self._console.open_log(log)
+        self._log = log
+        self._console.say(f"... logging to {log}")
+        if self._options.checks_log_folder:
+            self._console.say("Checking log directory for disk usage. This may take a while.")
+            self._console.say("Press Ctrl-C to interrupt")
+            self._console.say(disk_usage_report(self._logs.path.parent))
+
+    def _set_title(self, uri: str = "") -> None:
+        names = ["roscore"] if self._options.is_core else self._files
+        self._console.title(" ".join([",".join(names), uri]).strip())
+
+    def _load(self) -> None:
+        texts = []
+        if STDIN in self._files:
+            print("Passed '-' as file argument, attempting to read roslaunch XML from stdin.", flush=True)
+            texts.append(sys.stdin.read())
+            print(f"... {len(texts[0])} bytes read successfully.\n", flush=True)
+        files = [file for file in self._files if file != STDIN]
+        self.launch = load(files, self._arguments, surroundings=Surroundings.here(self._index), texts=texts)
+        for warning in self.launch.warnings:
+            self._console.error(f"WARNING: {warning}")
+        declared = {argument.name for argument in self.launch.arguments}
+        for name in self._arguments:
+            if name not in declared and files:
+                self._console.error(f"WARNING: no <arg> named [{name}] is declared in {', '.join(files)}")
+
+    def _start_server(self) -> None:
+        self._server = LaunchServer(self._environment, self._running)
+        self._server.start()
+        self._console.bold(f"started roslaunch server {self._server.uri}")
+        if self._options.is_core:
+            self._console.say(f"ros_comm version {ROS_COMM_VERSION}")
+
+    def _running(self) -> dict[str, int]:
+        return self._run.running() if self._run is not None else {}
+
+    def _start_master(self) -> None:
+        if self._is_master_there and self._options.is_core:
+            raise LaunchError(
+                "roscore cannot run as another roscore/master is already running. \n"
+                "Please kill other roscore/master processes before relaunching.\n"
+                f"The ROS_MASTER_URI is {self.master_uri}"
+            )
+        if self._is_master_there:
+            self._announce_master()
+            return
+        host, port = split_master_uri(self._environment.master_uri)
+        if self._options.is_core:
+            self._warn_about_port(port)
+        elif not _is_here(host):
+            raise LaunchError(
+                f"ERROR: unable to contact ROS master at [{self.master_uri}], and [{host}] is not this "
+                "computer, so no master can be started there. Is roscore running on it?"
+            )
+        self._console.say("auto-starting new master")
+        core = Core(
+            port=port,
+            host=self._options.bind,
+            run_id=self.run_id,
+            log_folder=self._logs.path,
+            environment=self._environment,
+            allow=self._options.allow,
+        )
+        try:
+            core.start_master()
+        except OSError as error:
+            raise LaunchError(
+                f"cannot start a master on port {port}: {error.strerror or error}. Another program may use "
+                "the port; choose another one by -p or ROS_MASTER_URI"
+            ) from None
+        self._core = core
+        self._console.bold(f"process[master]: started with pid [{os.getpid()}]")
+        self._announce_master()
+        self._console.say(_who_can_connect(core.bound_to))
+        self._console.bold(f"setting /run_id to {self.run_id}")
+
+    def _warn_about_port(self, port: int) -> None:
+        _, ordered = split_master_uri(self._ordered_uri)
+        if ordered != port:
+            self._console.error(
+                f"WARNING: ROS_MASTER_URI port [{ordered}] does not match this roscore [{port}]"
+            )
+
+    def _announce_master(self) -> None:
+        self._console.bold(f"ROS_MASTER_URI={self.master_uri}")
+        self._set_title(self.master_uri)
+
+    def _start_nodes(self) -> None:
+        """Starts the nodes, and while they come up `/rosout`; the first process number is its."""
+        # Noetic's nodes are told the launcher's log file, too.
+        variables = {**os.environ, "ROS_LOG_FILENAME": str(self._log)}
+        maker = CommandMaker(self._index, variables, self._environment.ros_home.expanduser().absolute())
+        run = Run(
+            self.launch,
+            maker,
+            master_uri=self.master_uri,
+            logs=self._logs,
+            console=self._console,
+            options=self._options.run,
+            first_number=1 if self._core is None else 2,
+        )
+        self._publish_server()
+        self._run = run
+        run.set_parameters()
+        if self._core is not None:
+            self._console.bold(f"process[rosout-1]: started with pid [{os.getpid()}]")
+            if not self.launch.nodes:
+                self._core.start_rosout()
+            self._console.say("started core service [/rosout]")
+        run.start_nodes()
+        if self._core is not None and self.launch.nodes:
+            self._core.start_rosout()
+
+    def _publish_server(self) -> None:
+        if self._server is None:
+            return
+        client = MasterClient(self.master_uri, CALLER_ID)
+        try:
+            client.set_param(self._server.parameter, self._server.uri)
+            if self._core is None:
+                for key, value in STANDARD_PARAMETERS.items():
+                    client.set_param(key, value)
+        finally:
+            client.close()
+
+    def _forget_server(self, server: LaunchServer) -> None:
+        client = MasterClient(self.master_uri, CALLER_ID, timeout_s=1.0)
+        try:
+            client.delete_param(server.parameter)
+        except PiprosError:
+            pass  # the master may be gone, or somebody deleted it
+        finally:
+            client.close()
+
+
+def _with_master(environment: Environment, options: SessionOptions) -> Environment:
+    """The environment with the master's address that the options lead to.
+
+    `roscore` is reached by the name that this computer tells others; it takes the usual port unless
+    told, whatever `ROS_MASTER_URI` says: so Noetic has it.
+    """
+    if options.is_core:
+        port = options.port or DEFAULT_MASTER_PORT
+        if options.bind and options.bind not in (address.ANY, address.ANY_IPV6):
+            host = options.bind
+        else:
+            local = replace(environment, master_uri=f"http://localhost:{port}")
+            host = address.advertised_host(local if options.bind is None else environment)
+        return replace(environment, master_uri=address.uri(host, port))
+    if options.port is not None:
+        host, _ = split_master_uri(environment.master_uri)
+        return replace(environment, master_uri=f"http://{host}:{options.port}")
+    return environment
+
+
+def _run_id_of(client: MasterClient) -> str | None:
+    """The run of the master that answers there; empty when it has none; None when nobody answers."""
+    try:
+        return str(client.get_param("/run_id"))
+    except Refused:
+        return ""
+    except Unreachable:
+        return None
+
+
+def _is_here(host: str) -> bool:
+    """Whether a host name or address is this computer's: a port can be opened on it."""
+    if address.is_loopback(host):
+        return True
+    try:
+        family, kind, protocol, _, where = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind, protocol) as probe:
+            probe.bind(where)
+    except OSError:
+        return False
+    return True
+
+
+def _who_can_connect(bound_to: str) -> str:
+    if address.is_loopback(bound_to):
+        return (
+            f"master is bound to {bound_to}: only this computer can connect "
+            "(set ROS_IP or ROS_HOSTNAME, or use roscore --bind, to open it)"
+        )
+    return f"master is bound to {bound_to}: every computer that reaches this address can connect"

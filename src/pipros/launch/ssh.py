@@ -1,0 +1,49 @@
+"""Starts nodes on other computers through the system's ssh client.
+
+The remote command is `[env-loader] env VARIABLE=value… rosrun package type argument…`: any ROS 1
+installation understands it. The client asks for a terminal on the other side, so that the end of the
+connection, however it comes about, is a hang-up for the node.
+"""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Mapping, Sequence
+
+from pipros.launch.model import Machine, Node
+
+
+def remote_command(
+    machine: Machine, node: Node, overlay: Mapping[str, str], arguments: Sequence[str]
+) -> list[str]:
+    """The command line of the ssh client that runs a node on a machine.
+
+    Passwords stay in the launch file: no ssh client takes them from a command line, and one that could be
+    read there by everybody would be none. A key, or an agent, lets roslaunch in.
+    """
+    prefix = ["--prefix", node.launch_prefix] if node.launch_prefix else []
+    remote = [
+        *shlex.split(machine.env_loader),
+        "env",
+        *(f"{name}={value}" for name, value in overlay.items()),
+        "rosrun",
+        *prefix,
+        node.package,
+        node.type,
+        *arguments,
+    ]
+    destination = f"{machine.user}@{machine.address}" if machine.user else machine.address
+    return [
+        "ssh",
+        "-tt",
+        "-o",
+        "BatchMode=yes",
+        "-o",
+        f"ConnectTimeout={math.ceil(machine.timeout_s)}",
+        "-p",
+        str(machine.ssh_port),
+        "--",
+        destination,
+        shlex.join(remote),
+    ]
