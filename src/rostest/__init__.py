@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-from pipros.errors import Unreachable
 from pipros.testing import graph, program
 from pipros.testing.places import XML_OUTPUT_FLAG
 
@@ -43,23 +41,12 @@ def unitrun(*args: Any, **kwargs: Any) -> None:
 
 def is_subscriber(topic: str, subscriber_id: str) -> bool:
     """True when the master knows the node `subscriber_id` as a subscriber of `topic`."""
-    with _translated_errors():
-        return graph.is_subscriber(topic, subscriber_id, _CALLER_ID)
+    return graph.is_subscriber(topic, subscriber_id, _CALLER_ID)
 
 
 def is_publisher(topic: str, publisher_id: str) -> bool:
     """True when the master knows the node `publisher_id` as a publisher of `topic`."""
-    with _translated_errors():
-        return graph.is_publisher(topic, publisher_id, _CALLER_ID)
-
-
-@contextlib.contextmanager
-def _translated_errors() -> Iterator[None]:
-    """Genuine callers expect the exception of a socket when no master answers."""
-    try:
-        yield
-    except Unreachable as error:
-        raise ConnectionError(str(error)) from None
+    return graph.is_publisher(topic, publisher_id, _CALLER_ID)
 
 
 def get_master() -> Any:

@@ -81,6 +81,7 @@ class Rostest:
 
     Attributes:
         results: the suites that were read, each under `package.rosunit-name`.
+        was_set_up: whether any stage came up.
     """
 
     def __init__(self, plan: Plan, index: PackageIndex, open_stage: Callable[[], Stage]) -> None:
@@ -89,6 +90,7 @@ class Rostest:
         self._open_stage = open_stage
         self._stage: Stage | None = None
         self.results: list[tuple[str, Suite]] = []
+        self.was_set_up = False
 
     def suite(self) -> unittest.TestSuite:
         """A case for each test, in the order of their names; two tests of one name are a case that fails."""
@@ -120,6 +122,7 @@ class Rostest:
         except BaseException:
             self.tear_down()
             raise
+        self.was_set_up = True
         _say(f"setup[{self._plan.file}] run_id[{stage.run_id}] done")
 
     def tear_down(self) -> None:

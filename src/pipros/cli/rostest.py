@@ -1,0 +1,203 @@
+"""`rostest [package] file`: runs the tests of a launch file, each with the nodes of the file around it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import unittest
+from collections.abc import Sequence
+from dataclasses import dataclass
+from optparse import OptionParser
+from pathlib import Path
+
+from pipros import names
+from pipros.env import Environment
+from pipros.errors import NotFound, PiprosError
+from pipros.launch.console import Console
+from pipros.launch.files import resolve_files
+from pipros.launch.logs import LogFolder
+from pipros.launch.surroundings import Surroundings
+from pipros.launch.xml import load
+from pipros.testing.places import results_file, rostest_name
+from pipros.testing.program import make_xml_runner
+from pipros.testing.results import Suite, Totals
+from pipros.testing.rostest import Plan, Rostest
+from pipros.testing.stage import LaunchStage
+from pipros.testing.summary import runner_summary
+from pipros.workspace.index import Package, PackageIndex
+
+COULD_NOT_RUN = 1
+CASES_FAILED = 2
+INTERRUPTED = 130
+"""128 + SIGINT, as shells count."""
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """The command line, as genuine rostest has it."""
+
+    text: bool
+    package_folder: str | None
+    package: str | None
+    results_filename: str | None
+    results_base: str | None
+    reuse_master: bool
+    clear: bool
+    words: tuple[str, ...]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Returns 0 when all passed, 1 when a test could not run, 2 when cases of a test failed."""
+    argv = sys.argv[1:] if argv is None else list(argv)
+    arguments = names.parse_arguments(argv)
+    parser = _parser()
+    options = _parse(parser, arguments.rest)
+    if options.clear and not options.reuse_master:
+        print("The --clear option is only valid with --reuse-master", file=sys.stderr)
+        return COULD_NOT_RUN
+    environment = Environment.from_os()
+    index = PackageIndex.from_environment(environment)
+    try:
+        files = resolve_files(options.words[:2], index)
+        console, log = _open_log(environment)
+        if not files:
+            parser.error("You must supply a test file argument to rostest.")
+        if len(files) + len(options.words[2:]) > 1:
+            parser.error("rostest only accepts a single test file")
+        file = Path(files[0]).absolute()
+        package = _package_of(file, options, index)
+        launch = load([str(file)], arguments.remappings, surroundings=Surroundings.here(index))
+    except PiprosError as error:
+        print(error, file=sys.stderr)
+        return COULD_NOT_RUN
+    base = Path(options.results_base).absolute() if options.results_base else None
+    rostest = Rostest(
+        Plan(package.name, file, launch, base, options.text),
+        index,
+        lambda: LaunchStage(
+            launch,
+            index,
+            environment,
+            console,
+            reuse_master=options.reuse_master,
+            clear=options.clear,
+            text=options.text,
+        ),
+    )
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        if options.text:
+            code = _run_as_text(rostest)
+        else:
+            name = options.results_filename or rostest_name(package.path, file)
+            code = _run(rostest, package.name, name.removesuffix(".xml"), base)
+    except KeyboardInterrupt:
+        # A second Ctrl-C must not keep the nodes from being ended; the launcher itself escalates.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        rostest.tear_down()
+        print("rostest was interrupted: no results", file=sys.stderr)
+        return INTERRUPTED
+    finally:
+        console.close()
+    print(f"rostest log file is in {log}")
+    return code
+
+
+def _run(rostest: Rostest, package: str, name: str, base: Path | None) -> int:
+    file = results_file(package, name, is_rostest=True, base=base)
+    result = make_xml_runner(package, name, file, is_rostest=True).run(rostest.suite())
+    if rostest.was_set_up:
+        print()
+    ran = [suite for _, suite in rostest.results]
+    print(runner_summary(Suite("rostest", tuple(result.cases)), rostest.results))
+    if not result.wasSuccessful():
+        return COULD_NOT_RUN
+    return 0 if Totals.of(ran).passed else CASES_FAILED
+
+
+def _run_as_text(rostest: Rostest) -> int:
+    """Test programs report by themselves here, so only whether they could be run is known."""
+    result = unittest.TextTestRunner(verbosity=2).run(rostest.suite())
+    print("\nWARNING: overall test result is not accurate when --text is enabled")
+    return 0 if result.wasSuccessful() else COULD_NOT_RUN
+
+
+def _open_log(environment: Environment) -> tuple[Console, Path]:
+    """The console of all stages, with the log file of this process. Says where that file is."""
+    folder = LogFolder(environment.log_dir.expanduser().absolute())
+    log = folder.file_of_launcher("rostest")
+    console = Console(has_title=False)
+    try:
+        log.parent.mkdir(parents=True, exist_ok=True)
+        console.open_log(log)
+    except OSError as error:
+        raise PiprosError(
+            f"cannot write the log file [{log}]: {error.strerror}. Set ROS_LOG_DIR to another folder"
+        ) from None
+    os.environ["ROS_LOG_FILENAME"] = str(log)
+    print(f"... logging to {log}", flush=True)
+    return console, log
+
+
+def _package_of(file: Path, options: Options, index: PackageIndex) -> Package:
+    """The package whose results these are: the one that is named, else the one that the file is in."""
+    found = index.containing(file)
+    folder = Path(options.package_folder).absolute() if options.package_folder else None
+    if options.package and (folder or found):
+        return Package(options.package, folder or (found.path if found else file.parent))
+    if found is None:
+        raise NotFound(
+            f"[{file}] is in no ROS package, so there is no name for its results. "
+            "Give one by --package=NAME --pkgdir=FOLDER"
+        )
+    return Package(found.name, folder or found.path)
+
+
+def _parse(parser: OptionParser, words: Sequence[str]) -> Options:
+    values, rest = parser.parse_args(list(words))
+    return Options(
+        text=bool(values.text_mode),
+        package_folder=values.pkg_dir,
+        package=values.package,
+        results_filename=values.results_filename,
+        results_base=values.results_base_dir,
+        reuse_master=bool(values.reuse_master),
+        clear=bool(values.clear),
+        words=tuple(rest),
+    )
+
+
+def _parser() -> OptionParser:
+    parser = OptionParser(usage="%prog [options] [package] <filename>", prog="rostest")
+    parser.add_option(
+        *("-t", "--text"),
+        action="store_true",
+        dest="text_mode",
+        help="reports of the tests on the console, and no result files",
+    )
+    parser.add_option("--pkgdir", metavar="PKG_DIR", dest="pkg_dir", help="folder of the package")
+    parser.add_option("--package", metavar="PACKAGE", help="package whose results these are")
+    parser.add_option(
+        "--results-filename", metavar="NAME", help="result file is rostest-NAME.xml instead of after the file"
+    )
+    parser.add_option(
+        "--results-base-dir",
+        metavar="FOLDER",
+        help="folder of the results, with one below it for the package",
+    )
+    parser.add_option(
+        *("-r", "--reuse-master"),
+        action="store_true",
+        help="use the ROS master that runs instead of one of its own on a free port",
+    )
+    parser.add_option(
+        *("-c", "--clear"),
+        action="store_true",
+        help="clear the parameters of that master first (only with --reuse-master)",
+    )
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())
