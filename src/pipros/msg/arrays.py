@@ -53,19 +53,12 @@ def numbers(code: str, value: Any) -> bytes | memoryview:
     return struct.pack(f"<{len(value)}{code}", *value)
 
 
-def unpack_numbers(code: str, data: bytes | memoryview, offset: int, count: int) -> tuple[Any, ...]:
-    """`count` numbers out of serialized data.
+def numpy_numbers(numpy: Any, code: str, data: bytes | memoryview, offset: int, count: int) -> Any:
+    """`count` numbers out of serialized data, as a numpy array that shares its memory.
 
     Raises:
-        struct.error: when there are too few bytes. Memory is only taken for bytes that are there.
+        struct.error: when there are too few bytes.
     """
-    if count * SIZES[code] > len(data) - offset:
-        raise struct.error(f"an array of {count} elements is longer than the data")
-    return struct.unpack_from(f"<{count}{code}", data, offset)
-
-
-def numpy_numbers(numpy: Any, code: str, data: bytes | memoryview, offset: int, count: int) -> Any:
-    """As `unpack_numbers`, but as a numpy array that shares the memory of `data`."""
     if count * SIZES[code] > len(data) - offset:
         raise struct.error(f"an array of {count} elements is longer than the data")
     return numpy.frombuffer(data, dtype=numpy.dtype(_NUMPY_TYPES[code]), count=count, offset=offset)

@@ -7,7 +7,7 @@ generated derive from this one as well, through the `genpy` facade.
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, Protocol, TypeVar
 
 from pipros.errors import PiprosError
@@ -115,6 +115,9 @@ class Message:
         """
         return self
 
+    def deserialize_numpy(self: AnyMessage, str: Buffer, numpy: Any) -> AnyMessage:  # noqa: A002, ARG002
+        return self
+
     def serialize_numpy(self, buff: Writable, numpy: Any) -> None:  # noqa: ARG002 # serialize takes arrays
         """As `serialize`, which takes numpy arrays without a copy."""
         self.serialize(buff)
@@ -171,6 +174,47 @@ class CompiledMessage(Message):
 
     __slots__ = ()
 
+    def deserialize_numpy(self: AnyMessage, str: Buffer, numpy: Any) -> AnyMessage:  # noqa: A002
+        """As `deserialize`, with numpy arrays that share the memory of `str` for arrays of numbers.
+
+        Args:
+            numpy: the module numpy.
+        """
+        cls: Any = type(self)
+        if "_numpy_reader" not in vars(cls):
+            cls._numpy_reader = special_reader(cls, is_numpy=True)
+        return read_specially(cls._numpy_reader, self, str, numpy)
+
     @classmethod
     def _from_bytes(cls: type[AnyMessage], data: Buffer) -> AnyMessage:
-        return cls.__new__(cls).deserialize(data)
+        return _new(cls).deserialize(data)
+
+
+_new = object.__new__
+Reader = Callable[[Any, Buffer, Any], None]
+
+
+def special_reader(cls: type[Message], *, is_numpy: bool) -> Reader:
+    """Compiles a reader that few messages need, from the full text of a compiled class."""
+    from pipros.msg.compiler import reader_source
+    from pipros.msg.dynamic import specs_from_text
+
+    specs = specs_from_text(cls._type, cls._full_text)
+    source = reader_source(specs[cls._type], specs.__getitem__, is_numpy=is_numpy)
+    names = dict(cls.deserialize.__globals__)  # has the embedded classes
+    exec(compile(source, f"<reader of {cls._type}>", "exec"), names)  # noqa: S102 # made by our compiler
+    reader: Reader = names["read"]
+    return reader
+
+
+def read_specially(reader: Reader, message: AnyMessage, data: Buffer, numpy: Any) -> AnyMessage:
+    """Fills `message` by a reader that `special_reader` made.
+
+    Raises:
+        DeserializationError: when there are too few bytes.
+    """
+    try:
+        reader(message, data, numpy)
+    except struct.error as error:
+        raise DeserializationError(error) from None
+    return message

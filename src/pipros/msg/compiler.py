@@ -68,11 +68,15 @@ def service_source(spec: ServiceSpec, lookup: Lookup) -> tuple[str, Mapping[str,
     return _module(lines, names), names.classes
 
 
-def numpy_reader_source(spec: MessageSpec, lookup: Lookup) -> tuple[str, Mapping[str, str]]:
-    """As `message_source`, for a function `read(self, data, numpy, errors)`."""
+def reader_source(spec: MessageSpec, lookup: Lookup, *, is_numpy: bool) -> str:
+    """The source of a module with a function `read(self, str, numpy)`.
+
+    It reads what `deserialize` reads, but takes any bytes for a string, with replacements for what
+    is no UTF-8, and makes numpy arrays if `is_numpy`.
+    """
     names = Names()
-    body = deserialize_body(spec, lookup, names, indent=1, is_numpy=True)
-    return _module(["def read(self, data, numpy, errors):", *body], names), names.classes
+    body = deserialize_body(spec, lookup, names, indent=1, errors="replace", is_numpy=is_numpy)
+    return _module(["def read(self, str, numpy):", *body], names)
 
 
 def _module(lines: list[str], names: Names) -> str:
@@ -106,12 +110,11 @@ def _message_class(spec: MessageSpec, lookup: Lookup, names: Names) -> list[str]
         "        except WRITE_ERRORS as error:",
         "            refuse(self, error)",
         "",
-        '    def deserialize(self, str, errors="strict"):',
-        "        data = str if str.__class__ is bytes else bytes(str)",
+        "    def deserialize(self, str):",
         "        try:",
         *deserialize_body(spec, lookup, names, indent=3),
         "        except UnicodeDecodeError as error:",
-        "            return mend(self, data, errors, error)",
+        "            return mend(self, str, error)",
         "        except _struct.error as error:",
         "            raise DeserializationError(error) from None",
         "        return self",

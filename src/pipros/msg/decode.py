@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import struct
 
-from pipros.msg.digest import Lookup
+from pipros.msg.digest import Lookup, embedded_types
 from pipros.msg.source import Names, Source, python_name, struct_layout
 from pipros.msg.spec import BUILTINS, NUMBERS, OCTETS, TIMES, FieldType, MessageSpec
 from pipros.msg.time import NANOSECONDS
@@ -20,23 +20,33 @@ INLINE_ARRAY_LIMIT = 64
 
 
 def deserialize_body(
-    spec: MessageSpec, lookup: Lookup, names: Names, *, indent: int, is_numpy: bool = False
+    spec: MessageSpec,
+    lookup: Lookup,
+    names: Names,
+    *,
+    indent: int,
+    errors: str = "strict",
+    is_numpy: bool = False,
 ) -> list[str]:
-    """The statements that read `self` out of `data`.
+    """The statements that read `self` out of `str`, which is `bytes` or a `memoryview` of such.
 
     Args:
+        errors: what becomes of bytes in a string that are no UTF-8, as in `bytes.decode`.
         is_numpy: arrays of numbers become numpy arrays, made by the module `numpy`.
     """
-    decoder = _Decoder(names, lookup, indent=indent, is_numpy=is_numpy)
+    decoder = _Decoder(names, lookup, indent=indent, errors=errors, is_numpy=is_numpy)
+    decoder.begin(spec)
     decoder.fields(spec, "self")
     decoder.finish()
-    return decoder.lines or ["    " * indent + "pass"]
+    return decoder.lines
 
 
 class _Decoder(Source):
-    def __init__(self, names: Names, lookup: Lookup, *, indent: int, is_numpy: bool) -> None:
+    def __init__(self, names: Names, lookup: Lookup, *, indent: int, errors: str, is_numpy: bool) -> None:
         super().__init__(names, lookup, indent=indent)
+        self._errors = errors
         self._is_numpy = is_numpy
+        self._keeps_view = False
         self._codes: list[str] = []
         self._targets: list[str] = []
         self._afterwards: list[str] = []
@@ -44,6 +54,13 @@ class _Decoder(Source):
         self._delta = 0
         self._is_end_checked = True
         self._takers: dict[str, bool] = {}
+
+    def begin(self, spec: MessageSpec) -> None:
+        """Octets are cut out of a view as they are; all else is read quicker from `bytes`."""
+        self._keeps_view = self._has_octets(spec) or self._is_numpy
+        self.emit(
+            "data = str" if self._keeps_view else "data = str if str.__class__ is bytes else bytes(str)"
+        )
 
     def fields(self, spec: MessageSpec, owner: str) -> None:
         for field in spec.fields:
@@ -71,14 +88,18 @@ class _Decoder(Source):
         elif base in TIMES:
             self._time(base, target)
         elif base == "string":
-            length = self._length()
-            start, end = self._slice(length)
-            self.emit(f'{target} = data[{start}:{end}].decode("utf-8", errors)')
+            self.emit(f"{target} = {self._text(self._slice(self._length()))}")
         else:
             inner = self.embedded(base, within)
             message = self.local("m")
             self.emit(f"{message} = {target} = _new({self.names.message_class(base)})")
             self.fields(inner, message)
+
+    def _text(self, octets: str) -> str:
+        if self._keeps_view:
+            return f'_str({octets}, "utf-8", {self._errors!r})'
+        how = "" if self._errors == "strict" else f'"utf-8", {self._errors!r}'
+        return f"{octets}.decode({how})"
 
     def _time(self, base: str, target: str) -> None:
         time = self.local("t")
@@ -93,8 +114,7 @@ class _Decoder(Source):
         if kind.length is not None:
             self._scalar(f"{kind.length}s", target)
             return
-        start, end = self._slice(self._length())
-        self.emit(f"{target} = bytes(data[{start}:{end}])")
+        self.emit(f"{target} = bytes({self._slice(self._length())})")
 
     def _number_array(self, kind: FieldType, target: str) -> None:
         code = NUMBERS[kind.base]
@@ -111,7 +131,7 @@ class _Decoder(Source):
         if self._is_numpy:
             value = f"_numpy_numbers(numpy, {code!r}, data, {self._offset()}, {count})"
         else:
-            value = f"_unpack_numbers({code!r}, data, {self._offset()}, {count})"
+            value = f"_struct.unpack_from(f'<{{{count}}}{code}', data, {self._offset()})"
             value = f"list({value})" if code == "?" else value
         self.emit(f"{target} = {value}")
         size = struct.calcsize(f"<{code}")
@@ -132,11 +152,19 @@ class _Decoder(Source):
         self.emit(f"{array} = []")
         self._base, self._delta = offset, 0
         with self.loop(f"for _ in range({count}):", within):
-            self._single(kind.base, element, within)
-            self._flush()
-            self.emit(f"{array}.append({element})")
-            if self._offset() != offset:
-                self.emit(f"{offset} = {self._offset()}")
+            if kind.base == "string":
+                length = self._length()
+                self.emit(f"{offset} += 4")
+                self.emit(
+                    f"{array}.append({self._text(f'data[{offset} : ({offset} := {offset} + {length})]')})"
+                )
+                self._is_end_checked = False
+            else:
+                self._single(kind.base, element, within)
+                self._flush()
+                self.emit(f"{array}.append({element})")
+                if self._offset() != offset:
+                    self.emit(f"{offset} = {self._offset()}")
         self._base, self._delta = offset, 0
         self._is_end_checked = self._is_end_checked and was_checked
         self.emit(f"{target} = {array}")
@@ -170,15 +198,24 @@ class _Decoder(Source):
             return str(self._delta)
         return f"{self._base} + {self._delta}" if self._delta else self._base
 
-    def _slice(self, length: str) -> tuple[str, str]:
-        start = self._offset()
-        self._advance(length)
-        self._is_end_checked = False
-        return start, self._base
+    def _slice(self, length: str) -> str:
+        """An expression for the `length` bytes that come next; it moves the offset behind them."""
+        start, end = self._offset(), self.local("o")
+        self._base, self._delta, self._is_end_checked = end, 0, False
+        return f"data[{start} : ({end} := {start} + {length})]"
 
     def _advance(self, size: str) -> None:
         self._base = self.assign("o", f"{self._offset()} + {size}")
         self._delta = 0
+
+    def _has_octets(self, spec: MessageSpec) -> bool:
+        """True when a variable array of octets is anywhere in the message."""
+        inner = embedded_types(spec, self.lookup).values()
+        return any(
+            field.type.base in OCTETS and field.type.is_array and field.type.length is None
+            for part in (spec, *inner)
+            for field in part.fields
+        )
 
     def _takes_bytes(self, base: str) -> bool:
         """False for a type whose values take no bytes at all: an array of them never runs out."""

@@ -9,8 +9,15 @@ from typing import Any, NoReturn
 from pipros.msg.arrays import numbers as _numbers
 from pipros.msg.arrays import numpy_numbers as _numpy_numbers
 from pipros.msg.arrays import octets as _octets
-from pipros.msg.arrays import unpack_numbers as _unpack_numbers
-from pipros.msg.base import CompiledMessage, DeserializationError, Message, SerializationError
+from pipros.msg.base import (
+    Buffer,
+    CompiledMessage,
+    DeserializationError,
+    Message,
+    SerializationError,
+    read_specially,
+    special_reader,
+)
 from pipros.msg.time import Duration as _Duration
 from pipros.msg.time import Time as _Time
 
@@ -28,7 +35,7 @@ __all__ = [
     "_numbers",
     "_numpy_numbers",
     "_octets",
-    "_unpack_numbers",
+    "_str",
     "mend",
     "refuse",
 ]
@@ -41,6 +48,7 @@ EMPTY_ELEMENTS_LIMIT = 65_536
 
 _TOO_SHORT = "the data is too short for the message"
 _new = object.__new__
+_str = str
 
 
 def refuse(message: Message, error: Exception) -> NoReturn:
@@ -56,17 +64,15 @@ def refuse(message: Message, error: Exception) -> NoReturn:
     raise SerializationError(f"{type(error)}: '{error}' when writing a {message._type}")
 
 
-def mend(message: Any, data: bytes, errors: str, error: UnicodeDecodeError) -> Any:
-    """Reads a message once more, with replacements for what is no UTF-8; logs it once a type."""
-    if errors != "strict":
-        raise error
+def mend(message: Any, data: Buffer, error: UnicodeDecodeError) -> Any:
+    """Reads a message with replacements for what is no UTF-8; logs it once a type."""
     cls = type(message)
-    if not getattr(cls, "_reported_undecodable", False):
-        cls._reported_undecodable = True
+    if "_lenient_reader" not in vars(cls):
+        cls._lenient_reader = special_reader(cls, is_numpy=False)
         logging.getLogger("rosout").error(
             "Characters replaced when decoding message %s (will print only once): %s", cls._type, error
         )
-    return message.deserialize(data, "replace")
+    return read_specially(cls._lenient_reader, message, data, None)
 
 
 def _fixed_octets(value: Any, length: int) -> bytes:

@@ -25,8 +25,8 @@ def python_name(name: str) -> str:
 class Names:
     """Names on the level of the generated module: message classes and packers of `struct`.
 
-    Every name that comes from a definition is a message class here, numbered, so that no
-    definition can collide with another or with Python.
+    A message class bears its package's name with the length of that in front, so that no two
+    types, and no type and anything else, can ever have the same name.
     """
 
     def __init__(self) -> None:
@@ -34,8 +34,8 @@ class Names:
         self.structs: dict[tuple[str, str], str] = {}
 
     def message_class(self, type_name: str) -> str:
-        name = type_name.replace("/", "_")
-        return self.classes.setdefault(type_name, f"_{len(self.classes)}_{name}")
+        package, _, name = type_name.partition("/")
+        return self.classes.setdefault(type_name, f"_{len(package)}_{package}_{name}")
 
     def struct_method(self, layout: str, method: str) -> str:
         """The bound `pack`, `unpack_from` or `iter_unpack` of a little-endian `Struct`."""

@@ -130,7 +130,11 @@ class Time(TVal):
 
     __slots__: ClassVar[list[str]] = ["secs", "nsecs"]  # noqa: RUF023 # the order of the wire
 
-    def __init__(self, secs: float = 0, nsecs: float = 0) -> None:
+    def __init__(self, secs: Any = 0, nsecs: Any = 0) -> None:
+        if secs.__class__ is int and nsecs.__class__ is int and 0 <= nsecs < NANOSECONDS and secs >= 0:
+            self.secs = secs
+            self.nsecs = nsecs
+            return
         super().__init__(secs, nsecs)
         if self.secs < 0:
             raise TypeError("time values must be positive")

@@ -1,0 +1,183 @@
+#!/usr/bin/env python3
+"""How long messages take to be written and read: pipros beside genuine genpy, in one run.
+
+    benchmarks/codec.py [--rounds 5] [--only Image,Path]
+
+Both run in the Python that genuine ROS belongs to. They take turns, round by round, and the best
+round of each counts: what else the machine does then disturbs both alike. "buffers" is pipros' list
+of buffers, which its transport sends, against `serialize(buff)`, which is all that genpy has; "from
+bytes" likewise is what the transport calls for an incoming message.
+"""
+
+import argparse
+import io
+import json
+import os
+import subprocess
+import sys
+import timeit
+
+PYTHON = "/usr/bin/python3"
+SOURCES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "src")
+TARGETS = {  # the least ratio to genuine that issue 3 asks for: serialize, buffers, deserialize
+    "String 16 B": (1.2, None, 1.2),
+    "Imu": (1.5, None, 1.5),
+    "JointState 50": (2, None, 1.5),
+    "Image 1 MB": (8, 100, 1),
+    "PointCloud2 4 MB": (8, 300, 1),
+    "Path 1000": (1.5, None, 2),
+    "TFMessage 50": (1.5, None, 2),
+}
+COUNTERPARTS = {  # what genpy can set against each operation
+    "serialize": "serialize",
+    "buffers": "serialize",
+    "deserialize": "deserialize",
+    "from bytes": "deserialize",
+}
+
+
+def string():
+    from std_msgs.msg import String
+
+    return String("0123456789abcdef")
+
+
+def imu():
+    from sensor_msgs.msg import Imu
+
+    message = Imu()
+    message.header.frame_id = "imu_link"
+    message.orientation_covariance = [0.1 * i for i in range(9)]
+    return message
+
+
+def joint_state():
+    from sensor_msgs.msg import JointState
+
+    message = JointState()
+    message.name = [f"joint_{i}" for i in range(50)]
+    message.position = [0.1 * i for i in range(50)]
+    message.velocity = [0.2 * i for i in range(50)]
+    message.effort = [0.3 * i for i in range(50)]
+    return message
+
+
+def image():
+    from sensor_msgs.msg import Image
+
+    message = Image(height=512, width=683, encoding="rgb8", step=2049, data=os.urandom(1 << 20))
+    message.header.frame_id = "camera"
+    return message
+
+
+def point_cloud():
+    from sensor_msgs.msg import PointCloud2, PointField
+
+    fields = [PointField(name, 4 * i, 7, 1) for i, name in enumerate("xyz")]
+    return PointCloud2(fields=fields, point_step=16, height=1, width=1 << 18, data=os.urandom(4 << 20))
+
+
+def path():
+    from geometry_msgs.msg import PoseStamped
+    from nav_msgs.msg import Path
+
+    message = Path()
+    for i in range(1000):
+        pose = PoseStamped()
+        pose.header.frame_id = "map"
+        pose.pose.position.x = 0.1 * i
+        message.poses.append(pose)
+    return message
+
+
+def transforms():
+    from geometry_msgs.msg import TransformStamped
+    from tf2_msgs.msg import TFMessage
+
+    message = TFMessage()
+    for i in range(50):
+        transform = TransformStamped()
+        transform.header.frame_id = "odom"
+        transform.child_frame_id = f"link_{i}"
+        message.transforms.append(transform)
+    return message
+
+
+CASES = dict(zip(TARGETS, (string, imu, joint_state, image, point_cloud, path, transforms), strict=True))
+
+
+def microseconds(action):
+    """The best time of one call."""
+    timer = timeit.Timer(action)
+    number, _ = timer.autorange()
+    number = max(1, number // 10)
+    return min(timer.repeat(5, number)) / number * 1e6
+
+
+def measure(names):
+    return {name: measure_one(CASES[name]()) for name in names}
+
+
+def measure_one(message):
+    cls = type(message)
+    buff = io.BytesIO()
+    message.serialize(buff)
+    data = buff.getvalue()
+    times = {
+        "serialize": microseconds(lambda: message.serialize(io.BytesIO())),
+        "deserialize": microseconds(lambda: cls().deserialize(data)),
+    }
+    if hasattr(message, "_to_buffers"):
+        times["buffers"] = microseconds(message._to_buffers)
+        times["from bytes"] = microseconds(lambda: cls._from_bytes(data))
+    return times
+
+
+def run(is_genuine, names):
+    environment = {"PATH": "/usr/bin:/bin", "HOME": os.environ.get("HOME", "/")}
+    options = [] if is_genuine else ["-S"]  # without Debian's packages, genpy among them
+    if not is_genuine:
+        environment["PYTHONPATH"] = SOURCES
+    command = [PYTHON, *options, os.path.abspath(__file__), "--measure", ",".join(names)]
+    answer = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)  # noqa: S603
+    return json.loads(answer.stdout)
+
+
+def best_of(rounds, names):
+    best = {True: {}, False: {}}
+    for _ in range(rounds):
+        for is_genuine, results in best.items():
+            for name, times in run(is_genuine, names).items():
+                kept = results.setdefault(name, times)
+                for operation, time in times.items():
+                    kept[operation] = min(kept[operation], time)
+    return best[True], best[False]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--only", default="", help="parts of case names, separated by commas")
+    parser.add_argument("--measure", help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.measure:
+        if SOURCES in sys.path:
+            import pipros.startup  # noqa: F401 # as pipros.pth does it
+        json.dump(measure(arguments.measure.split(",")), sys.stdout)
+        return
+    wanted = arguments.only.split(",")
+    names = [name for name in CASES if any(part in name for part in wanted)]
+    genuine, ours = best_of(arguments.rounds, names)
+    print("| type | what | genuine us | pipros us | ratio | wanted |")
+    print("| --- | --- | ---: | ---: | ---: | ---: |")
+    for name in names:
+        for (operation, counterpart), target in zip(
+            COUNTERPARTS.items(), (*TARGETS[name], None), strict=True
+        ):
+            base, time = genuine[name][counterpart], ours[name][operation]
+            verdict = "" if target is None else f"{target} {'ok' if base / time >= target else 'MISSED'}"
+            print(f"| {name} | {operation} | {base:.2f} | {time:.2f} | {base / time:.2f} | {verdict} |")
+
+
+if __name__ == "__main__":
+    main()
