@@ -26,6 +26,7 @@ SIGINT_TIMEOUT_S = 15.0
 SIGTERM_TIMEOUT_S = 2.0
 
 _LOOK_EVERY_S = 0.2
+_LEFT_BEHIND_TIMEOUT_S = 1.0
 
 _LOCAL_ADDRESSES = frozenset(("localhost", "127.0.0.1", "::1", "0.0.0.0"))  # noqa: S104
 
@@ -217,8 +218,7 @@ class Run:
                 if number is SIGKILL:
                     errors.append(f"process[{process.name}, pid {process.pid}]: required SIGKILL.")
             left = self._await(left, timeout_s, asked)
-        for process in processes:
-            process.release()
+        self._end_left_behind(processes)
         self._guardian.stop()
         if errors:
             self._console.error("Shutdown errors:\n" + "\n".join(f" * {error}" for error in errors))
@@ -310,16 +310,25 @@ class Run:
                 self._console.error(f"ERROR: {error}")
 
     def _await(self, processes: Sequence[NodeProcess], timeout_s: float, asked: int) -> list[NodeProcess]:
-        """Waits for the ends of processes and of what they started; gives those that are left.
+        """Waits for the ends of processes; gives those that are left.
 
         It ends when all are gone, when the time is over, and when somebody asked once more to stop.
         """
         deadline = time.monotonic() + timeout_s
-        left = [process for process in processes if process.has_group]
+        left = [process for process in processes if process.exit_code is None]
         while left and time.monotonic() < deadline and self._stop_requests <= asked:
-            is_watched = any(process.exit_code is None for process in left)
-            pause_s = deadline - time.monotonic() if is_watched else _LOOK_EVERY_S / 10
             with suppress(Empty):
-                self._events.get(timeout=max(0.0, pause_s))
-            left = [process for process in left if process.has_group]
+                self._events.get(timeout=max(0.0, deadline - time.monotonic()))
+            left = [process for process in left if process.exit_code is None]
         return left
+
+    def _end_left_behind(self, processes: Sequence[NodeProcess]) -> None:
+        """Ends what ended processes started. SIGINT did not: shells make their background jobs ignore it."""
+        left = [process for process in processes if process.has_group]
+        for process in left:
+            process.send_signal(SIGTERM)
+        deadline = time.monotonic() + _LEFT_BEHIND_TIMEOUT_S
+        while any(process.has_group for process in left) and time.monotonic() < deadline:
+            time.sleep(_LOOK_EVERY_S / 20)
+        for process in processes:
+            process.release()

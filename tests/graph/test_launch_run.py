@@ -1,0 +1,316 @@
+"""roslaunch and roscore as a person uses them: processes, Ctrl-C, SIGKILL, respawn, required."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+from pathlib import Path
+from typing import Any
+from xmlrpc.client import ServerProxy
+
+import pytest
+
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+PROGRAMS = {
+    "sleeper": "#!/bin/sh\necho ready $$\nexec sleep 1000\n",
+    "stubborn": "#!/bin/sh\ntrap '' INT TERM\necho ready $$\nwhile :; do sleep 0.05; done\n",
+    "with_child": "#!/bin/sh\nsleep 1000 &\necho ready $!\nwait\n",
+    "leaves_child": "#!/bin/sh\nsleep 1000 &\necho ready $!\n",
+    "fails": "#!/bin/sh\necho first\necho the reason\nexit 3\n",
+    "ends": "#!/bin/sh\nexit 0\n",
+    "fails_once": '#!/bin/sh\n[ -e "$1" ] && { echo ready again; exec sleep 1000; }\ntouch "$1"\nexit 1\n',
+    "printenv": '#!/bin/sh\nenv\npwd\nfor word; do echo "arg $word"; done\n',
+}
+
+
+@pytest.fixture
+def package(ros: RosSystem) -> Path:
+    """The folder of a package `programs` with the scripts above."""
+    folder = ros.home / "src" / "programs"
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text("<package><name>programs</name></package>")
+    for name, content in PROGRAMS.items():
+        (folder / name).write_text(content)
+        (folder / name).chmod(0o755)
+    return folder
+
+
+def launch(ros: RosSystem, package: Path, content: str, *options: str, **more: str) -> Process:
+    file = package / "x.launch"
+    file.write_text(f"<launch>{content}</launch>")
+    return ros.pipros.start("roslaunch", *options, file, ROS_PACKAGE_PATH=str(package.parent), **more)
+
+
+def node(type_name: str, name: str = "n", **attributes: str) -> str:
+    more = "".join(f' {key}="{value}"' for key, value in attributes.items())
+    return f'<node pkg="programs" type="{type_name}" name="{name}" output="screen"{more}/>'
+
+
+def is_running(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def param(ros: RosSystem, key: str) -> Any:
+    with ServerProxy(ros.master_uri) as master:
+        code, _, value = master.getParam("/test", key)  # type: ignore[misc]
+    return value if code == 1 else None
+
+
+def test_ctrl_c_ends_every_node_and_roslaunch_with_status_0(ros: RosSystem, package: Path) -> None:
+    running = launch(ros, package, node("sleeper", "a") + node("with_child", "b"))
+    pids = [int(running.wait_for(r"ready (\d+)")[1])]
+    running.wait_for(r"process\[b-3\]: started")
+    wait_until(lambda: running.output.count("ready ") == 2)
+    pids = [int(pid) for pid in re.findall(r"ready (\d+)", running.output)]
+    running.press_ctrl_c()
+    assert running.wait() == 0
+    assert not any(is_running(pid) for pid in pids)
+    end = running.stdout[running.stdout.index("[b-3] killing on exit") :]
+    assert end == [
+        "[b-3] killing on exit",
+        "[a-2] killing on exit",
+        "[rosout-1] killing on exit",
+        "[master] killing on exit",
+        "shutting down processing monitor...",
+        "... shutting down processing monitor complete",
+        "\033[1mdone\033[0m",
+    ]
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_other_signals_end_it_in_order_too(ros: RosSystem, package: Path, number: int) -> None:
+    running = launch(ros, package, node("sleeper"))
+    pid = int(running.wait_for(r"ready (\d+)")[1])
+    running.send_signal(number)
+    assert running.wait() == 0
+    assert not is_running(pid)
+
+
+def test_no_process_outlives_a_roslaunch_that_is_killed(ros: RosSystem, package: Path) -> None:
+    running = launch(ros, package, node("stubborn", "a") + node("with_child", "b"))
+    wait_until(lambda: running.output.count("ready ") == 2)
+    pids = [int(pid) for pid in re.findall(r"ready (\d+)", running.output)]
+    running.kill()
+    wait_until(lambda: not any(is_running(pid) for pid in pids), 5.0)
+
+
+def test_a_node_that_ignores_signals_is_killed_after_the_timeouts(ros: RosSystem, package: Path) -> None:
+    running = launch(ros, package, node("stubborn"), "--sigint-timeout=0.2", "--sigterm-timeout=0.2")
+    running.wait_for("ready")
+    running.press_ctrl_c()
+    assert running.wait() == 0
+    assert "\033[31m[n-2] escalating to SIGTERM\033[0m" in running.stderr
+    assert "\033[31m[n-2] escalating to SIGKILL\033[0m" in running.stderr
+    assert any("required SIGKILL" in line for line in running.stderr)
+
+
+def test_whoever_presses_ctrl_c_again_need_not_wait(ros: RosSystem, package: Path) -> None:
+    running = launch(ros, package, node("stubborn"))
+    running.wait_for("ready")
+    for expected in ("killing on exit", "escalating to SIGTERM", "escalating to SIGKILL"):
+        running.press_ctrl_c()
+        running.wait_for(expected)
+    assert running.wait(timeout_s=5) == 0
+
+
+def test_a_dead_node_is_reported_with_its_last_lines_and_the_others_stay(
+    ros: RosSystem, package: Path
+) -> None:
+    failing = node("fails", "bad").replace('output="screen"', "")
+    running = launch(ros, package, failing + node("sleeper", "good"))
+    running.wait_for(r"\[bad-2\] process has died \[pid \d+, exit code 3, cmd .*/fails __name:=bad __log:=")
+    running.wait_for(r"\[bad-2\]   the reason")
+    running.wait_for("ready")
+    assert running.is_running
+
+
+def test_the_end_of_a_required_node_ends_all_with_status_0(ros: RosSystem, package: Path) -> None:
+    running = launch(ros, package, node("sleeper", "a") + node("ends", "b", required="true"))
+    assert running.wait() == 0
+    assert "REQUIRED process [b-3] has died!" in running.output
+    assert "[a-2] killing on exit" in running.stdout
+
+
+def test_a_respawning_node_comes_back(ros: RosSystem, package: Path) -> None:
+    mark = ros.home / "mark"
+    running = launch(ros, package, node("fails_once", args=str(mark), respawn="true", respawn_delay="0.1"))
+    running.wait_for(r"\[n-2\] restarting process")
+    running.wait_for("ready again")
+
+
+def test_roslaunch_ends_with_its_nodes_when_the_master_is_not_its_own(ros: RosSystem, package: Path) -> None:
+    ros.pipros.start_master()
+    running = launch(ros, package, node("ends"))
+    assert running.wait() == 0
+    assert "all processes on machine have died, roslaunch will exit" in running.stdout
+    assert not any("auto-starting" in line for line in running.stdout)
+
+
+def test_what_a_script_leaves_in_the_background_is_ended_too(ros: RosSystem, package: Path) -> None:
+    running = launch(ros, package, node("leaves_child"))
+    pid = int(running.wait_for(r"ready (\d+)")[1])
+    running.wait_for("process has finished cleanly")
+    assert is_running(pid)
+    running.press_ctrl_c()
+    assert running.wait() == 0
+    wait_until(lambda: not is_running(pid))
+
+
+def test_a_node_is_told_all_that_noetic_tells_it(ros: RosSystem, package: Path) -> None:
+    content = (
+        '<env name="OUTER" value="1"/><remap from="a" to="b"/><group ns="g">'
+        + node("printenv", args="one 'two three'", cwd="node").replace(
+            "/>", '><remap from="c" to="/d"/><env name="INNER" value="2"/></node>'
+        )
+        + "</group>"
+    )
+    running = launch(ros, package, content)
+    running.wait_for("process has finished cleanly")
+    run_id = param(ros, "/run_id")
+    log = f"{ros.pipros.environment['ROS_HOME']}/log/{run_id}/g-n-2.log"
+    words = [line[4:] for line in running.stdout if line.startswith("arg ")]
+    assert words == ["one", "two three", "a:=b", "c:=/d", "__name:=n", f"__log:={log}"]
+    for line in ("OUTER=1", "INNER=2", "ROS_NAMESPACE=/g", f"ROS_MASTER_URI={ros.master_uri}", str(package)):
+        assert line in running.stdout
+
+
+def test_parameters_are_there_before_the_first_node(ros: RosSystem, package: Path) -> None:
+    content = '<param name="p" value="7"/><group ns="g"><rosparam>{a: {b: [1, x]}}</rosparam></group>'
+    running = launch(ros, package, content + node("sleeper"))
+    running.wait_for("ready")
+    assert param(ros, "/p") == 7
+    assert param(ros, "/g") == {"a": {"b": [1, "x"]}}
+    assert param(ros, "/rosdistro") == "noetic\n"
+    assert any("host_127_0_0_1__" in key for key in param(ros, "/roslaunch/uris"))
+
+
+def test_the_standard_output_goes_to_a_log_file_unless_wanted_on_the_screen(
+    ros: RosSystem, package: Path
+) -> None:
+    running = launch(ros, package, node("fails").replace('output="screen"', ""))
+    running.wait_for("process has died")
+    log = Path(ros.pipros.environment["ROS_HOME"]) / "log" / "latest" / "n-2-stdout.log"
+    assert log.read_text() == "first\nthe reason\n"
+    assert "first" not in running.stdout
+
+
+def test_a_missing_program_stops_nobody_else(ros: RosSystem, package: Path) -> None:
+    running = launch(ros, package, node("nope", "a") + node("sleeper", "b"))
+    running.wait_for(r"ERROR: cannot launch node of type \[programs/nope\]: Cannot locate node of type")
+    running.wait_for("ready")
+
+
+@pytest.mark.parametrize("count", [50])
+def test_fifty_nodes_are_started_and_ended(ros: RosSystem, package: Path, count: int) -> None:
+    running = launch(ros, package, "".join(node("sleeper", f"n{i}") for i in range(count)))
+    wait_until(lambda: running.output.count("ready ") == count, 30.0)
+    pids = [int(pid) for pid in re.findall(r"ready (\d+)", running.output)]
+    running.press_ctrl_c()
+    assert running.wait() == 0
+    assert not any(is_running(pid) for pid in pids)
+
+
+def test_a_log_folder_that_cannot_be_written_is_refused(ros: RosSystem, package: Path) -> None:
+    blocked = ros.home / "blocked"
+    blocked.write_text("a file where a folder is wanted")
+    running = launch(ros, package, node("sleeper"), ROS_LOG_DIR=str(blocked / "log"))
+    assert running.wait() == 1
+    assert f"cannot write log files to [{blocked}/log/" in running.output
+
+
+def test_a_bad_file_stops_everything_with_its_place(ros: RosSystem, package: Path) -> None:
+    running = launch(ros, package, '\n  <node pkg="" type="t" name="n"/>\n')
+    assert running.wait() == 1
+    assert "RLException: Invalid <node> tag: package must be non-empty." in running.output
+    assert f"in {package}/x.launch:2:3: <node pkg=" in running.output
+    assert "auto-starting" not in running.output
+
+
+def test_a_second_roscore_on_the_port_is_refused(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    second = ros.pipros.run("roscore", "-p", str(ros.port))
+    assert second.returncode == 1
+    assert second.stderr == [
+        "\033[31mRLException: roscore cannot run as another roscore/master is already running. ",
+        "Please kill other roscore/master processes before relaunching.",
+        f"The ROS_MASTER_URI is {ros.master_uri}/\033[0m",
+        "\033[31mThe traceback for the exception was written to the log file\033[0m",
+    ]
+
+
+def test_roscore_says_what_noetic_says_and_who_can_connect(ros: RosSystem) -> None:
+    core = ros.pipros.start_master()
+    pid = core.pid
+    core.press_ctrl_c()
+    assert core.wait() == 0
+    run_id = re.search(r"setting /run_id to (\S+)\033", core.output)
+    server = re.search(r"started roslaunch server (\S+)\033", core.output)
+    assert run_id
+    assert server
+    log = f"{ros.pipros.environment['ROS_HOME']}/log/{run_id[1]}/roslaunch-{os.uname().nodename}-{pid}.log"
+    assert core.stdout == [
+        f"... logging to {log}",
+        "Checking log directory for disk usage. This may take a while.",
+        "Press Ctrl-C to interrupt",
+        "Done checking log file disk usage. Usage is <1GB.",
+        "\033]2;roscore\007",
+        f"\033[1mstarted roslaunch server {server[1]}\033[0m",
+        "ros_comm version 1.15.15",
+        "",
+        "",
+        "SUMMARY",
+        "========",
+        "",
+        "PARAMETERS",
+        " * /rosdistro: noetic",
+        " * /rosversion: 1.15.15",
+        "",
+        "NODES",
+        "",
+        "auto-starting new master",
+        f"\033[1mprocess[master]: started with pid [{pid}]\033[0m",
+        f"\033[1mROS_MASTER_URI={ros.master_uri}/\033[0m",
+        f"\033]2;roscore {ros.master_uri}/\007",
+        "master is bound to 127.0.0.1: only this computer can connect "
+        "(set ROS_IP or ROS_HOSTNAME, or use roscore --bind, to open it)",
+        f"\033[1msetting /run_id to {run_id[1]}\033[0m",
+        f"\033[1mprocess[rosout-1]: started with pid [{pid}]\033[0m",
+        "started core service [/rosout]",
+        "[rosout-1] killing on exit",
+        "[master] killing on exit",
+        "shutting down processing monitor...",
+        "... shutting down processing monitor complete",
+        "\033[1mdone\033[0m",
+    ]
+    assert Path(log).is_file()
+
+
+def test_a_master_can_be_opened_to_the_network_on_purpose(ros: RosSystem) -> None:
+    open_to_all = "0.0.0.0"  # noqa: S104
+    core = ros.pipros.start("roscore", "-p", str(ros.port), "--bind", open_to_all, ROS_HOSTNAME="localhost")
+    core.wait_for("master is bound to 0.0.0.0: every computer that reaches this address can connect")
+
+
+def test_the_pid_file_is_there_while_it_runs(ros: RosSystem, package: Path) -> None:
+    file = ros.home / "pid"
+    running = launch(ros, package, node("sleeper"), f"--pid={file}")
+    running.wait_for("ready")
+    assert file.read_text() == str(running.pid)
+    running.press_ctrl_c()
+    running.wait()
+    assert not file.exists()
+
+
+def test_wait_holds_the_launch_back_until_there_is_a_master(ros: RosSystem, package: Path) -> None:
+    running = launch(ros, package, node("sleeper"), "--wait")
+    running.wait_for("roscore/master is not yet running, will wait for it to start")
+    ros.pipros.start_master()
+    running.wait_for("ready")
+    assert "auto-starting new master" not in running.stdout
