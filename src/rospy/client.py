@@ -158,7 +158,7 @@ def get_param_cached(param_name: str, default: Any = _UNSPECIFIED) -> Any:
 
 def _default(param_name: str, default: Any) -> Any:
     if default is _UNSPECIFIED:
-        raise KeyError(session.resolve(param_name))
+        raise KeyError(param_name)
     return default
 
 
@@ -190,7 +190,7 @@ def delete_param(param_name: str) -> None:
     try:
         session.params.delete(param_name)
     except NotFound:
-        raise KeyError(session.resolve(param_name)) from None
+        raise KeyError(param_name) from None
 
 
 def search_param(param_name: str) -> str | None:

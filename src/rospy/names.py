@@ -64,9 +64,9 @@ def resolve_name_without_node_name(name: str) -> str:
 
 def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -> str:
     """What the remapping arguments make of `name`; unchanged without one."""
-    mappings = get_resolved_mappings() if resolved else get_mappings()
-    key = resolve_name(name, caller_id) if resolved else name
-    return mappings.get(key, name)
+    if not resolved:
+        return get_mappings().get(name, name)
+    return get_resolved_mappings().get(names.resolve(name, caller_id or session.name), name)
 
 
 def scoped_name(caller_id: str, name: str) -> str:
@@ -82,10 +82,12 @@ def scoped_name(caller_id: str, name: str) -> str:
 
 
 def get_mappings() -> dict[str, str]:
-    """The remapping arguments of the node as they were written."""
+    """The remapping arguments of the node as they were written, `__log` and its kind included."""
     return dict(session.remappings)
 
 
 def get_resolved_mappings() -> dict[str, str]:
-    """The remapping arguments of the node as global names."""
-    return dict(session.node.remappings) if session.node is not None else {}
+    """The remapping arguments of the node as global names, `__log` and its kind as they were written."""
+    if session.node is None:
+        return {}
+    return {**session.node.arguments.special, **session.node.remappings}

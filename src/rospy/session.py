@@ -37,7 +37,7 @@ from pipros.safe import yaml
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 
 #: The name of a process that has not called init_node.
-UNNAMED = "/unnamed"
+UNNAMED = "unnamed"
 
 ROSOUT_QUEUE_SIZE = 100
 
@@ -79,7 +79,9 @@ class Session:
 
     @property
     def name(self) -> str:
-        return self.node.name if self.node is not None else UNNAMED
+        if self.node is not None:
+            return self.node.name
+        return Environment.from_os().namespace + UNNAMED
 
     @property
     def namespace(self) -> str:
@@ -106,7 +108,7 @@ class Session:
     def resolve(self, name: str) -> str:
         if self.node is not None:
             return self.node.resolve(name)
-        return names.resolve(name, names.join(Environment.from_os().namespace, UNNAMED.strip("/")))
+        return names.resolve(name, self.name)
 
     def when_started(self, action: Callable[[Node], object]) -> None:
         """Does something with the node: now, or as soon as there is one."""
@@ -119,7 +121,7 @@ class Session:
     def _early(self) -> tuple[str, MasterClient, Parameters]:
         uri = Environment.from_os().master_uri
         if self._early_clients is None or self._early_clients[0] != uri:
-            master = MasterClient(uri, UNNAMED)
+            master = MasterClient(uri, self.name)
             self._early_clients = uri, master, Parameters(master, self.resolve, lambda: None)
         return self._early_clients
 
@@ -185,7 +187,7 @@ class Session:
             self._take_signals()
         node.start()
         self.node = node
-        self.remappings = dict(node.arguments.remappings)
+        self.remappings = {**node.arguments.special, **node.arguments.remappings}
         atexit.register(self.end, "atexit")
         try:
             node.wait_for_master(lambda _: _say_that_there_is_no_master(node))

@@ -173,7 +173,7 @@ def log_file(log_dir: Path, node_name: str, given: str | None) -> Path:
     """Where a node logs to: the file given by `__log:=`, else one named after the node."""
     if given:
         return Path(given)
-    return log_dir / (node_name.strip("/").replace("/", "-") + ".log")
+    return log_dir / (node_name.strip("/").replace("/", "_") + ".log")
 
 
 def full_text(record: logging.LogRecord) -> str:
@@ -194,7 +194,7 @@ def logger_levels() -> list[tuple[str, str]]:
     """All loggers of the process and their levels by ROS's names, as `~get_loggers` answers."""
     known = logging.Logger.manager.loggerDict
     loggers = [logger for logger in known.values() if isinstance(logger, logging.Logger)]
-    return [(logger.name, Severity.of(logger.getEffectiveLevel()).name.lower()) for logger in loggers]
+    return [(logger.name, Severity.of(logger.getEffectiveLevel()).name) for logger in loggers]
 
 
 def set_logger_level(name: str, level: str) -> None:

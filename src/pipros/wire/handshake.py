@@ -60,12 +60,7 @@ def request_service_link(
     extra: Mapping[str, str] | None = None,
 ) -> dict[str, str]:
     """The header by which a client asks for a service, its own `extra` fields added."""
-    fields = {
-        "service": service,
-        "md5sum": interface.md5sum,
-        "callerid": caller_id,
-        "type": interface.type,
-    }
+    fields = {"service": service, "md5sum": interface.md5sum, "callerid": caller_id}
     if persistent:
         fields["persistent"] = "1"
     if probe:
@@ -119,10 +114,7 @@ def check_service_request(fields: Mapping[str, str], interface: Interface) -> st
     theirs = fields["md5sum"]
     if ANY in (theirs, interface.md5sum) or theirs == interface.md5sum:
         return None
-    return (
-        f"request from [{fields['callerid']}]: md5sums do not match: "
-        f"[{theirs}] vs. [{interface.md5sum}] for service [{fields['service']}]"
-    )
+    return f"request from [{fields['callerid']}]: md5sums do not match: [{theirs}] vs. [{interface.md5sum}]"
 
 
 def check_topic_reply(fields: Mapping[str, str], interface: Interface, peer: str) -> None:

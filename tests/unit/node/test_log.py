@@ -92,11 +92,11 @@ def test_ros_has_five_levels() -> None:
 
 def test_levels_are_set_by_ros_names_and_an_unknown_one_changes_nothing() -> None:
     set_logger_level("pipros.test.levels", "WaRn")
-    assert ("pipros.test.levels", "warn") in logger_levels()
+    assert ("pipros.test.levels", "WARN") in logger_levels()
     set_logger_level("pipros.test.levels", "loud")
     assert logging.getLogger("pipros.test.levels").level == logging.WARNING
 
 
 def test_a_log_file_is_named_after_the_node() -> None:
-    assert log_file(Path("/log"), "/ns/talker", None) == Path("/log/ns-talker.log")
+    assert log_file(Path("/log"), "/ns/talker", None) == Path("/log/ns_talker.log")
     assert log_file(Path("/log"), "/ns/talker", "/tmp/t.log") == Path("/tmp/t.log")
