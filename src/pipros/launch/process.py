@@ -70,11 +70,7 @@ class NodeProcess:
         """Whether the process, or anything that it started in its group, still runs."""
         if not self._has_group or _ON_WINDOWS:
             return not self._exited.is_set()
-        try:
-            os.killpg(self.pid, 0)
-        except OSError:
-            return False
-        return True
+        return _is_group_alive(self.pid)
 
     def send_signal(self, number: signal.Signals) -> None:
         """Sends a signal to the process and all of its group; nothing happens when they have ended."""
@@ -136,6 +132,27 @@ def _start(command: Command, stdout_log: Path | None, *, is_again: bool) -> subp
     finally:
         if output is not None:
             output.close()
+
+
+def _is_group_alive(group: int) -> bool:
+    """Whether a process of the group runs. The dead that nobody buried count as members, but do not run.
+
+    They stay where the first process of the system does not collect orphans, as in many containers.
+    """
+    try:
+        os.killpg(group, 0)
+    except OSError:
+        return False
+    numbers = [name for name in os.listdir("/proc") if name.isdigit()] if os.path.isdir("/proc") else []
+    if not numbers:
+        return True
+    for number in numbers:
+        with suppress(OSError, ValueError, IndexError):
+            with open(f"/proc/{number}/stat", encoding="utf-8", errors="replace") as file:
+                state, _, member_of = file.read().rpartition(")")[2].split()[:3]
+            if int(member_of) == group and state not in "ZX":
+                return True
+    return False
 
 
 def last_lines(file: Path, count: int = 5, limit_bytes: int = 4096) -> list[str]:
