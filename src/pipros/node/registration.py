@@ -117,9 +117,11 @@ class Registrations:
             self._register(entry)
 
     def remove(self, entry: Entry) -> None:
+        """Takes an entry back. After `close`, which took all of them back, it does nothing."""
         with self._lock:
-            self._entries.remove(entry)
-            self._unregister(entry, self._master)
+            if entry in self._entries:
+                self._entries.remove(entry)
+                self._unregister(entry, self._master)
 
     def close(self) -> None:
         """Takes all entries back, the last one first; gives up at the first sign of no master."""

@@ -1,0 +1,217 @@
+"""A rospy process from start to end: signals at any moment, exit codes, and nothing left behind."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from pipros.master.server import Master
+from pipros.net.master import MasterClient
+from pipros.net.rpc import RpcClient
+from tests.support.processes import Process, Processes
+from tests.support.waiting import wait_until
+
+SPIN = "rospy.spin()"
+RATE = "r = rospy.Rate(0.01)\nwhile not rospy.is_shutdown(): r.sleep()"
+SLEEP = "rospy.sleep(1000)"
+WAIT_FOR_SERVICE = "rospy.wait_for_service('/nobody')"
+WAIT_FOR_MESSAGE = "rospy.wait_for_message('/silent', String)"
+CALLBACK_SLEEPS = """
+rospy.Subscriber('self', String, lambda _: (print('in callback', flush=True), time.sleep(1000)))
+pub = rospy.Publisher('self', String, queue_size=1, latch=True)
+pub.publish('x')
+rospy.spin()
+"""
+CALL_HANGS = """
+rospy.Service('slow', Empty, lambda _: (print('in call', flush=True), time.sleep(1000)))
+rospy.wait_for_service('slow')
+rospy.ServiceProxy('slow', Empty)()
+"""
+
+HEAD = """
+import threading, time
+import rospy
+from std_msgs.msg import String
+from std_srvs.srv import Empty
+rospy.init_node('node')
+rospy.on_shutdown(lambda: print('hook', rospy.is_shutdown(), flush=True))
+print('ready', flush=True)
+"""
+
+
+@pytest.fixture
+def master() -> Iterator[Master]:
+    with Master(port=0) as running:
+        yield running
+
+
+@pytest.fixture
+def client(master: Master) -> Iterator[MasterClient]:
+    client = MasterClient(master.uri, "/test")
+    yield client
+    client.close()
+
+
+def start(processes: Processes, tmp_path: Path, uri: str, code: str) -> Process:
+    script = tmp_path / "node.py"
+    script.write_text(code)
+    return processes.start(sys.executable, script, environment={"ROS_MASTER_URI": uri})
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("body", "ready"),
+    [
+        (SPIN, "ready"),
+        (RATE, "ready"),
+        (SLEEP, "ready"),
+        (CALLBACK_SLEEPS, "in callback"),
+    ],
+)
+def test_a_signal_ends_a_node_cleanly(
+    processes: Processes,
+    tmp_path: Path,
+    master: Master,
+    client: MasterClient,
+    body: str,
+    ready: str,
+    number: signal.Signals,
+) -> None:
+    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node.wait_for(ready)
+    node.send_signal(number)
+    assert node.wait(5) == 0
+    assert "hook False" in node.output
+    assert "Traceback" not in node.output
+    assert client.get_system_state() == [[], [], []]
+
+
+@pytest.mark.parametrize(
+    ("body", "ready", "error"),
+    [
+        (WAIT_FOR_SERVICE, "ready", "ROSInterruptException: rospy shutdown"),
+        (WAIT_FOR_MESSAGE, "ready", "ROSInterruptException: rospy shutdown"),
+        (CALL_HANGS, "in call", "ROSInterruptException: node shutdown interrupted service call"),
+    ],
+)
+def test_a_wait_that_a_signal_ends_raises_what_noetic_raises(
+    processes: Processes, tmp_path: Path, master: Master, body: str, ready: str, error: str
+) -> None:
+    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node.wait_for(ready)
+    node.send_signal(signal.SIGINT)
+    assert node.wait(5) == 1
+    assert error in node.output
+
+
+def test_ctrl_c_ends_a_node_that_waits_for_a_master(processes: Processes, tmp_path: Path) -> None:
+    uri = "http://127.0.0.1:1"
+    node = start(processes, tmp_path, uri, HEAD + SPIN)
+    node.wait_for(
+        rf"Unable to register with master node \[{uri}\]: master may not be running yet. Will keep trying."
+    )
+    node.send_signal(signal.SIGINT)
+    assert node.wait(5) == 1
+    assert (
+        "ROSInitException" in node.output or "init_node interrupted before it could complete" in node.output
+    )
+
+
+def test_a_second_ctrl_c_ends_a_node_whose_hook_hangs(
+    processes: Processes, tmp_path: Path, master: Master
+) -> None:
+    hang = "rospy.on_shutdown(lambda: (print('hanging', flush=True), time.sleep(1000)))\n"
+    node = start(processes, tmp_path, master.uri, HEAD + hang + "print('hook is set', flush=True)\n" + SPIN)
+    node.wait_for("hook is set")
+    node.send_signal(signal.SIGINT)
+    node.wait_for("hanging")
+    node.send_signal(signal.SIGINT)
+    assert node.wait(5) == -signal.SIGINT
+
+
+def test_a_node_waits_for_its_master_and_goes_on_when_it_comes(processes: Processes, tmp_path: Path) -> None:
+    with Master(port=0) as first:
+        port = first.port
+    node = start(processes, tmp_path, f"http://127.0.0.1:{port}", HEAD + SPIN)
+    node.wait_for("Will keep trying")
+    with Master(port=port):
+        node.wait_for("ready")
+        node.send_signal(signal.SIGINT)
+        assert node.wait(5) == 0
+
+
+def test_a_script_that_just_ends_leaves_nothing_at_the_master(
+    processes: Processes, tmp_path: Path, master: Master, client: MasterClient
+) -> None:
+    node = start(processes, tmp_path, master.uri, HEAD + "rospy.Publisher('a', String, queue_size=1)")
+    assert node.wait(10) == 0
+    assert "hook False" in node.output
+    assert client.get_system_state() == [[], [], []]
+
+
+def test_disable_signals_leaves_them_alone(processes: Processes, tmp_path: Path, master: Master) -> None:
+    code = HEAD.replace("init_node('node')", "init_node('node', disable_signals=True)")
+    node = start(processes, tmp_path, master.uri, code + "time.sleep(1000)")
+    node.wait_for("ready")
+    node.send_signal(signal.SIGINT)
+    assert node.wait(5) == -signal.SIGINT
+    assert "KeyboardInterrupt" in node.output
+
+
+def test_a_node_that_is_asked_to_end_says_why(
+    processes: Processes, tmp_path: Path, master: Master, client: MasterClient
+) -> None:
+    node = start(processes, tmp_path, master.uri, HEAD + SPIN)
+    node.wait_for("ready")
+    api = client.lookup_node("/node")
+    with RpcClient(api) as peer:
+        assert peer.call("shutdown", "/rosnode", "user request") == [1, "shutdown", 0]
+    assert node.wait(5) == 0
+    assert "shutdown request: user request" in node.stdout
+
+
+def test_simulated_time_is_what_clock_says(
+    processes: Processes, tmp_path: Path, master: Master, client: MasterClient
+) -> None:
+    client.set_param("/use_sim_time", True)
+    body = """
+from rosgraph_msgs.msg import Clock
+print('zero', rospy.Time.now().to_nsec(), flush=True)
+clock = rospy.Publisher('/clock', Clock, queue_size=1)
+def drive():
+    for t in range(10, 100):
+        clock.publish(rospy.Time(t)); time.sleep(0.01)
+threading.Thread(target=drive, daemon=True).start()
+rospy.sleep(20)
+print('slept', rospy.get_time() >= 30, flush=True)
+rospy.signal_shutdown('done')
+"""
+    node = start(processes, tmp_path, master.uri, HEAD + body)
+    assert node.wait(10) == 0
+    assert "zero 0" in node.stdout
+    assert "slept True" in node.stdout
+
+
+def test_remappings_and_namespaces_from_the_command_line(
+    processes: Processes, tmp_path: Path, master: Master, client: MasterClient
+) -> None:
+    script = tmp_path / "node.py"
+    script.write_text(
+        HEAD + "rospy.Publisher('chat', String, queue_size=1)\nprint(rospy.get_param('~rate'))\nrospy.spin()"
+    )
+    arguments = [
+        "chat:=/talk",
+        "_rate:=[1, 2]",
+        "__name:=other",
+        "__ns:=robot",
+        f"__master:={master.uri}",
+        "__log:=my.log",
+    ]
+    node = processes.start(sys.executable, script, *arguments, cwd=tmp_path)
+    node.wait_for(r"\[1, 2\]")
+    wait_until(lambda: ["/talk", ["/robot/other"]] in client.get_system_state()[0])
+    assert (tmp_path / "my.log").exists()
