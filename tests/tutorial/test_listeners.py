@@ -10,8 +10,6 @@ from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.tutorial.words import HEARD, SAID
 
-HEARD_LINE, SAID_LINE = HEARD.strip("\n"), SAID.strip("\n")
-
 
 @pytest.fixture
 def core(ros: RosSystem) -> Process:
@@ -27,7 +25,7 @@ def listener(ros: RosSystem, *arguments: str) -> Process:
 
 
 def wait_for_news(heard: Process) -> None:
-    heard.wait_for(HEARD_LINE, since=heard.mark())
+    heard.wait_for(HEARD, since=heard.mark())
 
 
 @pytest.mark.usefixtures("core")
@@ -37,23 +35,23 @@ def test_a_listener_started_before_the_talker_hears_it(ros: RosSystem) -> None:
 
     talker(ros)
 
-    heard.wait_for(HEARD_LINE)
+    heard.wait_for(HEARD)
 
 
 @pytest.mark.usefixtures("core")
 def test_a_listener_started_after_the_talker_hears_it(ros: RosSystem) -> None:
-    talker(ros).wait_for(SAID_LINE)
+    talker(ros).wait_for(SAID)
 
     heard = listener(ros)
 
-    heard.wait_for(HEARD_LINE)
+    heard.wait_for(HEARD)
 
 
 @pytest.mark.usefixtures("core")
 def test_a_listener_hears_the_talker_again_after_its_restart(ros: RosSystem) -> None:
     heard = listener(ros)
     first = talker(ros)
-    heard.wait_for(HEARD_LINE)
+    heard.wait_for(HEARD)
 
     first.press_ctrl_c()
     assert first.wait() == 0
@@ -68,16 +66,16 @@ def test_two_listeners_hear_the_same_talker(ros: RosSystem) -> None:
 
     talker(ros)
 
-    one.wait_for(HEARD_LINE)
-    two.wait_for(HEARD_LINE)
+    one.wait_for(HEARD)
+    two.wait_for(HEARD)
 
 
 @pytest.mark.usefixtures("core")
 def test_the_end_of_one_listener_is_nothing_to_the_other(ros: RosSystem) -> None:
     one, two = listener(ros), listener(ros, "__name:=second")
     said = talker(ros)
-    one.wait_for(HEARD_LINE)
-    two.wait_for(HEARD_LINE)
+    one.wait_for(HEARD)
+    two.wait_for(HEARD)
 
     one.kill()
     one.wait()
@@ -90,7 +88,7 @@ def test_the_end_of_one_listener_is_nothing_to_the_other(ros: RosSystem) -> None
 def test_a_talker_killed_with_sigkill_leaves_a_listener_that_hears_the_next_one(ros: RosSystem) -> None:
     heard = listener(ros)
     first = talker(ros)
-    heard.wait_for(HEARD_LINE)
+    heard.wait_for(HEARD)
 
     first.send_signal(signal.SIGKILL)
     first.wait()
@@ -104,7 +102,7 @@ def test_a_talker_killed_with_sigkill_leaves_a_listener_that_hears_the_next_one(
 
 def test_nodes_go_on_when_roscore_is_gone_and_still_end_with_ctrl_c(ros: RosSystem, core: Process) -> None:
     said, heard = talker(ros), listener(ros)
-    heard.wait_for(HEARD_LINE)
+    heard.wait_for(HEARD)
 
     core.press_ctrl_c()
     assert core.wait() == 0
@@ -120,7 +118,7 @@ def test_nodes_go_on_when_roscore_is_gone_and_still_end_with_ctrl_c(ros: RosSyst
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_nodes_end_with_0_and_without_a_traceback(ros: RosSystem, how: signal.Signals) -> None:
     said, heard = talker(ros), listener(ros)
-    heard.wait_for(HEARD_LINE)
+    heard.wait_for(HEARD)
 
     for node in (said, heard):
         node.send_signal(how)

@@ -7,5 +7,5 @@ LAUNCH = "roslaunch composiv_tryouts composiv_tryout.launch"
 ROSTEST = "rostest composiv_tryouts composiv_tryout.launch"
 
 CORE_IS_UP = r"started core service \[/rosout\]"
-SAID = r"\[INFO\] \[\d{10}\.\d{6}\]: %25\n"
-HEARD = r"\[INFO\] \[\d{10}\.\d{6}\]: Battery level of vehicle: %25\n"
+SAID = r"\[INFO\] \[\d{10}\.\d{6}\]: %25"
+HEARD = r"\[INFO\] \[\d{10}\.\d{6}\]: Battery level of vehicle: %25"

@@ -34,13 +34,11 @@ class CaseResult(unittest.TestResult):
         super().__init__()
         self._console = console
         self._started_at = time.monotonic()
-        self._line_is_open = False
         self.cases: list[Case] = []
 
     def startTest(self, test: unittest.TestCase) -> None:
         super().startTest(test)
         self._started_at = time.monotonic()
-        self._open_line(test)
 
     def addSuccess(self, test: unittest.TestCase) -> None:
         super().addSuccess(test)
@@ -78,7 +76,7 @@ class CaseResult(unittest.TestResult):
 
     def _pass(self, test: unittest.TestCase) -> None:
         self._keep(test, Outcome.PASSED, "", "")
-        self._end_line(test, "ok")
+        self._report(test, "ok")
 
     def _break_by(self, test: unittest.TestCase, outcome: Outcome, error: ErrorInfo) -> None:
         kind, value, frames = error
@@ -90,7 +88,7 @@ class CaseResult(unittest.TestResult):
 
     def _break(self, test: unittest.TestCase, outcome: Outcome, kind: str, text: str) -> None:
         self._keep(test, outcome, kind, text)
-        self._end_line(test, f"{outcome.name}!\n{outcome.name}: {text}{_SEPARATOR}")
+        self._report(test, f"{outcome.name}!\n{outcome.name}: {text}{_SEPARATOR}")
 
     def _keep(self, test: unittest.TestCase, outcome: Outcome, kind: str, text: str) -> None:
         owner = type(getattr(test, "test_case", test))  # a sub-test belongs to the case it is in
@@ -99,15 +97,9 @@ class CaseResult(unittest.TestResult):
             Case(class_name, _name(test), time.monotonic() - self._started_at, outcome, kind, text)
         )
 
-    def _open_line(self, test: unittest.TestCase) -> None:
-        self._line_is_open = True
-        print(f"[Testcase: {_name(test)}] ... ", end="", file=self._console, flush=True)
-
-    def _end_line(self, test: unittest.TestCase, text: str) -> None:
-        if not self._line_is_open:  # a fixture that failed, or the second sub-test that did
-            self._open_line(test)
-        self._line_is_open = False
-        print(text, file=self._console, flush=True)
+    def _report(self, test: unittest.TestCase, text: str) -> None:
+        # In one go: the programs that a test starts write to the same console meanwhile.
+        print(f"[Testcase: {_name(test)}] ... {text}", file=self._console, flush=True)
 
 
 def _name(test: unittest.TestCase) -> str:
