@@ -33,7 +33,6 @@ from pipros.node.log import (
     set_logger_level,
 )
 from pipros.node.params import Parameters
-from pipros.safe import yaml
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 
 #: The name of a process that has not called init_node.
@@ -193,8 +192,8 @@ class Session:
             node.wait_for_master(lambda _: _say_that_there_is_no_master(node))
         except Interrupted:
             raise InitInterrupted("init_node interrupted before it could complete") from None
-        for key, text in node.arguments.params.items():
-            node.params.set("~" + key, yaml.load(text))
+        if node.arguments.params:
+            self._set_private_parameters(node)
         if not disable_rosout:
             self._start_rosout(node)
         if not disable_rostime and self._uses_simulated_time(node):
@@ -206,6 +205,13 @@ class Session:
             waiting, self._waiting_for_node = self._waiting_for_node, []
         for action in waiting:
             action(node)
+
+    def _set_private_parameters(self, node: Node) -> None:
+        """Sets what arguments of the form `_name:=yaml` say."""
+        from pipros.safe import yaml
+
+        for key, text in node.arguments.params.items():
+            node.params.set("~" + key, yaml.load(text))
 
     def _uses_simulated_time(self, node: Node) -> bool:
         try:

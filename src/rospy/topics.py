@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NoReturn, TypeVar
 
 import pipros.node as node_api
 from genpy import Message as Message
@@ -109,6 +109,7 @@ class Publisher(Topic[AnyMessage]):
         del tcp_nodelay
         self._handle: node_api.Publisher | None = None
         self._is_unregistered = False
+        self._publish: Callable[[AnyMessage], None] = self._refuse
         queue_size = queue_size if queue_size is None or queue_size > 0 else 0
 
         def advertise(node: Node) -> None:
@@ -120,6 +121,7 @@ class Publisher(Topic[AnyMessage]):
                 )
             except TypeConflict as error:
                 raise ValueError(str(error)) from None
+            self._publish = self._handle.publication.publish
             if subscriber_listener is not None:
                 self._handle.publication.listeners.append(subscriber_listener)
 
@@ -136,16 +138,12 @@ class Publisher(Topic[AnyMessage]):
             ROSSerializationException: a field's value does not fit its type. Nothing was sent.
             TypeError, AttributeError: the arguments do not fit the type.
         """
-        if self._is_unregistered:
-            raise ROSException("publish() to an unregistered() handle")
-        if self._handle is None:
-            raise ROSException("ROS node has not been initialized yet. Please call init_node() first")
-        if len(args) == 1 and not kwds and type(args[0]) is self.data_class:
+        if len(args) == 1 and type(args[0]) is self.data_class:
             message = args[0]
         else:
             message = args_kwds_to_message(self.data_class, args, kwds)
         try:
-            self._handle.publish(message)
+            self._publish(message)
         except SerializationError as error:
             raise ROSSerializationException(str(error)) from error
 
@@ -156,8 +154,14 @@ class Publisher(Topic[AnyMessage]):
     def unregister(self) -> None:
         """Gives up this publisher. The topic is unregistered with the last one. Harmless when repeated."""
         self._is_unregistered = True
+        self._publish = self._refuse
         if self._handle is not None:
             self._handle.unregister()
+
+    def _refuse(self, _: AnyMessage) -> NoReturn:
+        if self._is_unregistered:
+            raise ROSException("publish() to an unregistered() handle")
+        raise ROSException("ROS node has not been initialized yet. Please call init_node() first")
 
     @property
     def impl(self) -> Publication | None:

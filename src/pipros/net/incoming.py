@@ -92,13 +92,25 @@ class IncomingLink:
         try:
             self._accept_first()
             while count := self._sock.recv_into(self._buffer.room()):
-                self._accept(count)
-                self._deliver_waiting()
+                if self.queue_size:
+                    self._accept(count)
+                    self._deliver_waiting()
+                else:
+                    self._deliver_all(count)
         except (OSError, ProtocolError) as reason:
             error = reason
         finally:
             self._sock.close()
             self._on_closed(self, error)
+
+    def _deliver_all(self, count: int) -> None:
+        """Delivers the frames that `count` received bytes complete, straight from the buffer."""
+        statistics, turn, deliver = self.statistics, self._turn, self._deliver
+        statistics.bytes += count
+        for frame in self._buffer.received(count):
+            statistics.frames += 1
+            with turn:
+                deliver(frame)
 
     def _accept_first(self) -> None:
         first = memoryview(self._first)

@@ -75,24 +75,29 @@ class OutgoingLink:
         self._is_stalled = False
         loop.call(self._watch_peer)
 
-    def send(self, frame: Frame) -> None:
-        """Writes a frame, or queues what the socket does not take. Returns at once."""
+    def send(self, frame: Frame, size: int) -> None:
+        """Writes a frame of `size` bytes, or queues what the socket does not take. Returns at once."""
         with self._lock:
-            if self.is_closed:
-                return
-            if not self._rest and not self._waiting:
-                sent = self._write(frame)
-                if sent < 0:
-                    return
-                if sent:
-                    self._keep_rest(frame, sent)
-                    if not self._rest:
-                        return
-                else:
-                    self._waiting.append(_own(frame))
-            else:
+            if self._waiting or self._rest:
                 self._waiting.append(_own(frame))
                 self._flush()
+            else:
+                try:
+                    if len(frame) == 1:
+                        sent = self._sock.send(frame[0])
+                    else:
+                        sent = sockets.send_gathered(self._sock, frame)
+                except (BlockingIOError, InterruptedError):
+                    self._waiting.append(_own(frame))
+                except OSError:
+                    self._give_up()
+                else:
+                    statistics = self.statistics
+                    statistics.bytes += sent
+                    if sent == size:
+                        statistics.frames += 1
+                        return
+                    self._keep_rest(frame, sent)
             if self._rest or self._waiting:
                 self._drop_oldest()
                 self._watch_writable()
@@ -119,21 +124,6 @@ class OutgoingLink:
             self._give_up()
 
     # -- with the lock held ---------------------------------------------------
-
-    def _write(self, frame: Frame) -> int:
-        """How many bytes the socket took; -1 when it took all, or the link ended."""
-        try:
-            sent = self._sock.send(frame[0]) if len(frame) == 1 else sockets.send_gathered(self._sock, frame)
-        except (BlockingIOError, InterruptedError):
-            return 0
-        except OSError:
-            self._give_up()
-            return -1
-        self.statistics.bytes += sent
-        if sent == sum(map(len, frame)):
-            self.statistics.frames += 1
-            return -1
-        return sent
 
     def _flush(self) -> None:
         """Writes as much of what waits as the socket takes."""

@@ -18,7 +18,7 @@ from pipros.errors import PiprosError, ProtocolError, Refused
 from pipros.net import sockets
 from pipros.net.master import MasterClient
 from pipros.net.tcpros import HANDSHAKE_DEADLINE_S
-from pipros.node.publisher import body_buffers
+from pipros.node.publisher import encoder
 from pipros.node.service import ServiceClass
 from pipros.node.subscriber import decoder
 from pipros.wire.handshake import Interface, check_service_reply, request_service_link
@@ -201,7 +201,7 @@ class ServiceLink:
             CallTimeout: the deadline (of `time.monotonic`) passed; the link is closed.
             ServiceFailed: the server answered with an error, or the connection broke.
         """
-        body = body_buffers(request)
+        body = encoder(type(request))(request)
         try:
             self.sock.settimeout(_remaining(deadline))
             self.sock.sendall(b"".join((_pack_length(sum(map(len, body))), *body)))

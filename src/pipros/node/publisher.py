@@ -74,6 +74,7 @@ class Publication:
         self._loop = loop
         self._log = log
         self._next_link_number = next_link_number
+        self._encode = encoder(message_class)
         self._has_header = bool(getattr(message_class, "_has_header", False))
         self._sequence = 0
         self._latched: Message | None = None
@@ -94,9 +95,9 @@ class Publication:
             links = self.links
             if not links:
                 return
-            frame = self._frame(message)
+            frame, size = self._frame(message)
             for peer in links:
-                peer.link.send(frame)
+                peer.link.send(frame, size)
         if self.queue_size is None:
             for peer in links:
                 peer.link.drain()
@@ -104,7 +105,7 @@ class Publication:
     def publish_to(self, peer: PublisherLink, message: Message) -> None:
         """Sends a message to one subscriber only."""
         with self._lock:
-            peer.link.send(self._frame(message))
+            peer.link.send(*self._frame(message))
 
     async def attach(self, connection: Connection) -> None:
         """Answers a subscriber's header: links it and sends the latched message, or refuses it."""
@@ -121,7 +122,7 @@ class Publication:
         peer = PublisherLink(connection.fields["callerid"], self._next_link_number(), link)
         with self._lock:
             if self.is_latching and self._latched is not None:
-                link.send(self._frame(self._latched))
+                link.send(*self._frame(self._latched))
             self.links = (*self.links, peer)
         self._tell_listeners(
             lambda listener: listener.peer_subscribe(
@@ -140,18 +141,22 @@ class Publication:
         for peer in self.links:
             peer.link.close()
 
-    def _frame(self, message: Message) -> Frame:
+    def _frame(self, message: Message) -> tuple[Frame, int]:
+        """The message as it goes over the wire, and its length with the length field."""
         if self._has_header:
             self._sequence += 1
             header: Any = message.header  # type: ignore[attr-defined]
             header.seq = self._sequence
             if header.frame_id is None:
                 header.frame_id = "0"
-        buffers = body_buffers(message)
+        buffers = self._encode(message)
+        if len(buffers) == 1 and len(buffers[0]) <= JOIN_LIMIT_BYTES:
+            size = len(buffers[0])
+            return (_pack_length(size) + buffers[0],), size + 4
         size = sum(map(len, buffers))
         if size <= JOIN_LIMIT_BYTES:
-            return (b"".join((_pack_length(size), *buffers)),)
-        return (_pack_length(size), *buffers)
+            return (b"".join((_pack_length(size), *buffers)),), size + 4
+        return (_pack_length(size), *buffers), size + 4
 
     def _detach(self, link: OutgoingLink) -> None:
         with self._lock:
@@ -172,15 +177,17 @@ class Publication:
                 self._log.exception("a subscribe listener of [%s] failed", self.topic)
 
 
-def body_buffers(message: Message) -> list[Buffer]:
-    """A message's bytes, without its length. Classes from genuine generators only write to a file."""
-    to_buffers = getattr(message, "_to_buffers", None)
-    if to_buffers is not None:
-        buffers: list[Buffer] = to_buffers()
-        return buffers
+def encoder(message_class: type[Message]) -> Callable[[Any], list[Buffer]]:
+    """The quickest way from a message to its bytes, in one buffer or several, without a length."""
+    to_buffers: Callable[[Any], list[Buffer]] | None = getattr(message_class, "_to_buffers", None)
+    return to_buffers if to_buffers is not None else _serialize
+
+
+def _serialize(message: Message) -> list[Buffer]:
+    """For classes from genuine generators, which only write to a file."""
     file = io.BytesIO()
     message.serialize(file)
-    return [file.getbuffer()]
+    return [file.getvalue()]
 
 
 class Publisher:

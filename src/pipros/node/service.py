@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from pipros.errors import ProtocolError
 from pipros.net import sockets
 from pipros.net.tcpros import Connection
-from pipros.node.publisher import body_buffers
+from pipros.node.publisher import encoder
 from pipros.node.subscriber import decoder
 from pipros.wire.frames import FrameBuffer
 from pipros.wire.handshake import (
@@ -72,6 +72,7 @@ class ServiceServer:
         self._caller_id = caller_id
         self._log = log
         self._decode = decoder(service_class._request_class)
+        self._encode = encoder(service_class._response_class)
         self._open: set[socket.socket] = set()
         self._is_closed = False
 
@@ -128,7 +129,7 @@ class ServiceServer:
         request._connection_header = fields
         self.calls += 1
         try:
-            reply = body_buffers(self._handler(request))
+            reply = self._encode(self._handler(request))
         except HandlerError as error:
             return self._send_error(sock, f"service cannot process request: {error}")
         except Exception as error:
