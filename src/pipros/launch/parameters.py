@@ -10,7 +10,6 @@ from pipros.launch.model import LaunchError, ParameterAction, ParameterCommand
 from pipros.launch.scope import Scope
 from pipros.launch.surroundings import Surroundings
 from pipros.launch.values import convert, flatten
-from pipros.safe import yaml
 from pipros.safe.xml import Element
 
 _PARAM_SOURCES = ("value", "textfile", "binfile", "command")
@@ -77,6 +76,8 @@ def _load(
     file: str | None,
     surroundings: Surroundings,
 ) -> dict[str, Any]:
+    from pipros.safe import yaml  # costs 10 ms, and not every launch file needs it
+
     # Blank lines in front make the line numbers of YAML errors those of the launch file.
     text, source = "\n" * (element.line - 1) + element.text, scope.file
     if file is not None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.safe import yaml
-
 
 def convert(text: str, type_name: str, source: str = "<param>") -> Any:
     """The value that `text` means under a type: int, double, bool, str, yaml, or auto (also when empty).
@@ -31,6 +29,8 @@ def convert(text: str, type_name: str, source: str = "<param>") -> Any:
     if type_name in ("bool", "boolean"):
         return convert_bool(text)
     if type_name == "yaml":
+        from pipros.safe import yaml  # costs 10 ms, and few launch files need it
+
         return yaml.load(text, source, angles=False)
     raise ValueError(f"Unknown type '{type_name}'")
 

@@ -83,7 +83,9 @@ class Loader:
             folder=folder,
             unset_as=self._unset_as,
         )
-        return Scope("/", file, substitution, given=frozenset(self._arguments))
+        namespace = (self._surroundings.environment.get("ROS_NAMESPACE") or "").strip("/")
+        root = f"/{namespace}/" if namespace else "/"
+        return Scope(root, file, substitution, given=frozenset(self._arguments))
 
     def _load(self, file: str, scope: Scope) -> None:
         try:

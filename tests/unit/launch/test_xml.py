@@ -1,0 +1,128 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipros.launch.model import LaunchError, Place
+from pipros.launch.xml import INCLUDE_LIMIT, load
+
+
+def write(folder: Path, name: str, content: str) -> str:
+    file = folder / name
+    file.write_text(content)
+    return str(file)
+
+
+def test_an_error_names_file_line_column_and_element(tmp_path: Path) -> None:
+    file = write(tmp_path, "a.launch", '<launch>\n\n  <node pkg="p" name="n"/>\n</launch>')
+    with pytest.raises(LaunchError) as error:
+        load([file])
+    assert error.value.places == (Place(file, 3, 3),)
+    assert error.value.element == '<node pkg="p" name="n"/>'
+    assert str(error.value).splitlines()[-1] == f'  in {file}:3:3: <node pkg="p" name="n"/>'
+
+
+def test_an_error_in_an_included_file_names_the_way_to_it(tmp_path: Path) -> None:
+    inner = write(tmp_path, "inner.launch", "<launch>\n <param/>\n</launch>")
+    middle = write(tmp_path, "middle.launch", f'<launch>\n\n <include file="{inner}"/>\n</launch>')
+    outer = write(tmp_path, "outer.launch", f'<launch><include file="{middle}"/></launch>')
+    with pytest.raises(LaunchError) as error:
+        load([outer])
+    assert error.value.places == (Place(inner, 2, 2), Place(middle, 3, 2), Place(outer, 1, 9))
+
+
+def test_malformed_xml_is_refused_with_its_place(tmp_path: Path) -> None:
+    file = write(tmp_path, "a.launch", "<launch>\n <node>\n</launch>")
+    with pytest.raises(LaunchError, match="Invalid roslaunch XML syntax: mismatched tag") as error:
+        load([file])
+    assert error.value.places == (Place(file, 3, 3),)
+
+
+def test_a_document_type_is_refused(tmp_path: Path) -> None:
+    file = write(tmp_path, "a.launch", '<!DOCTYPE launch [<!ENTITY a "b">]><launch>&a;</launch>')
+    with pytest.raises(LaunchError, match="document type"):
+        load([file])
+
+
+def test_a_file_that_includes_itself_is_refused(tmp_path: Path) -> None:
+    file = write(tmp_path, "loop.launch", '<launch><include file="$(dirname)/loop.launch"/></launch>')
+    with pytest.raises(LaunchError, match=f"included more than {INCLUDE_LIMIT} deep") as error:
+        load([file])
+    assert len(error.value.places) < 10
+
+
+def test_a_missing_include_is_named(tmp_path: Path) -> None:
+    file = write(tmp_path, "a.launch", '<launch><include file="/nope.launch"/></launch>')
+    with pytest.raises(LaunchError, match=r"cannot read \[/nope.launch\]: No such file"):
+        load([file])
+
+
+def test_a_bad_yaml_file_is_named_with_its_line(tmp_path: Path) -> None:
+    bad = write(tmp_path, "p.yaml", "a: 1\nb: [\n")
+    file = write(tmp_path, "a.launch", f'<launch><rosparam file="{bad}"/></launch>')
+    with pytest.raises(LaunchError, match=f"contains invalid YAML:\n{bad}:3:1"):
+        load([file])
+
+
+def test_bad_inline_yaml_is_named_with_the_line_of_the_launch_file(tmp_path: Path) -> None:
+    file = write(tmp_path, "a.launch", "<launch>\n <rosparam>\n  a: 1\n  b: 'x\n </rosparam></launch>")
+    with pytest.raises(LaunchError, match=f"invalid YAML:\n{file}:[45]:"):
+        load([file])
+
+
+def test_an_unset_argument_is_named_with_its_file(tmp_path: Path) -> None:
+    file = write(tmp_path, "a.launch", '<launch><arg name="x"/><param name="p" value="$(arg x)"/></launch>')
+    with pytest.raises(LaunchError) as error:
+        load([file])
+    assert error.value.reason == f"[{file}] requires the 'x' arg to be set"
+    assert load([file], {"x": "7"}).params == {"/p": 7}
+    assert load([file], unset_as="").params == {"/p": ""}
+
+
+def test_warnings_name_the_place(tmp_path: Path) -> None:
+    file = write(tmp_path, "a.launch", '<launch>\n <group colour="red"><shape/></group>\n</launch>')
+    assert load([file]).warnings == (
+        f"[{file}:2:2] unknown <group> attribute 'colour'",
+        f"unrecognized tag shape in {file}:2:22",
+    )
+
+
+def test_two_nodes_of_one_name_are_both_named(tmp_path: Path) -> None:
+    node = '<node pkg="p" type="t" name="n"/>'
+    file = write(tmp_path, "a.launch", f"<launch>\n{node}\n{node}\n</launch>")
+    with pytest.raises(LaunchError, match=r"multiple nodes named \[/n\]") as error:
+        load([file])
+    assert f"{file}:2:1" in str(error.value)
+    assert f"{file}:3:1" in str(error.value)
+
+
+def test_several_files_make_one_launch(tmp_path: Path) -> None:
+    one = write(tmp_path, "1.launch", '<launch><node pkg="p" type="t" name="a"/></launch>')
+    two = write(tmp_path, "2.launch", '<launch><node pkg="p" type="t" name="b"/></launch>')
+    launch = load([one, two], texts=['<launch><param name="c" value="1"/></launch>'])
+    assert [node.full_name for node in launch.nodes] == ["/a", "/b"]
+    assert launch.files == (one, two)
+    assert launch.params == {"/c": 1}
+
+
+def test_the_namespace_of_the_environment_is_around_everything(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = write(tmp_path, "a.launch", '<launch><node pkg="p" type="t" name="a"/></launch>')
+    monkeypatch.setenv("ROS_NAMESPACE", "robot")
+    assert load([file]).nodes[0].full_name == "/robot/a"
+
+
+def test_the_arguments_of_the_named_files_are_listed(tmp_path: Path) -> None:
+    inner = write(tmp_path, "inner.launch", '<launch><arg name="hidden" default="1"/></launch>')
+    file = write(
+        tmp_path,
+        "a.launch",
+        f'<launch><arg name="x" doc="the x"/><arg name="y" default="2"/><include file="{inner}"/></launch>',
+    )
+    launch = load([file], unset_as="")
+    assert [(argument.name, argument.is_required, argument.doc) for argument in launch.arguments] == [
+        ("x", True, "the x"),
+        ("y", False, ""),
+    ]
