@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipros.launch.command import CannotLaunch, CommandMaker
+from pipros.launch.model import Machine, Node, WorkingFolder
+from pipros.workspace.index import PackageIndex
+
+
+@pytest.fixture
+def talker(tmp_path: Path) -> Path:
+    program = tmp_path / "src" / "talkers" / "scripts" / "talker"
+    program.parent.mkdir(parents=True)
+    (program.parent.parent / "package.xml").write_text("<package><name>talkers</name></package>")
+    program.write_text("#!/bin/sh\n")
+    program.chmod(0o755)
+    return program
+
+
+@pytest.fixture
+def maker(tmp_path: Path, talker: Path) -> CommandMaker:
+    index = PackageIndex([tmp_path / "src"])
+    return CommandMaker(index, {"PATH": "/bin", "ROS_NAMESPACE": "/outer"}, tmp_path / "home")
+
+
+def test_the_words_of_a_command_stand_in_noetics_order(maker: CommandMaker, talker: Path) -> None:
+    node = Node(
+        "talkers",
+        "talker",
+        "n",
+        arguments="one 'two three' $HOME",
+        remappings=(("a", "b"), ("~c", "/d")),
+        launch_prefix="nice -n 5",
+    )
+    command = maker.make(node, "http://m:1", log_stem="/log/n-1", extra_arguments=["--xml=y"])
+    assert command.argv == (
+        "nice", "-n", "5", str(talker), "one", "two three", "$HOME", "--xml=y",
+        "a:=b", "~c:=/d", "__name:=n", "__log:=/log/n-1.log",
+    )  # fmt: skip
+
+
+def test_the_environment_is_overlaid_and_later_variables_win(maker: CommandMaker) -> None:
+    node = Node("talkers", "talker", "n", "/g/h/", environment=(("A", "1"), ("A", "2")))
+    command = maker.make(node, "http://m:1")
+    assert command.overlay == {"ROS_MASTER_URI": "http://m:1", "ROS_NAMESPACE": "/g/h", "A": "2"}
+    assert command.environment["PATH"].endswith("/bin")
+    assert command.environment["A"] == "2"
+
+
+def test_a_node_at_the_root_has_no_namespace_of_the_launchers(maker: CommandMaker) -> None:
+    assert "ROS_NAMESPACE" not in maker.make(Node("talkers", "talker", "n"), "http://m:1").environment
+
+
+@pytest.mark.parametrize("choice", list(WorkingFolder))
+def test_the_working_folder_is_the_one_wanted(
+    maker: CommandMaker, talker: Path, tmp_path: Path, choice: WorkingFolder
+) -> None:
+    command = maker.make(Node("talkers", "talker", "n", working_folder=choice), "http://m:1")
+    assert command.folder == (talker.parent if choice is WorkingFolder.NODE else tmp_path / "home")
+
+
+@pytest.mark.parametrize(
+    ("node", "complaint"),
+    [
+        (Node("nope", "talker", "n"), r"\[nope/talker\]: package \[nope\] not found"),
+        (Node("talkers", "nope", "n"), r"Cannot locate node of type \[nope\] in package \[talkers\]"),
+        (Node("talkers", "talker", "n", arguments="'open"), r"the arguments \['open\] of node \[/n\]"),
+        (Node("talkers", "talker", "n", launch_prefix="'open"), r"the launch-prefix \['open\]"),
+    ],
+)
+def test_what_cannot_be_launched_is_explained(maker: CommandMaker, node: Node, complaint: str) -> None:
+    with pytest.raises(CannotLaunch, match=complaint):
+        maker.make(node, "http://m:1")
+
+
+def test_a_script_that_is_not_executable_is_pointed_to(maker: CommandMaker, talker: Path) -> None:
+    talker.chmod(0o644)
+    with pytest.raises(CannotLaunch, match=rf"chmod \+x\)\. There is {talker}"):
+        maker.make(Node("talkers", "talker", "n"), "http://m:1")
+
+
+def test_another_machine_is_reached_by_ssh_and_runs_rosrun(maker: CommandMaker) -> None:
+    machine = Machine("m", "robot", user="ada", ssh_port=2222, env_loader="/opt/env.sh", timeout_s=2.5)
+    node = Node("talkers", "talker", "n", "/g/", arguments="'a b'", launch_prefix="nice -n 5")
+    command = maker.make(node, "http://m:1", machine=machine, log_stem="/log/n")
+    *ssh, remote = command.argv
+    assert ssh == [
+        "ssh", "-tt", "-o", "BatchMode=yes", "-o", "ConnectTimeout=3", "-p", "2222", "--", "ada@robot",
+    ]  # fmt: skip
+    assert remote == (
+        "/opt/env.sh env ROS_MASTER_URI=http://m:1 ROS_NAMESPACE=/g "
+        "rosrun --prefix 'nice -n 5' talkers talker 'a b' __name:=n"
+    )
