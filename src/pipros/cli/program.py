@@ -1,0 +1,144 @@
+"""The frame of every command: options as ROS prints them, errors as one line, a quiet end.
+
+Interpreter start-up is most of what a person waits for, so nothing here imports what only some
+commands need.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib import import_module
+from optparse import OptionParser
+from typing import TYPE_CHECKING
+
+from pipros import names
+from pipros.env import Environment, split_master_uri
+from pipros.errors import PiprosError, Unreachable
+
+if TYPE_CHECKING:
+    from pipros.net.master import MasterClient
+
+NO_MASTER = "Unable to communicate with master!"
+
+USAGE_ERROR = 64
+"""EX_USAGE of sysexits.h: what ROS commands return for a missing or unknown subcommand."""
+
+Subcommand = Callable[[Sequence[str]], int]
+
+
+class CommandError(PiprosError):
+    """The command cannot do what was asked. The text is printed after `ERROR: `."""
+
+
+class MasterUnreachable(CommandError):
+    """No master answers at ROS_MASTER_URI."""
+
+    def __init__(self, reason: str = "") -> None:
+        self.reason = reason
+        super().__init__(NO_MASTER)
+
+
+class Surroundings:
+    """What a command finds around it: the environment, the master, and what relative names stand for.
+
+    A context manager: the connections to the master end with it.
+    """
+
+    def __init__(self, command: str, environment: Environment | None = None) -> None:
+        """`command` is the name below which private names are resolved: `rostopic`."""
+        self.environment = environment or Environment.from_os()
+        self.caller_id = f"/{command}"
+        self._node_name = names.join(self.environment.namespace, command)
+        self._master: MasterClient | None = None
+
+    def resolve(self, name: str) -> str:
+        """The global name that an argument means."""
+        return names.resolve(name, self._node_name)
+
+    @property
+    def master(self) -> MasterClient:
+        """A client of the master. Nothing is connected until its first call.
+
+        Raises:
+            InvalidEnvironment: ROS_MASTER_URI is malformed.
+        """
+        if self._master is None:
+            from pipros.net.master import MasterClient
+
+            split_master_uri(self.environment.master_uri)
+            self._master = MasterClient(self.environment.master_uri, self.caller_id)
+        return self._master
+
+    def __enter__(self) -> Surroundings:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._master is not None:
+            self._master.close()
+
+
+def option_parser(command: str, usage: str, description: str | None = None) -> OptionParser:
+    """Options the way ROS commands have them: `Usage: rostopic list [/namespace]`, mistakes end with 2."""
+    return OptionParser(usage=f"usage: {command} {usage}", prog=command, description=description)
+
+
+def bullets(heading: str, entries: Iterable[str]) -> str:
+    """A heading and one line for each entry, as ROS commands list things."""
+    return "\n".join([heading, *(f" * {entry}" for entry in entries)])
+
+
+def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str, code: int) -> int:
+    """Runs the subcommand that the first argument names; prints the overview when it names none.
+
+    The subcommands are `module:function`, so that a command imports only the one that is asked for.
+    """
+    if not argv or argv[0] not in subcommands:
+        print(overview)
+        return code
+    module, _, function = subcommands[argv[0]].partition(":")
+    subcommand: Subcommand = getattr(import_module(module), function)
+    return subcommand(argv[1:])
+
+
+def run(body: Callable[[], int]) -> int:
+    """Runs a command to its exit code, with the ends that all commands share.
+
+    An error is one line on standard error and code 1. Ctrl-C ends with 0 and without a traceback, as
+    Noetic's commands do. A reader that closed the pipe (`| head`) ends the command quietly.
+    """
+    try:
+        code = body()
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        return _quiet_end()
+    except BrokenPipeError:
+        return _quiet_end()
+    except PiprosError as error:
+        _flush()
+        print(f"ERROR: {_headline(error)}", file=sys.stderr)
+        return 1
+    return code
+
+
+def _headline(error: PiprosError) -> str:
+    """The error as scripts know it; people at a terminal are also told what to try."""
+    if isinstance(error, Unreachable) and error.peer.startswith("master "):
+        error = MasterUnreachable(str(error))
+    if isinstance(error, MasterUnreachable) and error.reason and sys.stderr.isatty():
+        return f"{error}\n       {error.reason}."
+    return str(error)
+
+
+def _quiet_end() -> int:
+    _flush()
+    return 0
+
+
+def _flush() -> None:
+    """Writes what is buffered; when nobody reads any more, keeps the interpreter from complaining at exit."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

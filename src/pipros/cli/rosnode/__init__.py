@@ -1,0 +1,36 @@
+"""`rosnode`: which nodes run, what they do, whether they answer, and how to end them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from pipros.cli.program import USAGE_ERROR, dispatch, run
+
+OVERVIEW = """\
+rosnode is a command-line tool for printing information about ROS Nodes.
+
+Commands:
+\trosnode ping\ttest connectivity to node
+\trosnode list\tlist active nodes
+\trosnode info\tprint information about node
+\trosnode machine\tlist nodes running on a particular machine or list machines
+\trosnode kill\tkill a running node
+\trosnode cleanup\tpurge registration information of unreachable nodes
+
+Type rosnode <command> -h for more detailed usage, e.g. 'rosnode ping -h'
+"""
+
+SUBCOMMANDS = {
+    "list": "pipros.cli.rosnode.listing:list_nodes",
+    "info": "pipros.cli.rosnode.info:show_info",
+    "ping": "pipros.cli.rosnode.ping:ping_nodes",
+    "machine": "pipros.cli.rosnode.machine:show_machines",
+    "kill": "pipros.cli.rosnode.kill:kill_nodes",
+    "cleanup": "pipros.cli.rosnode.cleanup:clean_up",
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    return run(lambda: dispatch(SUBCOMMANDS, arguments, OVERVIEW, USAGE_ERROR))

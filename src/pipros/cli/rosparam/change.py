@@ -1,0 +1,123 @@
+"""`rosparam set`, `rosparam load` and `rosparam delete`: what writes."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pipros.cli.program import CommandError, Surroundings, option_parser
+from pipros.cli.rosparam.documents import read_file, read_text
+from pipros.cli.rosparam.server import delete, write
+from pipros.names import canonicalize
+
+_NEGATIVE_NUMBER = re.compile(r"-\.?\d")
+_VALUE_MARK = "\0"
+"""Stands before negative numbers while options are parsed, because `-1` looks like one."""
+
+
+def set_parameter(argv: Sequence[str]) -> int:
+    parser = option_parser("rosparam", "set [options] parameter value")
+    parser.add_option(
+        "-t",
+        "--textfile",
+        dest="text_file",
+        metavar="TEXT_FILE",
+        help="set parameters to contents of text file",
+    )
+    parser.add_option(
+        "-b",
+        "--binfile",
+        dest="bin_file",
+        metavar="BINARY_FILE",
+        help="set parameters to contents of binary file",
+    )
+    parser.add_option("-v", dest="verbose", action="store_true", help="turn on verbose output")
+    marked = [_VALUE_MARK + word if _NEGATIVE_NUMBER.match(word) else word for word in argv]
+    options, arguments = parser.parse_args(marked)
+    arguments = [word.removeprefix(_VALUE_MARK) for word in arguments]
+    if options.text_file and options.bin_file:
+        parser.error("you may only specify one of --textfile or --binfile")
+    if options.text_file and not Path(options.text_file).is_file():
+        parser.error(f"file '{options.text_file}' does not exist")
+    if not arguments:
+        parser.error("invalid arguments. Please specify a parameter name")
+    if len(arguments) > 2:
+        parser.error("too many arguments")
+    if len(arguments) < 2 and not options.text_file and not options.bin_file:
+        parser.error("invalid arguments. Please specify a parameter value")
+
+    with Surroundings("rosparam") as here:
+        name = here.resolve(arguments[0])
+        if options.text_file:
+            value: Any = _contents(options.text_file).decode("utf-8")
+        elif options.bin_file:
+            value = _contents(options.bin_file)
+        else:
+            value = parse_value(arguments[1], name)
+        written = write(here.master, name, value)
+    if options.verbose:
+        for leaf, part in written:
+            print(f"set parameter [{leaf}] to [{part}]")
+    return 0
+
+
+def parse_value(text: str, name: str) -> Any:
+    """The value that a text on the command line stands for: YAML; nothing is the empty text.
+
+    Raises:
+        YamlError: it is no YAML, or more than plain data.
+    """
+    from pipros.safe import yaml
+
+    return yaml.load(text, f"the value of {name}") if text else ""
+
+
+def _contents(file: str) -> bytes:
+    try:
+        return Path(file).read_bytes()
+    except OSError as error:
+        raise CommandError(f"cannot read [{file}]: {error.strerror}") from None
+
+
+def load_parameters(argv: Sequence[str]) -> int:
+    parser = option_parser("rosparam", "load [options] file [namespace]")
+    parser.add_option("-v", dest="verbose", action="store_true", help="turn on verbose output")
+    options, arguments = parser.parse_args(list(argv))
+    if not arguments:
+        parser.error("invalid arguments. Please specify a file name or - for stdin")
+    if len(arguments) > 2:
+        parser.error("too many arguments")
+    file = arguments[0]
+    with Surroundings("rosparam") as here:
+        ns = here.resolve(arguments[1] if len(arguments) > 1 else "")
+        documents = read_text(sys.stdin.read(), "stdin", ns) if file == "-" else read_file(file, ns)
+        if options.verbose:
+            print(f"reading parameters from {'stdin' if file == '-' else f'[{file}]'}")
+        for values, own_ns in documents:
+            if options.verbose and own_ns != ns:
+                print(f"reading parameters into namespace [{own_ns}]")
+            if canonicalize(own_ns) == "/" and not isinstance(values, dict):
+                raise CommandError("global / can only be set to a dictionary")
+            for leaf, part in write(here.master, own_ns, values):
+                if options.verbose:
+                    print(f"{leaf}={part}")
+    return 0
+
+
+def delete_parameter(argv: Sequence[str]) -> int:
+    parser = option_parser("rosparam", "delete [options] parameter")
+    parser.add_option("-v", dest="verbose", action="store_true", help="turn on verbose output")
+    options, arguments = parser.parse_args(list(argv))
+    if not arguments:
+        parser.error("invalid arguments. Please specify a parameter name")
+    if len(arguments) > 1:
+        parser.error("too many arguments")
+    with Surroundings("rosparam") as here:
+        name = here.resolve(arguments[0])
+        delete(here.master, name)
+    if options.verbose:
+        print(f"deleted parameter [{name}]")
+    return 0

@@ -1,0 +1,72 @@
+"""Parameters on the server, as the command sees them: absent ones and wrong values become plain errors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.cli.program import CommandError
+from pipros.cli.rosparam.documents import leaves
+from pipros.errors import Refused
+from pipros.graph.picture import is_below
+from pipros.net.master import MasterClient
+
+
+def read(master: MasterClient, name: str) -> Any:
+    """The value, or the dictionary of a namespace; binary values are `bytes`.
+
+    Raises:
+        CommandError: it is not set.
+    """
+    try:
+        return _plain(master.get_param(name))
+    except Refused:
+        raise CommandError(f"Parameter [{name}] is not set") from None
+
+
+def _plain(value: Any) -> Any:
+    """The value without the wrappers that XML-RPC puts around binary data."""
+    if isinstance(value, dict):
+        return {key: _plain(part) for key, part in value.items()}
+    if isinstance(value, list):
+        return [_plain(part) for part in value]
+    data = getattr(value, "data", value)
+    return bytes(data) if isinstance(data, bytes) else value
+
+
+def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
+    """Sets a parameter; the values of a dictionary are set one by one, so that their neighbours stay.
+
+    Returns what was set, as names and values.
+
+    Raises:
+        CommandError: a value or a place that the server cannot hold.
+    """
+    written = list(leaves(name, value))
+    for leaf, part in written:
+        try:
+            master.set_param(leaf, part)
+        except (TypeError, OverflowError) as error:
+            raise CommandError(f"cannot set parameter [{leaf}] to [{part}]: {error}") from None
+        except Refused as error:
+            raise CommandError(f"cannot set parameter [{leaf}]: {error.text}") from None
+    return written
+
+
+def delete(master: MasterClient, name: str) -> None:
+    """Removes a parameter or a namespace; `/`, which the server would not delete, is emptied.
+
+    Raises:
+        CommandError: it is not set.
+    """
+    try:
+        if name == "/":
+            master.set_param(name, {})
+        else:
+            master.delete_param(name)
+    except Refused:
+        raise CommandError(f"parameter [{name}] is not set") from None
+
+
+def names_below(master: MasterClient, ns: str) -> list[str]:
+    """The names of all parameters in a namespace, sorted."""
+    return sorted(name for name in master.get_param_names() if name != ns and is_below(name, ns))

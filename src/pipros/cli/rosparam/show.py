@@ -1,0 +1,78 @@
+"""`rosparam get`, `rosparam list` and `rosparam dump`: what only reads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from pipros.cli.program import CommandError, Surroundings, option_parser
+from pipros.cli.rosparam.server import names_below, read
+
+
+def get_parameter(argv: Sequence[str]) -> int:
+    parser = option_parser("rosparam", "get [options] parameter")
+    parser.add_option("-p", dest="pretty", action="store_true", help="pretty print. WARNING: not YAML-safe")
+    parser.add_option("-v", dest="verbose", action="store_true", help="turn on verbose output")
+    options, arguments = parser.parse_args(list(argv))
+    if not arguments:
+        parser.error("invalid arguments. Please specify a parameter name")
+    if len(arguments) > 1:
+        parser.error("too many arguments")
+    from pipros.cli.rosparam.documents import as_pretty_text, as_yaml
+
+    with Surroundings("rosparam") as here:
+        name = here.resolve(arguments[0])
+        if options.verbose:
+            print(f"getting parameter [{name}]")
+        value = read(here.master, name)
+    if options.pretty and isinstance(value, Mapping):
+        print(as_pretty_text(value), end="")
+    elif options.pretty and isinstance(value, str):
+        print(value)
+    else:
+        print(as_yaml(value), end="" if _is_bare(value) else "\n")
+    return 0
+
+
+def _is_bare(value: object) -> bool:
+    """True for what YAML writes as a bare word; Noetic prints an empty line behind everything else."""
+    from pipros.cli.rosparam.documents import dump
+
+    return dump(value).endswith("\n...\n")
+
+
+def list_parameters(argv: Sequence[str]) -> int:
+    parser = option_parser("rosparam", "list [namespace]")
+    _, arguments = parser.parse_args(list(argv))
+    if len(arguments) > 1:
+        parser.error("too many arguments")
+    with Surroundings("rosparam") as here:
+        ns = here.resolve(arguments[0]) if arguments else "/"
+        print("\n".join(names_below(here.master, ns)))
+    return 0
+
+
+def dump_parameters(argv: Sequence[str]) -> int:
+    parser = option_parser("rosparam", "dump [options] file [namespace]")
+    parser.add_option("-v", dest="verbose", action="store_true", help="turn on verbose output")
+    options, arguments = parser.parse_args(list(argv))
+    if len(arguments) > 2:
+        parser.error("too many arguments")
+    from pipros.cli.rosparam.documents import dump, leaves
+
+    with Surroundings("rosparam") as here:
+        ns = here.resolve(arguments[1]) if len(arguments) > 1 else "/"
+        tree = read(here.master, ns)
+    if not arguments:
+        print(dump(tree), end="")
+        return 0
+    file = arguments[0]
+    if options.verbose:
+        print(f"dumping namespace [{ns}] to file [{file}]")
+        for name, value in sorted(leaves(ns, tree)):
+            print(f"{name}={value}")
+    try:
+        Path(file).write_text(dump(tree), encoding="utf-8")
+    except OSError as error:
+        raise CommandError(f"cannot write [{file}]: {error.strerror}") from None
+    return 0

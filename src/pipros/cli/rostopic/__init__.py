@@ -1,0 +1,44 @@
+"""`rostopic`: what is said on the topics of a running system, by whom and how often."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from pipros.cli.program import USAGE_ERROR, dispatch, run
+
+OVERVIEW = """\
+rostopic is a command-line tool for printing information about ROS Topics.
+
+Commands:
+\trostopic bw\tdisplay bandwidth used by topic
+\trostopic delay\tdisplay delay of topic from timestamp in header
+\trostopic echo\tprint messages to screen
+\trostopic find\tfind topics by type
+\trostopic hz\tdisplay publishing rate of topic\x20\x20\x20\x20
+\trostopic info\tprint information about active topic
+\trostopic list\tlist active topics
+\trostopic pub\tpublish data to topic
+\trostopic type\tprint topic or field type
+
+Type rostopic <command> -h for more detailed usage, e.g. 'rostopic echo -h'
+"""
+
+
+SUBCOMMANDS = {
+    "list": "pipros.cli.rostopic.listing:list_topics",
+    "info": "pipros.cli.rostopic.info:show_info",
+    "type": "pipros.cli.rostopic.info:show_type",
+    "find": "pipros.cli.rostopic.info:find_topics",
+    "echo": "pipros.cli.rostopic.echo:echo",
+    "pub": "pipros.cli.rostopic.pub:publish",
+    "hz": "pipros.cli.rostopic.hz:measure_rate",
+    "bw": "pipros.cli.rostopic.bw:measure_bandwidth",
+    "delay": "pipros.cli.rostopic.delay:measure_delay",
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs one subcommand; remapping arguments (`a:=b`) are for the node behind it, not for its options."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    return run(lambda: dispatch(SUBCOMMANDS, arguments, OVERVIEW, USAGE_ERROR))

@@ -1,0 +1,117 @@
+"""`rostopic list`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from pipros.cli.program import CommandError, Surroundings, option_parser
+from pipros.errors import Refused
+from pipros.graph.picture import Picture, Registrations, is_below
+from pipros.names import parse_arguments
+from pipros.net.master import MasterClient
+
+
+def list_topics(argv: Sequence[str]) -> int:
+    parser = option_parser("rostopic", "list [/namespace]")
+    parser.add_option("-b", "--bag", dest="bag", metavar="BAGFILE", help="list topics in .bag file")
+    parser.add_option(
+        "-v", "--verbose", dest="verbose", action="store_true", help="list full details about each topic"
+    )
+    parser.add_option("-p", dest="publishers", action="store_true", help="list only publishers")
+    parser.add_option("-s", dest="subscribers", action="store_true", help="list only subscribers")
+    parser.add_option("--host", dest="by_host", action="store_true", help="group by host name")
+    options, arguments = parser.parse_args(list(parse_arguments(argv).rest))
+    if len(arguments) > 1:
+        parser.error("you may only specify one input topic")
+    if options.bag:
+        for option in ("-s", "-p", "--host"):
+            if option in argv:
+                parser.error(f"{option} option is not valid with bags")
+        raise _no_bags(options.bag)
+    if options.publishers and options.subscribers:
+        parser.error("you may only specify one of -p, -s")
+
+    sections = (not options.subscribers, not options.publishers)
+    with Surroundings("rostopic") as here:
+        ns = here.resolve(arguments[0]) if arguments else "/"
+        picture = Picture.from_state(here.master.get_system_state())
+        picture = Picture(
+            _below(picture.publishers, ns) if sections[0] else {},
+            _below(picture.subscribers, ns) if sections[1] else {},
+            {},
+        )
+        types = dict(here.master.get_topic_types()) if options.verbose else {}
+        parts = list(_split_by_host(picture, _Hosts(here.master))) if options.by_host else []
+    if not options.by_host:
+        print("\n".join(_lines(picture, types, sections, options.verbose)))
+    for host, part in parts:
+        print(f"Host [{host}]:")
+        lines = _lines(part, types, sections, options.verbose)
+        print("\n".join(f"  {line}" if line else "" for line in lines))
+    return 0
+
+
+def _no_bags(path: str) -> CommandError:
+    if not Path(path).is_file():
+        return CommandError(f"bag file [{path}] does not exist")
+    return CommandError(f"cannot read [{path}]: this version of pipros reads no bag files")
+
+
+def _below(registrations: Registrations, ns: str) -> Registrations:
+    return {topic: nodes for topic, nodes in registrations.items() if is_below(topic, ns)}
+
+
+def _lines(
+    picture: Picture, types: Mapping[str, str], sections: tuple[bool, bool], verbose: bool
+) -> list[str]:
+    """The lines to print; `sections` tells whether publishers and whether subscribers are wanted."""
+    if not verbose:
+        return picture.topics()
+    lines = [""]
+    kinds = (("Published", picture.publishers), ("Subscribed", picture.subscribers))
+    for is_wanted, (heading, registrations) in zip(sections, kinds, strict=True):
+        if not is_wanted:
+            continue
+        lines.append(f"{heading} topics:")
+        role = "publisher" if heading == "Published" else "subscriber"
+        for topic, nodes in registrations.items():
+            plural = "" if len(nodes) == 1 else "s"
+            lines.append(f" * {topic} [{types.get(topic, 'unknown type')}] {len(nodes)} {role}{plural}")
+        lines.append("")
+    return lines
+
+
+class _Hosts:
+    """The host of each node, asked of the master once."""
+
+    def __init__(self, master: MasterClient) -> None:
+        self._master = master
+        self._known: dict[str, str] = {}
+
+    def of(self, node: str) -> str:
+        if node not in self._known:
+            self._known[node] = self._look_up(node)
+        return self._known[node]
+
+    def _look_up(self, node: str) -> str:
+        from pipros.net.address import split_uri
+
+        try:
+            return split_uri(self._master.lookup_node(node))[0]
+        except (Refused, ValueError):  # it has just left, or gave an address that is none
+            return "unknown"
+
+
+def _split_by_host(picture: Picture, hosts: _Hosts) -> Iterable[tuple[str, Picture]]:
+    kinds = (picture.publishers, picture.subscribers)
+    for host in sorted({hosts.of(node) for kind in kinds for nodes in kind.values() for node in nodes}):
+        publishers, subscribers = (_on_host(kind, host, hosts) for kind in kinds)
+        yield host, Picture(publishers, subscribers, {})
+
+
+def _on_host(registrations: Registrations, host: str, hosts: _Hosts) -> Registrations:
+    here = {
+        topic: [node for node in nodes if hosts.of(node) == host] for topic, nodes in registrations.items()
+    }
+    return {topic: nodes for topic, nodes in here.items() if nodes}

@@ -1,0 +1,105 @@
+"""Records the transcripts anew on genuine ROS 1: python3 tests/golden/cli/record.py [NAME…]
+
+Needs genuine ROS 1 in /usr (see the architecture document). Every transcript gets a master, a folder
+and a stage of its own.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from xmlrpc.client import ServerProxy
+
+HERE = Path(__file__).parent
+DEADLINE_S = 8
+sys.path.insert(0, str(HERE.parents[2]))
+
+from tests.golden.cli.scenes import MASKS, stage_for  # noqa: E402
+from tests.golden.cli.transcript import Command, Outcome, mask_outcome, render, split  # noqa: E402
+
+
+@contextlib.contextmanager
+def genuine_master(home: Path) -> Iterator[dict[str, str]]:
+    """Runs a rosmaster of genuine ROS on a free port; gives the environment of its tools."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    environment = {
+        "PATH": "/usr/bin:/bin",
+        "HOME": str(home),
+        "ROS_HOME": str(home / ".ros"),
+        "ROS_IP": "127.0.0.1",
+        "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
+        "PYTHONWARNINGS": "ignore",
+        "COLUMNS": "80",
+    }
+    master = subprocess.Popen(
+        ["/usr/bin/rosmaster", "--core", "-p", str(port)],
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        while True:
+            with contextlib.suppress(OSError):
+                ServerProxy(environment["ROS_MASTER_URI"]).getPid("/record")
+                break
+            time.sleep(0.05)
+        yield environment
+    finally:
+        master.terminate()
+        master.wait()
+
+
+def run(command: Command, environment: dict[str, str], folder: Path) -> Outcome:
+    stdin = (folder / command.stdin_file).read_bytes() if command.stdin_file else b""
+    done = subprocess.run(
+        command.argv,
+        env={**environment, **command.environment},
+        cwd=folder,
+        input=stdin,
+        capture_output=True,
+        timeout=DEADLINE_S,
+    )
+    return Outcome(done.stdout.decode(), done.stderr.decode(), done.returncode)
+
+
+def record(path: Path) -> None:
+    """Runs each command of the transcript on genuine ROS and writes down what it does."""
+    with tempfile.TemporaryDirectory() as temporary:
+        home, folder = Path(temporary) / "home", Path(temporary) / "work"
+        home.mkdir()
+        shutil.copytree(HERE / "files", folder)
+        with genuine_master(home) as environment, contextlib.ExitStack() as stack:
+            text = path.read_text()
+            stack.enter_context(stage_for(text, environment["ROS_MASTER_URI"]))
+            masks = {str(folder): "FOLDER", os.uname().nodename: "HOST", **MASKS}
+            blocks = []
+            for block, line in split(text):
+                if line is None:
+                    blocks.append(block)
+                    continue
+                command = Command.parse(line)
+                try:
+                    outcome = run(command, environment, folder)
+                except subprocess.TimeoutExpired as expired:
+                    print(f"{path.stem}: does not end: {line}")
+                    outcome = Outcome((expired.stdout or b"")[:500].decode(), code=999)
+                blocks.append(render(command, mask_outcome(outcome, masks)))
+    path.write_text("".join(blocks))
+
+
+if __name__ == "__main__":
+    wanted = sys.argv[1:]
+    for transcript in sorted((HERE / "transcripts").glob("*.txt")):
+        if not wanted or transcript.stem in wanted:
+            print(transcript.stem)
+            record(transcript)

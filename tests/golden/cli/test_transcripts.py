@@ -1,0 +1,65 @@
+"""Every command does what its genuine counterpart did when the transcripts were recorded."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import os
+import shutil
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+
+import pytest
+
+from pipros.master.server import Master
+from tests.golden.cli.scenes import MASKS, stage_for
+from tests.golden.cli.transcript import Command, Outcome, mask_outcome, render, split
+
+HERE = Path(__file__).parent
+
+
+def run(command: Command, folder: Path) -> Outcome:
+    """Runs a command of pipros inside this process."""
+    program, *arguments = command.argv
+    if program == "cat":
+        return Outcome((folder / arguments[0]).read_text())
+    main = importlib.import_module(f"pipros.cli.{program.replace('-', '_')}").main
+    stdout, stderr = io.StringIO(), io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(stdout), redirect_stderr(stderr):
+        patch.chdir(folder)
+        for name, value in command.environment.items():
+            patch.setenv(name, value)
+        text = (folder / command.stdin_file).read_text() if command.stdin_file else ""
+        patch.setattr("sys.stdin", io.StringIO(text))
+        try:
+            code = main(arguments)
+        except SystemExit as end:
+            code = end.code
+    return Outcome(stdout.getvalue(), stderr.getvalue(), code)
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in (HERE / "transcripts").glob("*.txt")))
+def test_commands_do_what_genuine_ros_did(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = shutil.copytree(HERE / "files", tmp_path / "work")
+    transcript = (HERE / "transcripts" / f"{name}.txt").read_text()
+    masks = {str(folder): "FOLDER", os.uname().nodename: "HOST", **MASKS}
+    with Master(port=0) as master, stage_for(transcript, master.uri):
+        monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+        monkeypatch.setenv("ROS_IP", "127.0.0.1")
+        monkeypatch.setenv("COLUMNS", "80")
+        blocks = []
+        for block, line in split(transcript):
+            if line is None:
+                blocks.append(block)
+                continue
+            command = Command.parse(line)
+            outcome = mask_outcome(run(command, folder), masks)
+            blocks.append(_as_recorded(block, command, outcome))
+    assert "".join(blocks) == transcript
+
+
+def _as_recorded(block: str, command: Command, outcome: Outcome) -> str:
+    """The block for the outcome; where genuine ROS broke down, a single line that says why is as good."""
+    breakdown = [line for line in block.splitlines() if line.startswith("!! ")]
+    says_why = outcome.stderr.count("\n") == 1 and outcome.stderr.endswith("\n")
+    return render(command, outcome, breakdown[0] if breakdown and says_why else None)
