@@ -33,8 +33,6 @@ def main() -> int:
 
     others = os.environ.get("ROS_PACKAGE_PATH")
     os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join(filter(None, [str(_EXAMPLES), others]))
-    # A person who starts a script in their shell sees `script/demo`; roslaunch finds its own name in argv.
-    sys.argv[0] = "roslaunch"
     if seconds is not None:
         end = threading.Timer(seconds, os.kill, (os.getpid(), signal.SIGINT))
         end.daemon = True
@@ -56,7 +54,7 @@ def _describe(uri: str, host: str, port: int) -> str:
     if uri != DEFAULT_MASTER_URI:
         look = f"export ROS_MASTER_URI={uri} && {look}"
     line = (
-        "A talker publishes a battery level and a listener shows it, until Ctrl-C. "
+        "A talker publishes a battery level and a listener shows it; Ctrl-C ends both. "
         f"To look from a second terminal, in {_REPOSITORY}: . .venv/bin/activate && {look}"
     )
     try:

@@ -46,6 +46,7 @@ class Terminal:
         self._screen = ""
         self._changed = threading.Condition()
         self._typed_at = 0
+        self._is_closed = False
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
         self.wait_for_prompt()
@@ -98,7 +99,10 @@ class Terminal:
         os.write(self._keyboard, b"\x03")
 
     def close(self) -> None:
-        """Ends the command in the foreground as a person would, and closes the window."""
+        """Ends the command in the foreground as a person would, and closes the window; harmless again."""
+        if self._is_closed:
+            return
+        self._is_closed = True
         with contextlib.suppress(AssertionError, OSError):
             if not _PROMPT.search(self.output):
                 self.press_ctrl_c()
