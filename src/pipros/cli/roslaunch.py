@@ -153,7 +153,8 @@ def session_options(options: Values) -> SessionOptions:
     Raises:
         LaunchError: for a timeout that is not positive.
     """
-    from pipros.launch.run import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S, RunOptions
+    from pipros.launch.ending import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
+    from pipros.launch.run import RunOptions
     from pipros.launch.session import SessionOptions
 
     output = Output.SCREEN if options.force_screen else Output.LOG if options.force_log else None

@@ -16,17 +16,14 @@ from queue import Empty, SimpleQueue
 
 from pipros.launch.command import CannotLaunch, Command, CommandMaker
 from pipros.launch.console import Console
+from pipros.launch.ending import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S, end, report_end
 from pipros.launch.guardian import Guardian
 from pipros.launch.logs import LogFolder
 from pipros.launch.model import Launch, LaunchError, Machine, Node, Output
-from pipros.launch.process import SIGINT, SIGKILL, SIGTERM, NodeProcess, last_lines
+from pipros.launch.process import NodeProcess
 from pipros.launch.upload import apply_parameters
 
-SIGINT_TIMEOUT_S = 15.0
-SIGTERM_TIMEOUT_S = 2.0
-
 _LOOK_EVERY_S = 0.2
-_LEFT_BEHIND_TIMEOUT_S = 1.0
 
 _LOCAL_ADDRESSES = frozenset(("localhost", "127.0.0.1", "::1", "0.0.0.0"))  # noqa: S104
 
@@ -69,6 +66,7 @@ class _Managed:
     name: str
     node: Node
     command: Command
+    output: Output
     process: NodeProcess | None = None
     left_behind: NodeProcess | None = None
     restart_at: float | None = None
@@ -121,6 +119,7 @@ class Run:
         self._managed: list[_Managed] = []
         self._events: SimpleQueue[NodeProcess | _Stop] = SimpleQueue()
         self._stop_requests = 0
+        self._lost_required = False
 
     def set_parameters(self) -> None:
         """Dumps, deletes and sets parameters, in this order, before any node is started.
@@ -167,25 +166,35 @@ class Run:
             machine=self._machine(node),
             extra_arguments=extra_arguments,
         )
-        managed = _Managed(name, node, command)
-        self._start(managed, output or self._options.output or node.output)
+        managed = _Managed(name, node, command, output or self._options.output or node.output)
+        self._start(managed)
         self._managed.append(managed)
         assert managed.process is not None  # noqa: S101  # just set
         return managed.process
 
     def wait(self, *, until_all_ended: bool = True) -> None:
-        """Watches the nodes: restarts those that want it, and returns when nothing is left to watch.
+        """Watches the nodes, and restarts those that want it, until it is time to stop.
 
-        That is when a stop is requested, when a required node ends, or, if wanted, when all have ended.
+        That is when a stop is requested, when a required node ended, or, if wanted, when all ended.
         """
-        while not self._stop_requests:
+        while self._is_wanted:
             if until_all_ended and all(managed.is_done for managed in self._managed):
                 self._console.say("all processes on machine have died, roslaunch will exit")
                 return
-            event = self._next_event()
-            if isinstance(event, NodeProcess) and not self._handle_end(event):
-                return
-            self._restart_those_due()
+            self._handle(self._next_event(None))
+
+    def watch(self, process: NodeProcess, timeout_s: float | None = None) -> bool:
+        """As `wait`, but until this one process ended and its end was reported.
+
+        False when the time was over first, and when it is time to stop.
+        """
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        while any(managed.process is process for managed in self._managed):
+            left_s = None if deadline is None else deadline - time.monotonic()
+            if not self._is_wanted or (left_s is not None and left_s <= 0):
+                return False
+            self._handle(self._next_event(left_s))
+        return True
 
     def request_stop(self) -> None:
         """Ends `wait`. While `stop` runs, each further request goes on to the next, harder signal at once.
@@ -197,31 +206,19 @@ class Run:
 
     def stop(self) -> None:
         """Ends all nodes: SIGINT, SIGTERM after a while, SIGKILL after another. Returns when all are gone."""
-        asked = self._stop_requests
-        running = [managed for managed in reversed(self._managed) if not managed.is_done]
-        for managed in running:
-            self._console.say(f"[{managed.name}] killing on exit")
+        processes = []
+        for managed in reversed(self._managed):
             managed.restart_at = None
-        started = (one for managed in running for one in (managed.process, managed.left_behind))
-        processes = [process for process in started if process is not None]
-        errors: list[str] = []
-        for process in processes:
-            process.send_signal(SIGINT)
-        left = self._await(processes, self._options.sigint_timeout_s, asked)
-        for number, timeout_s in ((SIGTERM, self._options.sigterm_timeout_s), (SIGKILL, 2.0)):
-            if not left:
-                break
-            asked = max(asked, self._stop_requests)
-            for process in left:
-                self._console.error(f"[{process.name}] escalating to {number.name}")
-                process.send_signal(number)
-                if number is SIGKILL:
-                    errors.append(f"process[{process.name}, pid {process.pid}]: required SIGKILL.")
-            left = self._await(left, timeout_s, asked)
-        self._end_left_behind(processes)
+            if not managed.is_done:
+                processes += [one for one in (managed.process, managed.left_behind) if one is not None]
+        end(
+            processes,
+            self._console,
+            self._await,
+            sigint_timeout_s=self._options.sigint_timeout_s,
+            sigterm_timeout_s=self._options.sigterm_timeout_s,
+        )
         self._guardian.stop()
-        if errors:
-            self._console.error("Shutdown errors:\n" + "\n".join(f" * {error}" for error in errors))
 
     def running(self) -> dict[str, int]:
         """The names and process numbers of what runs at the moment."""
@@ -234,9 +231,9 @@ class Run:
     def _is_here_or_wanted(self, node: Node) -> bool:
         return not self._options.local_only or self._machine(node) is None
 
-    def _start(self, managed: _Managed, output: Output) -> None:
+    def _start(self, managed: _Managed) -> None:
         stdout_log = None
-        if output is Output.LOG:
+        if managed.output is Output.LOG:
             stdout_log = Path(self._logs.stem(managed.name) + "-stdout.log")
         is_again = managed.restart_at is not None
         managed.restart_at = None
@@ -250,70 +247,59 @@ class Run:
         )
         self._console.bold(f"process[{managed.name}]: started with pid [{managed.process.pid}]")
 
-    def _next_event(self) -> NodeProcess | _Stop | None:
-        """The next event; None when a restart is due first, or when it is time to look around."""
+    @property
+    def _is_wanted(self) -> bool:
+        return not self._stop_requests and not self._lost_required
+
+    def _next_event(self, timeout_s: float | None) -> NodeProcess | _Stop | None:
+        """The next event; None when the time is over, a restart is due, or it is time to look around."""
         now = time.monotonic()
         due = [managed.restart_at - now for managed in self._managed if managed.restart_at is not None]
         # Nobody tells about the end of a process that is not a child of ours.
         due += [_LOOK_EVERY_S for managed in self._managed if managed.left_behind is not None]
+        due += [] if timeout_s is None else [timeout_s]
         with suppress(Empty):
             return self._events.get(timeout=max(0.0, min(due)) if due else None)
         return None
 
-    def _handle_end(self, process: NodeProcess) -> bool:
-        """Reports the end of a process and decides what follows. False when everything is to end."""
-        managed = next((one for one in self._managed if one.process is process), None)
-        if managed is None:
-            return True
-        text = self._description_of_end(process)
-        if managed.node.required or self._options.all_required:
-            rule = "=" * 80
-            self._console.error(
-                f"{rule}REQUIRED process [{process.name}] has died!\n{text}\nInitiating shutdown!\n{rule}"
-            )
-            return False
-        if process.exit_code == 0:
-            self._console.bold(f"[{process.name}] {text}")
-        else:
-            self._console.error(f"[{process.name}] {text}")
-            self._show_last_lines(process)
+    def _handle(self, event: NodeProcess | _Stop | None) -> None:
+        if isinstance(event, NodeProcess):
+            managed = next((one for one in self._managed if one.process is event), None)
+            if managed is not None:
+                self._handle_end(managed, event)
+        self._restart_those_due()
+
+    def _handle_end(self, managed: _Managed, process: NodeProcess) -> None:
+        """Reports the end of a process and decides what follows."""
+        is_required = managed.node.required or self._options.all_required
+        report_end(process, self._logs.stem(process.name), self._console, is_required=is_required)
         managed.process = None
-        if managed.node.respawn:
-            process.release()
-            managed.restart_at = time.monotonic() + max(0.0, managed.node.respawn_delay_s)
-        elif process.has_group:
+        if process.has_group:
             managed.left_behind = process
-        return True
-
-    def _description_of_end(self, process: NodeProcess) -> str:
-        log = f"log file: {self._logs.stem(process.name)}*.log"
-        if process.exit_code == 0:
-            return f"process has finished cleanly\n{log}"
-        command = " ".join(process.command.argv)
-        return f"process has died [pid {process.pid}, exit code {process.exit_code}, cmd {command}].\n{log}"
-
-    def _show_last_lines(self, process: NodeProcess) -> None:
-        lines = last_lines(process.stdout_log) if process.stdout_log else []
-        if lines:
-            shown = "\n".join(f"[{process.name}]   {line}" for line in lines)
-            self._console.error(f"[{process.name}] the last that it printed:\n{shown}")
+        if is_required:
+            self._lost_required = True
+        elif managed.node.respawn:
+            process.release()
+            managed.left_behind = None
+            managed.restart_at = time.monotonic() + max(0.0, managed.node.respawn_delay_s)
 
     def _restart_those_due(self) -> None:
         for managed in self._managed:
-            if managed.restart_at is None or managed.restart_at > time.monotonic() or self._stop_requests:
+            if managed.restart_at is None or managed.restart_at > time.monotonic() or not self._is_wanted:
                 continue
             self._console.say(f"[{managed.name}] restarting process")
             try:
-                self._start(managed, self._options.output or managed.node.output)
+                self._start(managed)
             except CannotLaunch as error:
                 managed.restart_at = None
                 self._console.error(f"ERROR: {error}")
 
-    def _await(self, processes: Sequence[NodeProcess], timeout_s: float, asked: int) -> list[NodeProcess]:
+    def _await(self, processes: Sequence[NodeProcess], timeout_s: float) -> list[NodeProcess]:
         """Waits for the ends of processes; gives those that are left.
 
         It ends when all are gone, when the time is over, and when somebody asked once more to stop.
         """
+        asked = self._stop_requests
         deadline = time.monotonic() + timeout_s
         left = [process for process in processes if process.exit_code is None]
         while left and time.monotonic() < deadline and self._stop_requests <= asked:
@@ -321,14 +307,3 @@ class Run:
                 self._events.get(timeout=max(0.0, deadline - time.monotonic()))
             left = [process for process in left if process.exit_code is None]
         return left
-
-    def _end_left_behind(self, processes: Sequence[NodeProcess]) -> None:
-        """Ends what ended processes started. SIGINT did not: shells make their background jobs ignore it."""
-        left = [process for process in processes if process.has_group]
-        for process in left:
-            process.send_signal(SIGTERM)
-        deadline = time.monotonic() + _LEFT_BEHIND_TIMEOUT_S
-        while any(process.has_group for process in left) and time.monotonic() < deadline:
-            time.sleep(_LOOK_EVERY_S / 20)
-        for process in processes:
-            process.release()
