@@ -119,6 +119,7 @@ class Run:
         self._managed: list[_Managed] = []
         self._events: SimpleQueue[NodeProcess | _Stop] = SimpleQueue()
         self._stop_requests = 0
+        self._answered_requests = 0
         self._lost_required = False
 
     def set_parameters(self) -> None:
@@ -206,6 +207,7 @@ class Run:
 
     def stop(self) -> None:
         """Ends all nodes: SIGINT, SIGTERM after a while, SIGKILL after another. Returns when all are gone."""
+        self._answered_requests = self._stop_requests
         processes = []
         for managed in reversed(self._managed):
             managed.restart_at = None
@@ -299,11 +301,11 @@ class Run:
 
         It ends when all are gone, when the time is over, and when somebody asked once more to stop.
         """
-        asked = self._stop_requests
         deadline = time.monotonic() + timeout_s
         left = [process for process in processes if process.exit_code is None]
-        while left and time.monotonic() < deadline and self._stop_requests <= asked:
+        while left and time.monotonic() < deadline and self._stop_requests <= self._answered_requests:
             with suppress(Empty):
                 self._events.get(timeout=max(0.0, deadline - time.monotonic()))
             left = [process for process in left if process.exit_code is None]
+        self._answered_requests = min(self._answered_requests + 1, self._stop_requests)
         return left
