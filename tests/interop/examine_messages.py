@@ -183,13 +183,16 @@ def class_finder(job, genpy):
     return genpy.message.get_message_class
 
 
+def random_values(job, class_of):
+    """The values that the seed of a job stands for, the same on both sides."""
+    rng = random.Random(job["seed"])  # noqa: S311
+    return [random_value(rng, job["type"], class_of) for _ in range(job["count"])]
+
+
 def answer(job, genpy):
-    """Examines one job; its values are made up from its seed, equally on both sides."""
     class_of = class_finder(job, genpy)
     if "seed" in job:
-        rng = random.Random(job["seed"])  # noqa: S311
-        values = [random_value(rng, job["type"], class_of) for _ in range(job["count"])]
-        job = dict(job, values=values)
+        job = dict(job, values=random_values(job, class_of))
     return examine(job, class_of, genpy)
 
 

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from pipros.msg.definitions import Definitions, FindPackage
 
 KINDS = ("msg", "srv")
+NEVER_PACKAGES = frozenset(("pipros", "sitecustomize", "usercustomize", "org", "java"))
+"""Names that Python and its library try to import at every start, mostly in vain, and our own."""
 
 
 def install(find_package: FindPackage) -> None:
@@ -104,4 +106,9 @@ class InterfaceFinder:
 
 
 def _may_be_package(name: str) -> bool:
-    return name.isidentifier() and name[0] != "_" and name != "pipros"
+    return (
+        name.isidentifier()
+        and name[0] != "_"
+        and name not in NEVER_PACKAGES
+        and name not in sys.stdlib_module_names
+    )

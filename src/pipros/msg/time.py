@@ -213,7 +213,8 @@ class Duration(TVal):
     def __divmod__(self: DurationValue, divisor: Duration) -> tuple[int, DurationValue]:
         if not isinstance(divisor, Duration):
             return NotImplemented
-        return self // divisor, self % divisor
+        quotient, rest = divmod(self.to_sec(), divisor.to_sec())
+        return int(quotient), self.__class__.from_sec(rest)
 
 
 def _family(value: TVal) -> type[TVal]:

@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+"""Writes types.json: what genuine genpy makes of every type that ships with pipros.
+
+    python -m tests.golden.messages.record      # in the project's folder, with genuine ROS installed
+
+Long bytes and texts are kept as their digest. The values come from a seed (see examine_messages.py).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from pipros.msg import load_message_class, load_service_class
+from pipros.msg.hook import installed_definitions
+from tests.interop.examine_messages import ask_genuine
+
+SHARE = Path(__file__).resolve().parents[3] / "src" / "pipros" / "share"
+FILE = Path(__file__).with_name("types.json")
+LONGEST = 120
+
+
+def jobs() -> list[dict[str, Any]]:
+    """A job for each message and each half of a service that ships, with made-up values."""
+    definitions = installed_definitions()
+    found: list[dict[str, Any]] = []
+    for package in sorted(folder.name for folder in SHARE.iterdir()):
+        for name in definitions.names("msg", package):
+            cls = load_message_class(f"{package}/{name}")
+            found.append({"type": cls._type, "text": cls._full_text})
+        for name in definitions.names("srv", package):
+            service = load_service_class(f"{package}/{name}")
+            for half in (service._request_class, service._response_class):
+                found.append({"type": half._type, "text": half._full_text, "service": service._type})
+    return [{**job, "seed": seed, "count": 3} for seed, job in enumerate(found)]
+
+
+def shortened(answer: Any) -> Any:
+    if isinstance(answer, str) and len(answer) > LONGEST:
+        return "sha256 " + hashlib.sha256(answer.encode()).hexdigest()
+    if isinstance(answer, dict):
+        return {key: shortened(value) for key, value in answer.items()}
+    if isinstance(answer, list):
+        whole = json.dumps(answer)
+        if len(whole) > 20 * LONGEST:
+            return shortened(whole)
+        return [shortened(value) for value in answer]
+    return answer
+
+
+def main() -> None:
+    asked = jobs()
+    golden = {job["type"]: shortened(answer) for job, answer in zip(asked, ask_genuine(asked), strict=True)}
+    lines = [f"{json.dumps(kind)}: {json.dumps(golden[kind])}" for kind in sorted(golden)]
+    FILE.write_text("{\n" + ",\n".join(lines) + "\n}\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,102 @@
+"""Classes from a text that a stranger sent: the same classes, within limits."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import pytest
+from nav_msgs.msg import Odometry
+
+import genpy.dynamic
+from genmsg import MsgGenerationException
+from pipros.msg import dynamic
+from pipros.msg.digest import SEPARATOR
+from pipros.msg.dynamic import message_classes_from_text
+from pipros.msg.spec import DefinitionError
+
+
+def written(message: Any) -> bytes:
+    buff = io.BytesIO()
+    message.serialize(buff)
+    return buff.getvalue()
+
+
+def test_a_full_text_gives_classes_for_all_types_in_it() -> None:
+    classes = message_classes_from_text("nav_msgs/Odometry", Odometry._full_text)
+
+    assert list(classes)[:3] == ["nav_msgs/Odometry", "std_msgs/Header", "geometry_msgs/PoseWithCovariance"]
+    made = classes["nav_msgs/Odometry"]
+    assert (made._md5sum, made._full_text) == (Odometry._md5sum, Odometry._full_text)
+    original = Odometry(child_frame_id="base")
+    assert written(made().deserialize(written(original))) == written(original)
+
+
+def test_the_classes_are_independent_of_the_installed_ones() -> None:
+    made = message_classes_from_text("std_msgs/Header", "int32 other")["std_msgs/Header"]
+    assert made.__slots__ == ["other"]
+
+
+def test_genpy_raises_its_own_error() -> None:
+    with pytest.raises(MsgGenerationException, match="expected a type and a name"):
+        genpy.dynamic.generate_dynamic("p/T", "int32")
+
+
+def part(name: str, text: str) -> str:
+    return f"{SEPARATOR}\nMSG: {name}\n{text}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("p/Missing x", r"unknown type \[p/Missing\]"),
+        ("T t", "cannot contain itself"),
+        (f"int32 x\n{SEPARATOR}\nint32 y", "expected MSG: package/Name"),
+        (f"int32 x\n{part('no name', 'int32 x')}", "is not a type name"),
+        ("int32 serialize", "the name serialize is taken"),
+        ("int32 from\nint32 from_", "the name from_ is taken"),
+        ("x" * (dynamic.TEXT_LIMIT_BYTES + 1), "is longer than"),
+        (
+            "int32 x\n" + "".join(part(f"p/T{i}", "") for i in range(dynamic.TYPES_LIMIT)),
+            "more than 1000 types",
+        ),
+        ("int32[67108865] x", "is longer than"),
+        (
+            "A[] a\n"
+            + "".join(
+                part(f"p/{a}", f"{b}[] x")
+                for a, b in zip("ABCDEFGHIJKLMNOPQ", "BCDEFGHIJKLMNOPQR", strict=True)
+            )
+            + part("p/R", "int8 x"),
+            "arrays are nested deeper",
+        ),
+        (
+            "A a\n"
+            + "".join(
+                part(f"p/{a}", "\n".join(f"{b} x{i}" for i in range(10)))
+                for a, b in zip("ABCDE", "BCDEF", strict=True)
+            )
+            + part("p/F", "int8 x"),
+            "more than 20000 fields",
+        ),
+    ],
+)
+def test_what_a_stranger_sends_is_refused_within_limits(text: str, words: str) -> None:
+    with pytest.raises(DefinitionError, match=words):
+        message_classes_from_text("p/T", text)
+
+
+def test_no_name_reaches_python_unchecked() -> None:
+    for text in ["int32 x\nint32 y;import os", "int32 x=__import__('os')", "int32 é", "string x\x00"]:
+        with pytest.raises(DefinitionError):
+            message_classes_from_text("p/T", text)
+
+
+def test_constants_come_back_as_they_are() -> None:
+    text = (
+        'string S="); import os; (" \\n # x\nfloat32 N=nan\nfloat32 P=-inf\nfloat32 float=2.5\nstring str=x'
+    )
+    made: Any = message_classes_from_text("p/T", text)["p/T"]
+    assert made.S == '"); import os; (" \\n # x'
+    assert made.N != made.N
+    assert (made.P, made.float, made.str) == (float("-inf"), 2.5, "x")

@@ -1,0 +1,40 @@
+"""Every type that ships, against what genuine genpy made of it (tests/golden/messages)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+import genpy
+import genpy.message
+from pipros.msg import load_message_class, load_service_class
+from tests.golden.messages.record import FILE, SHARE, jobs, shortened
+from tests.interop.examine_messages import examine, random_values
+
+GOLDEN = json.loads(FILE.read_text())
+PACKAGES = sorted(folder.name for folder in SHARE.iterdir())
+
+
+def test_every_type_that_ships_was_recorded() -> None:
+    assert {job["type"] for job in jobs()} == set(GOLDEN)
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_types_that_ship_are_genpys_to_the_last_byte(package: str) -> None:
+    for job in jobs():
+        if job["type"].startswith(f"{package}/"):
+            class_of = finder(job.get("service"))
+            values = random_values(job, class_of)
+            answer = json.loads(json.dumps(examine({**job, "values": values}, class_of, genpy)))
+            assert shortened(answer) == GOLDEN[job["type"]], job["type"]
+
+
+def finder(service_type: str | None) -> Callable[[str], Any]:
+    if service_type is None:
+        return load_message_class
+    service = load_service_class(service_type)
+    halves = {half._type: half for half in (service._request_class, service._response_class)}
+    return lambda kind: halves.get(kind) or load_message_class(kind)
