@@ -33,14 +33,13 @@ _VALUE = (
     rf"|string>([^<]*)</string|double>([0-9eE.+-]{{1,40}})</double|boolean>([01])</boolean)>{_S}"
     r"|([^<]*))</value>"
 )
-_UTF8 = r"""(?: encoding=['"][uU][tT][fF]-8['"])?"""
 
 
 def _tags(*tags: str) -> Callable[[str, int], re.Match[str] | None]:
     return re.compile(_S + rf">{_S}<".join(tags).join("<>")).match
 
 
-_DECLARATION = re.compile(rf"""<\?xml version=['"]1\.0['"]{_UTF8} ?\?>""").match
+_DECLARATION = re.compile(r"""<\?xml version=(['"])1\.0\1(?: encoding=(['"])[uU][tT][fF]-8\2)? ?\?>""").match
 _METHOD = re.compile(rf"{_S}<methodCall>{_S}<methodName>([A-Za-z0-9_.:/]*)</methodName>{_S}<params>").match
 _PARAM = _tags("param")
 _PARAM_END = _tags("/param")

@@ -1,0 +1,198 @@
+"""HTTP, sans IO: requests and responses are cut out of any stream of bytes, or refused by name."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipros.errors import LimitExceeded
+from pipros.wire.http import HttpError, RequestReader, ResponseReader, build_request, build_response
+
+
+def request(*headers: str, body: bytes = b"", start: str = "POST /RPC2 HTTP/1.1") -> bytes:
+    return "\r\n".join([start, *headers, "", ""]).encode() + body
+
+
+def test_what_is_built_is_what_genuine_parsers_look_for() -> None:
+    assert build_request("h:1", "/", b"hi") == (
+        b"POST / HTTP/1.1\r\nHost: h:1\r\nUser-Agent: pipros\r\n"
+        b"Content-Type: text/xml\r\nContent-length: 2\r\n\r\nhi"
+    )
+    assert build_response(b"hi") == (
+        b"HTTP/1.1 200 OK\r\nServer: pipros\r\nContent-Type: text/xml\r\nContent-length: 2\r\n\r\nhi"
+    )
+    assert build_response(b"no", status=413, keep_alive=False) == (
+        b"HTTP/1.1 413 Content Too Large\r\nServer: pipros\r\nConnection: close\r\n"
+        b"Content-Type: text/plain\r\nContent-length: 2\r\n\r\nno"
+    )
+
+
+def test_a_request_that_comes_byte_by_byte_is_one_request() -> None:
+    reader = RequestReader()
+    stream = build_request("h:1", "/", b"hello")
+    got = [found for byte in stream for found in reader.feed(bytes([byte]))]
+    assert [(found.method, found.target, found.body) for found in got] == [("POST", "/", b"hello")]
+    assert reader.is_idle
+
+
+@given(st.lists(st.binary(max_size=50)), st.data())
+def test_requests_are_cut_the_same_however_the_stream_is_cut(
+    bodies: list[bytes], data: st.DataObject
+) -> None:
+    stream = b"".join(build_request("h:1", "/", body) for body in bodies)
+    cuts = sorted(data.draw(st.lists(st.integers(0, len(stream)), max_size=5)))
+    reader = RequestReader()
+    got = []
+    for start, end in zip([0, *cuts], [*cuts, len(stream)], strict=True):
+        got += reader.feed(stream[start:end])
+    assert [found.body for found in got] == bodies
+
+
+def test_chunked_bodies_are_put_together() -> None:
+    stream = request("Transfer-Encoding: chunked", body=b"3\r\nabc\r\n2;x=y\r\nde\r\n0\r\nTrailer: t\r\n\r\n")
+    for size in (1, 2, 7, len(stream)):
+        reader = RequestReader()
+        pieces = [stream[at : at + size] for at in range(0, len(stream), size)]
+        got = [found for piece in pieces for found in reader.feed(piece)]
+        assert [found.body for found in got] == [b"abcde"]
+        assert reader.is_idle
+
+
+@pytest.mark.parametrize(
+    ("start", "header", "keep_alive"),
+    [
+        ("POST / HTTP/1.1", "X: y", True),
+        ("POST / HTTP/1.1", "Connection: close", False),
+        ("POST / HTTP/1.0", "X: y", False),
+        ("POST / HTTP/1.0", "Connection: Keep-Alive", True),
+    ],
+)
+def test_keep_alive_is_what_version_and_header_say(start: str, header: str, keep_alive: bool) -> None:
+    [found] = RequestReader().feed(request(header, "Content-Length: 0", start=start))
+    assert found.keep_alive is keep_alive
+
+
+def test_bare_newlines_and_blank_lines_before_a_request_are_borne() -> None:
+    [found] = RequestReader().feed(b"\r\n\nPOST / HTTP/1.1\nContent-Length: 1\n\nx")
+    assert found.body == b"x"
+
+
+@pytest.mark.parametrize(
+    ("stream", "status"),
+    [
+        (b"\x16\x03\x01\x02\x00\x01\r\n\r\n", 400),
+        (request(start="GET / HTTP/1.1"), 405),
+        (request(start="POST / HTTP/2.0"), 505),
+        (request(start="POST  / HTTP/1.1"), 400),
+        (request(), 411),
+        (request("Content-Length: x"), 400),
+        (request("Content-Length: -1"), 400),
+        (request("Content-Length: 1", "Content-Length: 2"), 400),
+        (request("Content-Length: 1", "Transfer-Encoding: chunked"), 400),
+        (request("Transfer-Encoding: gzip"), 400),
+        (request("Content-Length: 1", "Content-Encoding: gzip"), 415),
+        (request("no colon"), 400),
+        (request("Content-Length : 1"), 400),
+        (request("A: b", " folded: c"), 400),
+        (request("Transfer-Encoding: chunked", body=b"zz\r\n"), 400),
+        (request("Transfer-Encoding: chunked", body=b"1\r\nabc\r\n"), 400),
+        (request("Transfer-Encoding: chunked", body=b"1" * 300), 400),
+    ],
+)
+def test_what_is_no_request_for_us_is_refused_with_the_right_status(stream: bytes, status: int) -> None:
+    with pytest.raises(HttpError) as caught:
+        RequestReader().feed(stream)
+    assert caught.value.status == status
+
+
+@pytest.mark.parametrize(
+    ("stream", "status"),
+    [
+        (request("Content-Length: 1000000000"), 413),
+        (request("Content-Length: 101"), 413),
+        (request("Transfer-Encoding: chunked", body=b"65\r\n"), 413),
+        (request("Transfer-Encoding: chunked", body=b"64\r\n" + b"x" * 100 + b"\r\n1\r\n"), 413),
+        (request("X: " + "y" * 500), 431),
+        (b"POST / HTTP/1.1\r\nX: " + b"y" * 500, 431),
+    ],
+)
+def test_what_exceeds_a_limit_is_refused_before_its_bytes_come(stream: bytes, status: int) -> None:
+    with pytest.raises(LimitExceeded) as caught:
+        RequestReader(head_limit=300, body_limit=100).feed(stream)
+    assert isinstance(caught.value, HttpError)
+    assert caught.value.status == status
+
+
+def test_a_body_as_large_as_the_limit_is_read() -> None:
+    [found] = RequestReader(body_limit=100).feed(request("Content-Length: 100", body=b"x" * 100))
+    assert len(found.body) == 100
+
+
+def test_a_client_that_waits_for_100_continue_is_told_once() -> None:
+    reader = RequestReader()
+    assert reader.feed(request("Expect: 100-continue", "Content-Length: 1")) == []
+    assert reader.wants_continue()
+    assert not reader.wants_continue()
+    assert [found.body for found in reader.feed(b"x")] == [b"x"]
+
+
+@pytest.mark.parametrize(
+    "stream",
+    [
+        b"HTTP/1.1 200 OK\r\nContent-length: 2\r\n\r\nhi",
+        b"HTTP/1.1 100 Continue\r\n\r\n"
+        b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n2\r\nhi\r\n0\r\n\r\n",
+        b"HTTP/1.0 200\r\nConnection: keep-alive\r\nContent-Length: 2\r\n\r\nhi",
+    ],
+)
+def test_responses_are_read_in_every_form(stream: bytes) -> None:
+    for size in (1, 3, len(stream)):
+        reader = ResponseReader()
+        got = [reader.feed(stream[at : at + size]) for at in range(0, len(stream), size)]
+        assert [(found.status, found.body, found.keep_alive) for found in got if found] == [
+            (200, b"hi", True)
+        ]
+        assert got[-1] is not None
+
+
+def test_a_response_without_length_ends_with_the_connection() -> None:
+    reader = ResponseReader()
+    assert reader.feed(b"HTTP/1.1 200 OK\r\n\r\nhi") is None
+    found = reader.end()
+    assert found is not None
+    assert (found.body, found.keep_alive) == (b"hi", False)
+
+
+def test_a_response_without_a_body_needs_no_length() -> None:
+    found = ResponseReader().feed(b"HTTP/1.1 204 No Content\r\n\r\n")
+    assert found is not None
+    assert (found.status, found.body, found.keep_alive) == (204, b"", True)
+
+
+@pytest.mark.parametrize(
+    "stream", [b"HTTP/1.1 200 OK\r\n", b"HTTP/1.1 200 OK\r\nContent-Length: 5\r\n\r\nhi"]
+)
+def test_a_connection_that_ends_in_the_middle_of_a_response_is_an_error(stream: bytes) -> None:
+    reader = ResponseReader()
+    assert reader.feed(stream) is None
+    with pytest.raises(HttpError, match="in the middle"):
+        reader.end()
+
+
+@pytest.mark.parametrize(
+    "stream",
+    [
+        b"SSH-2.0-OpenSSH\r\n\r\n",
+        b"HTTP/2.0 200 OK\r\n\r\n",
+        b"HTTP/1.1 200 OK\r\nContent-Encoding: gzip\r\nContent-Length: 1\r\n\r\n",
+    ],
+)
+def test_what_is_no_response_is_refused(stream: bytes) -> None:
+    with pytest.raises(HttpError):
+        ResponseReader().feed(stream)
+
+
+def test_a_response_that_never_ends_is_refused_at_the_limit() -> None:
+    with pytest.raises(LimitExceeded):
+        ResponseReader(body_limit=10).feed(b"HTTP/1.1 200 OK\r\n\r\n" + b"x" * 11)

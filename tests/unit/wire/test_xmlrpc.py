@@ -1,0 +1,264 @@
+"""XML-RPC documents: what goes in comes out, in the form that genuine peers read and write."""
+
+from __future__ import annotations
+
+import datetime
+import math
+import xmlrpc.client
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipros.errors import LimitExceeded, ProtocolError
+from pipros.wire.xmlrpc import (
+    NESTING_LIMIT,
+    Encoded,
+    Fault,
+    TooManyElements,
+    decode_call,
+    decode_response,
+    encode_call,
+    encode_fault,
+    encode_response,
+)
+
+texts = st.text(
+    st.characters(blacklist_categories=["Cs", "Cc"], blacklist_characters="\ufffe\uffff")
+    | st.sampled_from("\t\n<>&\"'")
+)
+values = st.recursive(
+    texts
+    | st.integers(-(2**31), 2**31 - 1)
+    | st.booleans()
+    | st.floats(allow_nan=False)
+    | st.binary().map(xmlrpc.client.Binary),
+    lambda inner: st.lists(inner) | st.dictionaries(texts, inner),
+    max_leaves=20,
+)
+
+
+@given(st.lists(values))
+def test_what_is_encoded_as_a_call_is_decoded_the_same(params: list[Any]) -> None:
+    assert decode_call(encode_call("setParam", params)) == ("setParam", tuple(params))
+
+
+@given(values)
+def test_python_reads_our_documents_and_we_read_pythons(value: Any) -> None:
+    assert xmlrpc.client.loads(encode_response(value))[0][0] == value
+    assert decode_response(xmlrpc.client.dumps((value,), methodresponse=True).encode()) == value
+
+
+def test_documents_have_the_form_that_the_c_plus_plus_parser_of_roscpp_expects() -> None:
+    assert encode_call("getParam", ("/node", "/a<b")) == (
+        b"<?xml version='1.0'?>\n<methodCall><methodName>getParam</methodName><params>"
+        b"<param><value><string>/node</string></value></param>"
+        b"<param><value><string>/a&lt;b</string></value></param></params></methodCall>\n"
+    )
+    assert encode_response((1, True, 0.5, {"a": []})) == (
+        b"<?xml version='1.0'?>\n<methodResponse><params><param><value><array><data>"
+        b"<value><int>1</int></value><value><boolean>1</boolean></value><value><double>0.5</double></value>"
+        b"<value><struct><member><name>a</name><value><array><data></data></array></value></member></struct>"
+        b"</value></data></array></value></param></params></methodResponse>\n"
+    )
+
+
+def test_what_roscpp_sends_is_read() -> None:
+    request = (
+        b'<?xml version="1.0"?>\r\n<methodCall><methodName>setParam</methodName>\r\n<params>'
+        b"<param><value>/n</value></param><param><value><i4>5</i4></value></param>"
+        b"<param><value><double>1.5000000000000000</double></value></param>"
+        b"<param><value><boolean>0</boolean></value></param></params></methodCall>\r\n"
+    )
+    assert decode_call(request) == ("setParam", ("/n", 5, 1.5, False))
+
+
+@pytest.mark.parametrize(
+    ("document", "value"),
+    [
+        ("<value>text</value>", "text"),
+        ("<value></value>", ""),
+        ("<value/>", ""),
+        ("<value> x </value>", " x "),
+        ("<value><string/></value>", ""),
+        ("<value>\n <int> 5 </int>\n</value>", 5),
+        ("<value><i8>-7</i8></value>", -7),
+        ("<value><double>inf</double></value>", math.inf),
+        ("<value><boolean> 1 </boolean></value>", True),
+        ("<value><array><data/></array></value>", []),
+        ("<value><struct/></value>", {}),
+        ("<value><string>a<![CDATA[<b>]]>&#99;<!-- no --></string></value>", "a<b>c"),
+        ("<value><string>&lt;&amp;&gt;&quot;&apos;</string></value>", "<&>\"'"),
+        ("<value><string kind='x'>a\r\nb</string></value>", "a\nb"),
+        ("<value><base64>aGk=</base64></value>", xmlrpc.client.Binary(b"hi")),
+        (
+            "<value><dateTime.iso8601>20200101T00:00:00</dateTime.iso8601></value>",
+            xmlrpc.client.DateTime("20200101T00:00:00"),
+        ),
+        (
+            "<value><struct><member>\n<name>a</name>\n<value>1</value></member>"
+            "<member><name>a</name><value><int>2</int></value></member></struct></value>",
+            {"a": 2},
+        ),
+    ],
+)
+def test_every_legal_way_to_write_a_value_is_read(document: str, value: Any) -> None:
+    body = f"<?xml version='1.0'?><methodResponse><params><param>{document}</param></params></methodResponse>"
+    assert decode_response(body.encode()) == value
+
+
+def test_other_encodings_are_read_when_the_document_names_them() -> None:
+    body = (
+        encode_response("ü").replace(b"'1.0'", b"'1.0' encoding='iso-8859-1'").replace("ü".encode(), b"\xfc")
+    )
+    assert decode_response(body) == "ü"
+
+
+@pytest.mark.parametrize(
+    "document",
+    [
+        "<value><nil/></value>",
+        "<value><int>x</int></value>",
+        "<value><int>1_0</int></value>",
+        "<value><int>2147483648</int></value>",
+        "<value><i8>-2147483649</i8></value>",
+        "<value><int>99999999999999999999999999</int></value>",
+        "<value><double>1_0.0</double></value>",
+        "<value><double>x</double></value>",
+        "<value><boolean>2</boolean></value>",
+        "<value><base64>a</base64></value>",
+        "<value><int>1</int><int>2</int></value>",
+        "<value>text<int>1</int></value>",
+        "<value><struct><name>a</name></struct></value>",
+        "<value><struct><member><value>1</value><name>a</name></member></struct></value>",
+        "<value><struct><member><name>a</name></member></struct></value>",
+        "<value><array></array></value>",
+        "<value><array><data><int>1</int></data></array></value>",
+        "<value><string>&unknown;</string></value>",
+        "<value><string>a]]>b</string></value>",
+        "<value><string>\x01</string></value>",
+        "<value><string>\ufffe</string></value>",
+        "<value><string>a</value>",
+        "<value>1</value><value>2</value>",
+        "<VALUE>1</VALUE>",
+        "",
+    ],
+)
+def test_what_is_no_value_is_refused(document: str) -> None:
+    body = f"<methodResponse><params><param>{document}</param></params></methodResponse>"
+    with pytest.raises(ProtocolError):
+        decode_response(body.encode())
+    call = f"<methodCall><methodName>m</methodName><params><param>{document}</param></params></methodCall>"
+    with pytest.raises(ProtocolError):
+        decode_call(call.encode())
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b"",
+        b"hello",
+        b"\xff\xfe",
+        b"<methodCall/>",
+        b"<methodCall><methodName>m</methodName>",
+        b"<methodCall><params/></methodCall>",
+        b"<methodCall><methodName>m</methodName><params/></methodCall>trailing",
+        b"<methodCall><methodName>m</methodName><params></params></methodCall><methodCall/>",
+        b"<methodCall><methodName>m</methodName><params/><params/></methodCall>",
+        b"<methodCall><methodName>m</methodName><params><param/></params></methodCall>",
+        b"<?xml version='1.0' encoding='no-such'?><methodCall><methodName>m</methodName></methodCall>",
+        encode_response(1),
+    ],
+)
+def test_what_is_no_call_is_refused(body: bytes) -> None:
+    with pytest.raises(ProtocolError):
+        decode_call(body)
+
+
+def test_a_call_may_come_without_a_params_element() -> None:
+    assert decode_call(b"<methodCall><methodName>m</methodName></methodCall>") == ("m", ())
+
+
+def test_a_document_type_is_refused_at_once_and_so_are_its_entities() -> None:
+    bomb = b"""<?xml version="1.0"?><!DOCTYPE b [<!ENTITY a "aaaaaaaaaa"><!ENTITY c "&a;&a;&a;&a;">]>
+    <methodCall><methodName>m</methodName><params><param><value>&c;</value></param></params></methodCall>"""
+    with pytest.raises(ProtocolError, match="DTD"):
+        decode_call(bomb)
+
+
+def test_values_nest_to_the_limit_and_no_deeper() -> None:
+    def nested(depth: int) -> bytes:
+        opened = "<value><array><data>" * depth
+        closed = "</data></array></value>" * depth
+        inner = f"<param>{opened}<value>x</value>{closed}</param>"
+        return f"<methodResponse><params>{inner}</params></methodResponse>".encode()
+
+    value = decode_response(nested(NESTING_LIMIT))
+    for _ in range(NESTING_LIMIT):
+        [value] = value
+    assert value == "x"
+    for depth in (NESTING_LIMIT + 1, 100_000):
+        with pytest.raises(LimitExceeded, match="nested deeper"):
+            decode_response(nested(depth))
+
+
+def test_a_document_larger_than_the_limit_is_refused() -> None:
+    with pytest.raises(LimitExceeded, match="the limit is 10"):
+        decode_call(encode_call("m", ()), limit_bytes=10)
+
+
+@pytest.mark.parametrize("value", [None, {1, 2}, {1: "a"}, object(), [None], {"a": {"b": None}}])
+def test_what_xml_rpc_cannot_carry_is_a_type_error_before_anything_is_sent(value: Any) -> None:
+    with pytest.raises(TypeError):
+        encode_call("setParam", ("/n", value))
+
+
+@pytest.mark.parametrize("value", [2**31, -(2**31) - 1])
+def test_integers_beyond_32_bits_are_an_overflow_error(value: int) -> None:
+    with pytest.raises(OverflowError, match="int exceeds XML-RPC limits"):
+        encode_response(value)
+
+
+@pytest.mark.parametrize("text", ["\x00", "\x1b[0m", "\ud800", "\uffff"])
+def test_characters_that_xml_cannot_carry_are_a_value_error(text: str) -> None:
+    with pytest.raises(ValueError, match="XML-RPC cannot carry the character"):
+        encode_response(text)
+
+
+def test_a_list_that_contains_itself_is_a_type_error() -> None:
+    endless: list[Any] = []
+    endless.append(endless)
+    with pytest.raises(TypeError, match="recursive"):
+        encode_response(endless)
+
+
+def test_bytes_and_dates_are_carried() -> None:
+    assert decode_response(encode_response(b"\x00\xff")).data == b"\x00\xff"
+    when = datetime.datetime(2020, 1, 2, 3, 4, 5)  # noqa: DTZ001  # XML-RPC knows no time zones
+    assert decode_response(encode_response(when)).value == "20200102T03:04:05"
+    assert decode_response(encode_response(xmlrpc.client.DateTime("20200102T03:04:05"))) == when
+
+
+def test_a_fault_is_raised_with_its_code_and_text() -> None:
+    with pytest.raises(Fault) as caught:
+        decode_response(encode_fault(-1, "no <such> method\x00"))
+    assert (caught.value.code, caught.value.text) == (-1, "no <such> method?")
+
+
+@pytest.mark.parametrize("content", ["<value>x</value>", "<value><struct></struct></value>"])
+def test_a_fault_without_code_is_a_protocol_error(content: str) -> None:
+    with pytest.raises(ProtocolError, match="faultCode"):
+        decode_response(f"<methodResponse><fault>{content}</fault></methodResponse>".encode())
+
+
+def test_a_large_value_is_noticed_before_it_is_encoded() -> None:
+    assert encode_response(["x"] * 10, elements_limit=100)
+    with pytest.raises(TooManyElements):
+        encode_response({"a": ["x"] * 1000}, elements_limit=100)
+    with pytest.raises(TooManyElements):
+        Encoded([[["x"] * 10] * 10], elements_limit=50)
+
+
+def test_an_encoded_value_goes_into_a_document_as_it_is() -> None:
+    assert encode_response([Encoded({"a": 1}), 2]) == encode_response([{"a": 1}, 2])
