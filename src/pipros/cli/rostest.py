@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from optparse import OptionParser
 from pathlib import Path
 
-from pipros import names
+from pipros.cli.roslaunch import split_arguments
 from pipros.env import Environment
 from pipros.errors import NotFound, PiprosError
 from pipros.launch.console import Console
@@ -19,7 +19,7 @@ from pipros.launch.files import resolve_files
 from pipros.launch.logs import LogFolder
 from pipros.launch.surroundings import Surroundings
 from pipros.launch.xml import load
-from pipros.testing.places import results_file, rostest_name
+from pipros.testing.places import NoPlaceForResults, results_file, rostest_name
 from pipros.testing.program import make_xml_runner
 from pipros.testing.results import Suite, Totals
 from pipros.testing.rostest import Plan, Rostest
@@ -49,10 +49,9 @@ class Options:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Returns 0 when all passed, 1 when a test could not run, 2 when cases of a test failed."""
-    argv = sys.argv[1:] if argv is None else list(argv)
-    arguments = names.parse_arguments(argv)
+    arguments, words = split_arguments(sys.argv[1:] if argv is None else argv)
     parser = _parser()
-    options = _parse(parser, arguments.rest)
+    options = _parse(parser, words)
     if options.clear and not options.reuse_master:
         print("The --clear option is only valid with --reuse-master", file=sys.stderr)
         return COULD_NOT_RUN
@@ -67,7 +66,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             parser.error("rostest only accepts a single test file")
         file = Path(files[0]).absolute()
         package = _package_of(file, options, index)
-        launch = load([str(file)], arguments.remappings, surroundings=Surroundings.here(index))
+        launch = load([str(file)], arguments, surroundings=Surroundings.here(index))
     except PiprosError as error:
         print(error, file=sys.stderr)
         return COULD_NOT_RUN
@@ -98,6 +97,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         rostest.tear_down()
         print("rostest was interrupted: no results", file=sys.stderr)
         return INTERRUPTED
+    except NoPlaceForResults as error:
+        print(error, file=sys.stderr)
+        return COULD_NOT_RUN
     finally:
         console.close()
     print(f"rostest log file is in {log}")

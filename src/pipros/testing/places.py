@@ -5,6 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from pipros.env import Environment
+from pipros.errors import PiprosError
+
+
+class NoPlaceForResults(PiprosError):
+    """A result file cannot be written where it should be."""
+
 
 XML_OUTPUT_FLAG = "--gtest_output=xml:"
 """How a test program is told its result file; gtest's own spelling, so that C++ tests understand it too."""
@@ -26,6 +32,25 @@ def results_file(
     folder = base or (environment or Environment.from_os()).test_results_dir
     runner = "rostest" if is_rostest else "rosunit"
     return folder / package / f"{runner}-{test_name.replace('/', '_')}.xml"
+
+
+def make_way(file: Path) -> bool:
+    """Makes the folder of a result file and removes an older file; True when there was one.
+
+    Raises:
+        NoPlaceForResults: names the file, and what to do about it.
+    """
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.unlink()
+    except FileNotFoundError:
+        return False
+    except OSError as error:
+        raise NoPlaceForResults(
+            f"cannot write test results to [{file}]: {error.strerror}. "
+            "Set ROS_TEST_RESULTS_DIR to a folder that can be written to"
+        ) from None
+    return True
 
 
 def rostest_name(package_folder: Path, test_file: Path) -> str:

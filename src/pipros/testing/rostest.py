@@ -14,7 +14,7 @@ from typing import Protocol
 
 from pipros.errors import NotFound, PiprosError
 from pipros.launch.model import Launch, Test
-from pipros.testing.places import XML_OUTPUT_FLAG, results_file
+from pipros.testing.places import XML_OUTPUT_FLAG, make_way, results_file
 from pipros.testing.results import Suite, Totals
 from pipros.testing.xunit import parse_suites
 from pipros.workspace.executables import find_executables
@@ -186,10 +186,8 @@ class Rostest:
             case.fail(f"Test Fixture Nodes {failed} failed to launch")
 
         file = results_file(self._plan.package, name, base=self._plan.results_base)
-        if file.exists():
+        if make_way(file):
             _say(f"removing previous test results file [{file}]")
-            file.unlink()
-        file.parent.mkdir(parents=True, exist_ok=True)
         _say(f"running test {name}")
         arguments = [XML_OUTPUT_FLAG + str(file), *(["--text"] if self._plan.text else [])]
         if not stage.run_test(test, arguments):

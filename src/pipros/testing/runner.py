@@ -20,6 +20,7 @@ from types import TracebackType
 from typing import Any, TextIO
 
 from pipros.errors import PiprosError
+from pipros.testing.places import make_way
 from pipros.testing.results import Case, Outcome, Suite
 from pipros.testing.xunit import format_suite
 
@@ -129,9 +130,12 @@ class XmlRunner:
         self.results_file = results_file
 
     def run(self, suite: unittest.TestSuite | unittest.TestCase) -> CaseResult:
-        """Runs the suite; `sys.stdout` and `sys.stderr` are kept for the file meanwhile."""
-        self.results_file.parent.mkdir(parents=True, exist_ok=True)
-        self.results_file.unlink(missing_ok=True)
+        """Runs the suite; `sys.stdout` and `sys.stderr` are kept for the file meanwhile.
+
+        Raises:
+            NoPlaceForResults: before anything is run.
+        """
+        make_way(self.results_file)
         result = CaseResult(sys.stdout)
         started_at = time.monotonic()
         with _captured() as (stdout, stderr):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-import threading
+import time
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -15,7 +15,6 @@ from pipros.launch.console import Console
 from pipros.launch.core import STANDARD_PARAMETERS, Core, new_run_id
 from pipros.launch.logs import LogFolder
 from pipros.launch.model import Launch, Output, Test
-from pipros.launch.process import NodeProcess
 from pipros.launch.run import Run
 from pipros.launch.summary import summary
 from pipros.net.master import MasterClient
@@ -34,6 +33,10 @@ _KEPT_NAMESPACE = "/roslaunch/"
 
 class NoMasterToReuse(PiprosError):
     """`--reuse-master`, and no master answers."""
+
+
+class RequiredNodeEnded(PiprosError):
+    """A node that is `required` ended while a test ran."""
 
 
 class LaunchStage:
@@ -106,6 +109,7 @@ class LaunchStage:
 
         Raises:
             TestProgramTimedOut: its time limit is over. It still runs until `tear_down`.
+            RequiredNodeEnded: a node without which the launch file says that all is over.
         """
         run = self._running()
         node = replace(test.node, name=test.test_name)
@@ -114,12 +118,15 @@ class LaunchStage:
         except CannotLaunch as error:
             self._console.error(f"ERROR: {error}")
             return False
-        if not _watch(run, process, test.time_limit_s):
-            raise TestProgramTimedOut(
-                f"max time [{test.time_limit_s}s] allotted for test [{test.test_name}] "
-                f"of type [{node.package}/{node.type}]"
-            )
-        return True
+        deadline = time.monotonic() + test.time_limit_s
+        if run.watch(process, test.time_limit_s):
+            return True
+        if time.monotonic() < deadline:
+            raise RequiredNodeEnded(f"a required node ended before the test [{test.test_name}]")
+        raise TestProgramTimedOut(
+            f"max time [{test.time_limit_s}s] allotted for test [{test.test_name}] "
+            f"of type [{node.package}/{node.type}]"
+        )
 
     def tear_down(self) -> None:
         """Ends the test, the nodes and the master of its own."""
@@ -154,15 +161,3 @@ class LaunchStage:
             ) from None
         finally:
             master.close()
-
-
-def _watch(run: Run, process: NodeProcess, timeout_s: float) -> bool:
-    """Waits for the end of one process while all others are restarted when they want it."""
-
-    def wait() -> None:
-        process.wait(timeout_s)
-        run.request_stop()
-
-    threading.Thread(target=wait, name="wait for the test", daemon=True).start()
-    run.wait(until_all_ended=False)
-    return process.exit_code is not None
