@@ -1,0 +1,42 @@
+"""What is installed: every import package of the source tree, every command, and the import hook."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import sys
+
+import pytest
+
+from tests.support.environments import REPOSITORY
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    tomllib = pytest.importorskip("tomli")
+
+SRC = REPOSITORY / "src"
+PROJECT = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())
+COMMANDS = PROJECT["project"]["scripts"]
+
+
+def test_the_wheel_has_every_package_of_the_source_tree() -> None:
+    wheel = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
+
+    assert sorted(wheel["packages"]) == sorted(
+        f"src/{folder.name}" for folder in SRC.iterdir() if (folder / "__init__.py").exists()
+    )
+    assert wheel["force-include"] == {"src/pipros.pth": "pipros.pth"}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_a_main_that_takes_arguments(command: str) -> None:
+    module, _, function = COMMANDS[command].partition(":")
+
+    assert callable(getattr(importlib.import_module(module), function))
+
+
+def test_the_version_is_said_once() -> None:
+    import pipros
+
+    assert PROJECT["project"]["version"] == pipros.__version__ == importlib.metadata.version("pipros")
