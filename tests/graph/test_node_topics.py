@@ -2,72 +2,29 @@
 
 from __future__ import annotations
 
-import logging
 import socket
 import struct
 import threading
-from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 
-from pipros.env import Environment
 from pipros.errors import Refused
 from pipros.master.server import Master
-from pipros.msg import load_message_class
+from pipros.msg import load_message_class, load_service_class
 from pipros.msg.base import SerializationError
 from pipros.net import incoming
 from pipros.net.rpc import RpcClient
-from pipros.node import Node
 from pipros.node.topics import TypeConflict
 from pipros.wire.header import HeaderReader, encode_header
+from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
 from tests.support.waiting import wait_until
 
 String: Any = load_message_class("std_msgs/String")
 Int32: Any = load_message_class("std_msgs/Int32")
 PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
+Empty: Any = load_service_class("std_srvs/Empty")
 ByteArray: Any = load_message_class("std_msgs/UInt8MultiArray")
-
-MakeNode = Callable[..., Node]
-
-
-@pytest.fixture
-def master() -> Iterator[Master]:
-    with Master(port=0) as running:
-        yield running
-
-
-@pytest.fixture
-def make_node(master: Master) -> Iterator[MakeNode]:
-    nodes: list[Node] = []
-
-    def make(name: str, **options: Any) -> Node:
-        node = Node(name, environment=Environment(master_uri=master.uri), **options)
-        nodes.append(node)
-        node.start()
-        return node
-
-    yield make
-    for node in nodes:
-        node.shutdown("end of the test")
-
-
-class Inbox:
-    """Keeps what a callback gets."""
-
-    def __init__(self) -> None:
-        self.messages: list[Any] = []
-
-    def __call__(self, message: Any) -> None:
-        self.messages.append(message)
-
-    def wait(self, count: int = 1) -> list[Any]:
-        wait_until(lambda: len(self.messages) >= count, what=lambda: f"got {len(self.messages)} of {count}")
-        return self.messages
-
-
-def connected(publisher: Any, count: int = 1) -> None:
-    wait_until(lambda: publisher.connection_count >= count)
 
 
 def test_a_message_reaches_every_subscriber_in_order(make_node: MakeNode) -> None:
@@ -76,7 +33,7 @@ def test_a_message_reaches_every_subscriber_in_order(make_node: MakeNode) -> Non
     one.subscribe("chat", String, inboxes[0])
     publisher = talker.advertise("chat", String, queue_size=0)
     two.subscribe("/chat", String, inboxes[1])
-    connected(publisher, 2)
+    wait_until_connected(publisher, 2)
     for number in range(2000):
         publisher.publish(String(data=str(number)))
     for inbox in inboxes:
@@ -88,7 +45,7 @@ def test_the_connection_header_says_who_sent_it(make_node: MakeNode) -> None:
     inbox = Inbox()
     listener.subscribe("chat", String, inbox)
     publisher = talker.advertise("chat", String)
-    connected(publisher)
+    wait_until_connected(publisher)
     publisher.publish(String("x"))
     assert inbox.wait()[0]._connection_header == {
         "callerid": "/talker",
@@ -116,7 +73,7 @@ def test_headers_are_numbered_by_the_publisher(make_node: MakeNode) -> None:
     inbox = Inbox()
     listener.subscribe("p", PointStamped, inbox)
     publisher = talker.advertise("p", PointStamped)
-    connected(publisher)
+    wait_until_connected(publisher)
     message = PointStamped()
     message.header.seq, message.header.frame_id = 77, "map"
     publisher.publish(message)
@@ -129,7 +86,7 @@ def test_large_messages_arrive_whole(make_node: MakeNode) -> None:
     inbox = Inbox()
     listener.subscribe("cloud", ByteArray, inbox)
     publisher = talker.advertise("cloud", ByteArray, queue_size=0)
-    connected(publisher)
+    wait_until_connected(publisher)
     body = bytes(range(256)) * 40_000
     for _ in range(3):
         publisher.publish(ByteArray(data=body))
@@ -141,7 +98,7 @@ def test_a_buffer_may_be_used_again_once_publish_has_returned(make_node: MakeNod
     inbox, gate = Inbox(), threading.Event()
     listener.subscribe("cloud", ByteArray, lambda message: (gate.wait(10), inbox(message)))
     publisher = talker.advertise("cloud", ByteArray, queue_size=0)
-    connected(publisher)
+    wait_until_connected(publisher)
     data = bytearray(4_000_000)
     for value in range(8):
         data[:] = bytes([value]) * len(data)
@@ -164,7 +121,7 @@ def test_a_slow_callback_with_queue_size_1_sees_the_newest_message(
 
     subscriber = listener.subscribe("cloud", ByteArray, slow, queue_size=1)
     publisher = talker.advertise("cloud", ByteArray, queue_size=0)
-    connected(publisher)
+    wait_until_connected(publisher)
     publisher.publish(ByteArray(data=b"\0" * 20_000))
     assert entered.wait(10)
     for value in range(1, 30):
@@ -181,7 +138,7 @@ def test_a_slow_subscriber_does_not_delay_the_others(make_node: MakeNode) -> Non
     slow.subscribe("cloud", ByteArray, lambda _: gate.wait(30))
     quick.subscribe("cloud", ByteArray, inbox)
     publisher = talker.advertise("cloud", ByteArray, queue_size=2)
-    connected(publisher, 2)
+    wait_until_connected(publisher, 2)
     message = ByteArray(data=b"x" * 1_000_000)
     for count in range(1, 41):
         publisher.publish(message)
@@ -196,7 +153,7 @@ def test_a_publisher_that_comes_back_is_heard_again(make_node: MakeNode) -> None
     for round_number in range(3):
         talker = make_node("talker")
         publisher = talker.advertise("chat", String)
-        connected(publisher)
+        wait_until_connected(publisher)
         publisher.publish(String(str(round_number)))
         inbox.wait(round_number + 1)
         talker.shutdown("restart")
@@ -207,7 +164,7 @@ def test_the_last_unregister_ends_the_topic(make_node: MakeNode, master: Master)
     talker, listener = make_node("talker"), make_node("listener")
     first, second = talker.advertise("chat", String), talker.advertise("chat", String)
     subscriber = listener.subscribe("chat", String, print)
-    connected(first)
+    wait_until_connected(first)
     first.unregister()
     first.unregister()
     assert second.connection_count == 1
@@ -218,11 +175,7 @@ def test_the_last_unregister_ends_the_topic(make_node: MakeNode, master: Master)
 
 
 def test_an_exception_in_a_callback_is_logged_and_the_next_is_called(make_node: MakeNode) -> None:
-    lines: list[logging.LogRecord] = []
-    log = logging.Logger("test")
-    handler = logging.Handler()
-    handler.emit = lines.append  # type: ignore[method-assign]
-    log.addHandler(handler)
+    log, lines = listening_log()
     talker, listener, inbox = make_node("talker"), make_node("listener", log=log), Inbox()
 
     def bad(_: Any) -> None:
@@ -231,17 +184,17 @@ def test_an_exception_in_a_callback_is_logged_and_the_next_is_called(make_node: 
     listener.subscribe("chat", String, bad)
     listener.subscribe("chat", String, lambda message, args: inbox((message.data, args)), callback_args=7)
     publisher = talker.advertise("chat", String)
-    connected(publisher)
+    wait_until_connected(publisher)
     publisher.publish(String("x"))
     assert inbox.wait() == [("x", 7)]
-    assert lines[0].getMessage().startswith("bad callback:")
+    assert lines[0].startswith("bad callback:")
 
 
 def test_a_failed_publish_sends_nothing_and_spoils_nothing(make_node: MakeNode) -> None:
     talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
     listener.subscribe("n", Int32, inbox)
     publisher = talker.advertise("n", Int32)
-    connected(publisher)
+    wait_until_connected(publisher)
     with pytest.raises(SerializationError):
         publisher.publish(Int32("text"))
     publisher.publish(Int32(5))
@@ -249,11 +202,7 @@ def test_a_failed_publish_sends_nothing_and_spoils_nothing(make_node: MakeNode) 
 
 
 def test_another_type_is_refused_and_both_md5sums_are_named(make_node: MakeNode) -> None:
-    lines: list[str] = []
-    log = logging.Logger("test")
-    handler = logging.Handler()
-    handler.emit = lambda record: lines.append(record.getMessage())  # type: ignore[method-assign]
-    log.addHandler(handler)
+    log, lines = listening_log()
     talker, listener = make_node("talker"), make_node("listener", log=log)
     talker.advertise("chat", String)
     listener.subscribe("chat", Int32, print)
@@ -278,7 +227,7 @@ def test_a_node_forgotten_by_its_master_registers_again_and_links_carry_on(
     talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
     listener.subscribe("chat", String, inbox)
     publisher = talker.advertise("chat", String)
-    connected(publisher)
+    wait_until_connected(publisher)
     port = master.port
     master.stop()
     publisher.publish(String("without a master"))
@@ -297,7 +246,7 @@ def test_the_end_of_a_node_leaves_nothing_at_the_master(make_node: MakeNode) -> 
     node, observer = make_node("node"), make_node("observer")
     node.advertise("a", String)
     node.subscribe("b", String, print)
-    node.serve("c", _service("std_srvs/Empty"), lambda _: _service("std_srvs/Empty")._response_class())
+    node.serve("c", Empty, lambda _: Empty._response_class())
     assert observer.master.get_system_state() == [
         [["/a", ["/node"]]],
         [["/b", ["/node"]]],
@@ -311,7 +260,7 @@ def test_only_hooks_may_publish_while_the_node_ends(make_node: MakeNode) -> None
     robot, motor, inbox = make_node("robot"), make_node("motor"), Inbox()
     motor.subscribe("speed", Int32, inbox)
     publisher = robot.advertise("speed", Int32)
-    connected(publisher)
+    wait_until_connected(publisher)
     seen: list[bool] = []
 
     def stop() -> None:
@@ -339,12 +288,6 @@ def test_a_duplicate_name_ends_the_older_node(make_node: MakeNode) -> None:
     assert old.wait_for_shutdown(10)
     assert reasons == ["[/twin] Reason: new node registered with same name"]
     assert not new.is_shutdown
-
-
-def _service(name: str) -> Any:
-    from pipros.msg import load_service_class
-
-    return load_service_class(name)
 
 
 def test_the_slave_api_answers_as_genuine_nodes_do(make_node: MakeNode, master: Master) -> None:
@@ -409,17 +352,13 @@ def test_garbage_is_closed_and_costs_nobody_else_anything(make_node: MakeNode, g
         peer.shutdown(socket.SHUT_WR)
         assert peer.recv(1) == b""
     listener.subscribe("chat", String, inbox)
-    connected(publisher)
+    wait_until_connected(publisher)
     publisher.publish(String("still here"))
     assert inbox.wait()[0].data == "still here"
 
 
 def test_registering_an_illegal_topic_is_reported_in_the_masters_words(make_node: MakeNode) -> None:
-    lines: list[str] = []
-    log = logging.Logger("test")
-    handler = logging.Handler()
-    handler.emit = lambda record: lines.append(record.getMessage())  # type: ignore[method-assign]
-    log.addHandler(handler)
+    log, lines = listening_log()
     make_node("talker", log=log).advertise("battery topic", String)
     assert lines == [
         "unable to register publication [/battery topic] with master: "

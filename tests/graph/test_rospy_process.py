@@ -44,12 +44,6 @@ print('ready', flush=True)
 
 
 @pytest.fixture
-def master() -> Iterator[Master]:
-    with Master(port=0) as running:
-        yield running
-
-
-@pytest.fixture
 def client(master: Master) -> Iterator[MasterClient]:
     client = MasterClient(master.uri, "/test")
     yield client

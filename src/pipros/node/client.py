@@ -11,8 +11,9 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 from urllib.parse import urlsplit
+from weakref import WeakSet
 
 from pipros.errors import PiprosError, ProtocolError, Refused
 from pipros.net import sockets
@@ -38,31 +39,40 @@ class CallTimeout(ServiceFailed):
     """A service call took longer than it was given."""
 
 
-class OpenCalls:
-    """The connections of all calls under way, so that the end of a node can end them."""
+class Interruptible(Protocol):
+    """What waits for a peer, and can be told to stop."""
 
-    def __init__(self) -> None:
-        self._links: set[ServiceLink] = set()
+    def interrupt(self) -> None: ...
+
+
+class OpenCalls:
+    """Calls under way, to be ended together; may be a part of others."""
+
+    def __init__(self, part_of: OpenCalls | None = None) -> None:
+        self._open: WeakSet[Interruptible] = WeakSet()
         self._lock = threading.Lock()
         self._is_interrupted = False
+        if part_of is not None:
+            part_of.add(self)
 
-    def add(self, link: ServiceLink) -> None:
+    def add(self, call: Interruptible) -> None:
         with self._lock:
-            self._links.add(link)
+            self._open.add(call)
             is_too_late = self._is_interrupted
         if is_too_late:
-            sockets.abort(link.sock)
+            call.interrupt()
 
-    def remove(self, link: ServiceLink) -> None:
+    def remove(self, call: Interruptible) -> None:
         with self._lock:
-            self._links.discard(link)
+            self._open.discard(call)
 
     def interrupt(self) -> None:
         """Ends every call under way, and those to come."""
         with self._lock:
             self._is_interrupted = True
-            for link in self._links:
-                sockets.abort(link.sock)
+            calls = list(self._open)
+        for call in calls:
+            call.interrupt()
 
 
 class ServiceClient:
@@ -78,12 +88,21 @@ class ServiceClient:
         persistent: bool = False,
         headers: Mapping[str, str] | None = None,
     ) -> None:
-        """`service` is a global name; `headers` reach the handler in the connection header."""
+        """Nothing is connected yet.
+
+        Args:
+            service: the global name.
+            service_class: its class.
+            master: the master to ask where the service is.
+            calls: what to be interrupted with.
+            persistent: keeps one connection for all calls.
+            headers: reach the handler in the connection header.
+        """
+        self.calls = OpenCalls(part_of=calls)
         self.service = service
         self._interface = Interface(service_class._type, service_class._md5sum)
         self._decode = decoder(service_class._response_class)
         self._master = master
-        self._calls = calls
         self._persistent = persistent
         self._headers = headers
         self._kept: ServiceLink | None = None
@@ -143,11 +162,11 @@ class ServiceClient:
             persistent=self._persistent,
             extra=self._headers,
         )
-        self._calls.add(link)
+        self.calls.add(link)
         return link
 
     def _close(self, link: ServiceLink) -> None:
-        self._calls.remove(link)
+        self.calls.remove(link)
         link.close()
 
 
@@ -217,6 +236,10 @@ class ServiceLink:
         if not ok:
             raise ServiceFailed(f"service [{service}] responded with an error: {reply!r}")
         return reply
+
+    def interrupt(self) -> None:
+        """Ends a call that another thread waits for."""
+        sockets.abort(self.sock)
 
     def close(self) -> None:
         sockets.abort(self.sock)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import concurrent.futures
 import contextlib
+import functools
+import inspect
 import logging
 import socket
 import threading
@@ -22,12 +24,15 @@ from pipros.net.loop import BackgroundLoop
 from pipros.net.master import MasterClient
 from pipros.net.rpc_server import RpcServer
 from pipros.net.tcpros import TcprosServer
+from pipros.node import aio
+from pipros.node.client import OpenCalls, ServiceClient
 from pipros.node.clock import Clock, SimulatedClock, WallClock
 from pipros.node.params import Parameters
 from pipros.node.publisher import Publisher
 from pipros.node.registration import Registrations
 from pipros.node.service import ServiceClass, ServiceServer
 from pipros.node.slave import on_bad_arity, slave_methods
+from pipros.node.stream import MessageStream
 from pipros.node.subscriber import NO_ARGS, Callback, Subscriber
 from pipros.node.topics import Topics
 
@@ -107,6 +112,7 @@ class Node:
         self.refused_requests = 0
         self._on_shutdown_request = on_shutdown_request or self.shutdown
         self._ports = rpc_port, tcpros_port
+        self._calls = OpenCalls()
         self._loop = BackgroundLoop(f"node {self.name}")
         self._registrations: Registrations | None = None
         self._master_addresses: set[object] = set()
@@ -248,6 +254,7 @@ class Node:
             self._ended.set()
 
     def _leave(self) -> None:
+        self._calls.interrupt()
         self.registrations.close()
         self.topics.close()
         try:
@@ -273,6 +280,16 @@ class Node:
             with contextlib.suppress(OSError):
                 self._master_addresses = {info[4][0] for info in socket.getaddrinfo(master_host, None)}
         return host in self._master_addresses
+
+    async def __aenter__(self) -> Node:
+        await asyncio.get_running_loop().run_in_executor(None, self.start)
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        end = functools.partial(self.shutdown, "the end of a with statement")
+        await asyncio.get_running_loop().run_in_executor(None, end)
 
     # -- names ------------------------------------------------------------------
 
@@ -309,7 +326,13 @@ class Node:
         """Has `callback` called with each message of a topic, in a thread of the link it came over.
 
         With `queue_size` n, a slow callback gets the n newest messages and misses older ones.
+        In an asyncio loop and without a callback, the subscriber is an asynchronous iterator:
+
+        >>> async for message in node.subscribe("/chatter", String):            # doctest: +SKIP
+        ...     print(message.data)
         """
+        if callback is None and aio.is_in_event_loop():
+            callback = MessageStream[Any](queue_size)
         return self.topics.subscribe(
             self.resolve(topic),
             message_class,
@@ -323,11 +346,37 @@ class Node:
         self,
         service: str,
         service_class: ServiceClass,
-        handler: Callable[[Any], Message],
+        handler: Callable[[Any], Any],
         on_error: Callable[[BaseException], object] | None = None,
     ) -> ServiceServer:
-        """Answers a service; see `ServiceServer`."""
+        """Answers a service; see `ServiceServer`. A coroutine function runs in the caller's asyncio loop."""
+        if inspect.iscoroutinefunction(handler):
+            handler = aio.run_in_loop(handler, asyncio.get_running_loop())
         return self.topics.serve(self.resolve(service), service_class, handler, on_error)
+
+    def client(
+        self,
+        service: str,
+        service_class: ServiceClass,
+        *,
+        persistent: bool = False,
+        headers: Mapping[str, str] | None = None,
+    ) -> ServiceClient:
+        """What calls a service; see `ServiceClient`. Its calls end with the node."""
+        return ServiceClient(
+            self.resolve(service),
+            service_class,
+            master=lambda: self.master,
+            calls=self._calls,
+            persistent=persistent,
+            headers=headers,
+        )
+
+    async def call(
+        self, service: str, service_class: ServiceClass, request: Message, timeout_s: float | None = None
+    ) -> Any:
+        """Calls a service from a coroutine; cancelling it ends the call. Raises as `ServiceClient.call`."""
+        return await aio.call(self.client(service, service_class), request, timeout_s)
 
     def statistics(self) -> Mapping[str, Any]:
         """What the node did so far; see `Topics.statistics`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from pipros.net import tcpros
 from pipros.net.incoming import IncomingLink
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_async import call_async
+from pipros.node.stream import MessageStream
 from pipros.wire.handshake import Interface, check_topic_reply, request_topic_link
 
 if TYPE_CHECKING:
@@ -106,6 +107,9 @@ class Subscription:
     def close(self) -> None:
         """Ends all links and looks for no others."""
         self._is_closed = True
+        for listener in self.listeners:
+            if isinstance(listener.callback, MessageStream):
+                listener.callback.close()
         self._loop.call(self._follow_nobody)
         for peer in self.links:
             peer.link.close()
@@ -267,4 +271,15 @@ class Subscriber:
         release, self._release = self._release, None
         if release is not None:
             release(self.subscription, self._listener)
-            self._listener = None
+            if self._listener is not None and isinstance(self._listener.callback, MessageStream):
+                self._listener.callback.close()
+
+    def __aiter__(self) -> AsyncIterator[Any]:
+        """The messages, for a subscriber that was made in an asyncio loop without a callback.
+
+        Raises:
+            TypeError: for any other subscriber.
+        """
+        if self._listener is None or not isinstance(self._listener.callback, MessageStream):
+            raise TypeError(f"[{self.topic}] was subscribed to with a callback, or outside an event loop")
+        return self._listener.callback

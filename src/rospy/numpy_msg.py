@@ -1,0 +1,38 @@
+"""`numpy_msg`: message classes whose arrays of numbers arrive as numpy arrays."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, TypeVar
+
+from genpy import Message
+
+AnyMessage = TypeVar("AnyMessage", bound=Message)
+
+
+@cache
+def numpy_msg(msg_type: type[AnyMessage]) -> type[AnyMessage]:
+    """The class to publish or subscribe with instead of `msg_type`; always the same one.
+
+    Numpy arrays can be published with either class; this one also receives them.
+
+    >>> rospy.Subscriber("floats", numpy_msg(Float32MultiArray), callback)       # doctest: +SKIP
+    """
+    import numpy
+
+    def from_bytes(cls: type[AnyMessage], data: bytes | memoryview) -> AnyMessage:
+        return cls().deserialize_numpy(bytes(data), numpy)  # the arrays keep the copy alive
+
+    def deserialize(self: AnyMessage, str: bytes) -> AnyMessage:  # noqa: A002  # genpy's name for it
+        return self.deserialize_numpy(bytes(str), numpy)
+
+    members: dict[str, Any] = {
+        "__slots__": (),
+        "__doc__": msg_type.__doc__,
+        "__module__": msg_type.__module__,
+        "_from_bytes": classmethod(from_bytes),
+        "deserialize": deserialize,
+    }
+    for name in ("_type", "_md5sum", "_full_text", "_has_header", "_slot_types"):
+        members[name] = getattr(msg_type, name)
+    return type(f"Numpy_{msg_type.__name__}", (msg_type,), members)

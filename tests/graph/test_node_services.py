@@ -1,0 +1,158 @@
+"""Services between nodes of one process, over real connections."""
+
+from __future__ import annotations
+
+import socket
+import struct
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pipros.msg import load_service_class
+from pipros.node.client import CallTimeout, ServiceFailed
+from pipros.node.topics import NameInUse
+from pipros.wire.header import encode_header
+from tests.support.nodes import MakeNode, listening_log
+from tests.support.waiting import wait_until
+
+SetBool: Any = load_service_class("std_srvs/SetBool")
+Empty: Any = load_service_class("std_srvs/Empty")
+ON = SetBool._request_class(data=True)
+
+
+def answer(text: str) -> Callable[[Any], Any]:
+    return lambda request: SetBool._response_class(success=request.data, message=text)
+
+
+def test_a_call_is_answered(make_node: MakeNode) -> None:
+    server, client = make_node("server"), make_node("client")
+    server.serve("set", SetBool, answer("done"))
+    response = client.client("/set", SetBool).call(ON)
+    assert (response.success, response.message) == (True, "done")
+
+
+def test_a_persistent_client_keeps_its_connection_and_survives_errors(make_node: MakeNode) -> None:
+    server, client = make_node("server"), make_node("client")
+    headers: list[Any] = []
+
+    def handle(request: Any) -> Any:
+        headers.append(request._connection_header)
+        if not request.data:
+            raise ValueError("only true")
+        return SetBool._response_class(success=True)
+
+    log, lines = listening_log()
+    server.log = server.topics._log = log
+    server.serve("set", SetBool, handle)
+    proxy = client.client("set", SetBool, persistent=True, headers={"origin": "x"})
+    assert proxy.call(ON).success
+    with pytest.raises(
+        ServiceFailed, match=r"responded with an error: b'error processing request: only true'"
+    ):
+        proxy.call(SetBool._request_class(data=False))
+    assert proxy.call(ON).success
+    assert headers[0] is headers[2]
+    assert headers[0]["origin"] == "x"
+    assert lines == ["Error processing request: only true"]
+    proxy.close()
+
+
+def test_a_call_may_be_given_a_time_limit(make_node: MakeNode) -> None:
+    server, client, gate = make_node("server"), make_node("client"), threading.Event()
+    server.serve("slow", Empty, lambda _: (gate.wait(10), Empty._response_class())[1])
+    with pytest.raises(CallTimeout, match=r"service \[/slow\] did not answer in time"):
+        client.client("slow", Empty).call(Empty._request_class(), timeout_s=0.05)
+    gate.set()
+
+
+def test_nobody_there_and_another_type_are_told_apart(make_node: MakeNode) -> None:
+    server, client = make_node("server"), make_node("client")
+    server.serve("set", SetBool, answer(""))
+    with pytest.raises(ServiceFailed, match=r"service \[/nobody\] unavailable"):
+        client.client("nobody", Empty).call(Empty._request_class())
+    with pytest.raises(ServiceFailed, match=r"remote error reported: .*md5sums do not match"):
+        client.client("set", Empty).call(Empty._request_class())
+
+
+def test_a_server_that_died_without_a_word_is_unreachable(make_node: MakeNode) -> None:
+    client = make_node("client")
+    client.master.register_service("/ghost", "rosrpc://127.0.0.1:1", client.uri)
+    with pytest.raises(ServiceFailed, match=r"unable to connect to service: .*refused"):
+        client.client("ghost", Empty).call(Empty._request_class())
+    with pytest.raises(ServiceFailed):
+        client.client("ghost", Empty).probe(1.0)
+
+
+def test_a_probe_connects_and_calls_nobody(make_node: MakeNode) -> None:
+    server, client = make_node("server"), make_node("client")
+    service = server.serve("set", SetBool, answer(""))
+    client.client("set", SetBool).probe(5.0)
+    assert service.calls == 0
+
+
+def test_a_name_can_be_served_once_and_again_when_given_up(make_node: MakeNode) -> None:
+    node = make_node("node")
+    first = node.serve("set", SetBool, answer("1"))
+    with pytest.raises(NameInUse, match=r"service \[/set\] already registered"):
+        node.serve("set", SetBool, answer("2"))
+    node.topics.stop_serving(first)
+    node.topics.stop_serving(first)
+    node.serve("set", SetBool, answer("2"))
+    assert node.client("set", SetBool).call(ON).message == "2"
+
+
+def test_a_slow_handler_holds_up_no_other_call(make_node: MakeNode) -> None:
+    server, client, gate = make_node("server"), make_node("client"), threading.Event()
+    entered = threading.Event()
+
+    def handle(request: Any) -> Any:
+        if request.data:
+            entered.set()
+            gate.wait(10)
+        return SetBool._response_class()
+
+    server.serve("set", SetBool, handle)
+    slow = threading.Thread(target=client.client("set", SetBool).call, args=(ON,))
+    slow.start()
+    assert entered.wait(10)
+    client.client("set", SetBool).call(SetBool._request_class(data=False))
+    assert slow.is_alive()
+    gate.set()
+    slow.join(10)
+
+
+def test_the_end_of_a_node_ends_its_calls(make_node: MakeNode) -> None:
+    server, client = make_node("server"), make_node("client")
+    entered, gate = threading.Event(), threading.Event()
+    server.serve("hang", Empty, lambda _: (entered.set(), gate.wait(10), Empty._response_class())[2])
+    errors: list[Exception] = []
+
+    def call() -> None:
+        try:
+            client.client("hang", Empty).call(Empty._request_class())
+        except ServiceFailed as error:
+            errors.append(error)
+
+    caller = threading.Thread(target=call)
+    caller.start()
+    assert entered.wait(10)
+    client.shutdown("enough")
+    caller.join(10)
+    assert "transport error completing service call" in str(errors[0])
+    gate.set()
+
+
+def test_a_request_that_is_none_ends_the_connection_only(make_node: MakeNode) -> None:
+    log, lines = listening_log()
+    server, client = make_node("server", log=log), make_node("client")
+    server.serve("set", SetBool, answer("still here"))
+    with socket.create_connection(("127.0.0.1", server.topics.port), 10) as peer:
+        fields = {"service": "/set", "md5sum": "*", "callerid": "/bad", "persistent": "1"}
+        peer.sendall(encode_header(fields) + struct.pack("<I", 0))
+        while peer.recv(4096):
+            pass
+    wait_until(lambda: lines)
+    assert "cannot read a request" in lines[0]
+    assert client.client("set", SetBool).call(ON).message == "still here"

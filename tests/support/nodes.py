@@ -1,0 +1,42 @@
+"""What tests with nodes in their own process share."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any
+
+from pipros.node import Node
+from tests.support.waiting import wait_until
+
+MakeNode = Callable[..., Node]
+
+
+class Inbox:
+    """A callback that keeps what it gets."""
+
+    def __init__(self) -> None:
+        self.messages: list[Any] = []
+
+    def __call__(self, message: Any) -> None:
+        self.messages.append(message)
+
+    def wait(self, count: int = 1) -> list[Any]:
+        """Waits until so many have come, and returns all."""
+        wait_until(lambda: len(self.messages) >= count, what=lambda: f"got {len(self.messages)} of {count}")
+        return self.messages
+
+
+def wait_until_connected(handle: Any, count: int = 1) -> None:
+    """Waits until a publisher or subscriber has so many links."""
+    wait_until(lambda: handle.connection_count >= count)
+
+
+def listening_log() -> tuple[logging.Logger, list[str]]:
+    """A logger, and the messages that it has been given."""
+    lines: list[str] = []
+    log = logging.Logger("test")
+    handler = logging.Handler()
+    handler.emit = lambda record: lines.append(record.getMessage())  # type: ignore[method-assign]
+    log.addHandler(handler)
+    return log, lines
