@@ -38,4 +38,10 @@ class _Packages:
         return None if package is None else str(package.path)
 
 
-install(_Packages().find)
+def _cache_folder() -> str:
+    """Where `pipros.env` would put it; that module is too much for every start of Python."""
+    home = os.environ.get("ROS_HOME") or os.path.join(os.path.expanduser("~"), ".ros")
+    return os.path.join(home, "pipros", "messages")
+
+
+install(_Packages().find, cache_folder=_cache_folder())

@@ -9,7 +9,10 @@ from __future__ import annotations
 
 import struct
 import sys
-from typing import Any
+
+TYPE_CHECKING = False  # as type checkers see it; `typing` would double the time of a first import
+if TYPE_CHECKING:
+    from typing import Any
 
 SIZES = {code: struct.calcsize(f"<{code}") for code in "bBhHiIqQfd?"}
 _KINDS = (

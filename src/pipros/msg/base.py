@@ -7,12 +7,21 @@ generated derive from this one as well, through the `genpy` facade.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Sequence
-from typing import Any, ClassVar, Protocol, TypeVar
 
 from pipros.errors import PiprosError
 
-AnyMessage = TypeVar("AnyMessage", bound="Message")
+TYPE_CHECKING = False  # as type checkers see it; `typing` would double the time of a first import
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from typing import Any, ClassVar, Protocol, TypeVar
+
+    AnyMessage = TypeVar("AnyMessage", bound="Message")
+    Reader = Callable[[Any, "Buffer", Any], None]
+
+    class Writable(Protocol):
+        def write(self, data: Any, /) -> object: ...
+
+
 Buffer = bytes | memoryview
 
 struct_I = struct.Struct("<I")  # noqa: N816 # genuine generated modules import this name
@@ -28,10 +37,6 @@ class SerializationError(MessageException):
 
 class DeserializationError(MessageException):
     """Bytes are no message of the type that they should be."""
-
-
-class Writable(Protocol):
-    def write(self, data: Any, /) -> object: ...
 
 
 class Buffers(list[Buffer]):
@@ -191,7 +196,6 @@ class CompiledMessage(Message):
 
 
 _new = object.__new__
-Reader = Callable[[Any, Buffer, Any], None]
 
 
 def special_reader(cls: type[Message], *, is_numpy: bool) -> Reader:

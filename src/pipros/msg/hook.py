@@ -21,29 +21,34 @@ if TYPE_CHECKING:
     from importlib.machinery import ModuleSpec
     from types import ModuleType
 
-    from pipros.msg.definitions import Definitions, FindPackage
+    from pipros.msg.files import FindPackage
+    from pipros.msg.library import Library
 
 KINDS = ("msg", "srv")
 NEVER_PACKAGES = frozenset(("pipros", "sitecustomize", "usercustomize", "org", "java"))
 """Names that Python and its library try to import at every start, mostly in vain, and our own."""
 
 
-def install(find_package: FindPackage) -> None:
-    """Makes the packages that `find_package` finds importable; the first call counts."""
+def install(find_package: FindPackage, *, cache_folder: str | None = None) -> None:
+    """Makes the packages that `find_package` finds importable; the first call counts.
+
+    Args:
+        cache_folder: where compiled types are kept between processes; None for nowhere.
+    """
     if not any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
-        sys.meta_path.insert(0, InterfaceFinder(find_package))
+        sys.meta_path.insert(0, InterfaceFinder(find_package, cache_folder))
         sys.meta_path.append(PackageFinder(find_package))
 
 
-def installed_definitions() -> Definitions:
-    """The definitions that imports are made from.
+def installed_library() -> Library:
+    """The types that imports are made from.
 
     Raises:
         RuntimeError: before `install`.
     """
     for finder in sys.meta_path:
         if isinstance(finder, InterfaceFinder):
-            return finder.definitions
+            return finder.library
     raise RuntimeError("pipros.msg.hook.install() was not called")
 
 
@@ -63,11 +68,12 @@ class PackageFinder:
             return None
         folder = os.fspath(found)
         from importlib.machinery import ModuleSpec
-        from importlib.util import spec_from_file_location
 
         modules = os.path.join(folder, "src", name)
         init = os.path.join(modules, "__init__.py")
         if os.path.isfile(init):
+            from importlib.util import spec_from_file_location
+
             return spec_from_file_location(name, init, submodule_search_locations=[modules])
         if any(os.path.isdir(os.path.join(folder, kind)) for kind in (*KINDS, "action")):
             spec = ModuleSpec(name, None, is_package=True)
@@ -79,17 +85,18 @@ class PackageFinder:
 class InterfaceFinder:
     """Finds `<package>.msg`, `<package>.srv` and the modules of single types in them."""
 
-    def __init__(self, find_package: FindPackage) -> None:
+    def __init__(self, find_package: FindPackage, cache_folder: str | None) -> None:
         self._find_package = find_package
-        self._definitions: Definitions | None = None
+        self._cache_folder = cache_folder
+        self._library: Library | None = None
 
     @property
-    def definitions(self) -> Definitions:
-        if self._definitions is None:
-            from pipros.msg.definitions import Definitions
+    def library(self) -> Library:
+        if self._library is None:
+            from pipros.msg.library import Library
 
-            self._definitions = Definitions(self._find_package)
-        return self._definitions
+            self._library = Library(self._find_package, self._cache_folder)
+        return self._library
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, _target: ModuleType | None = None
@@ -101,8 +108,8 @@ class InterfaceFinder:
         from pipros.msg.modules import interface_spec, type_spec
 
         if type_module:
-            return type_spec(self.definitions, package, kind, type_module)
-        return interface_spec(self.definitions, package, kind, path)
+            return type_spec(self.library, package, kind, type_module)
+        return interface_spec(self.library, package, kind, path)
 
 
 def _may_be_package(name: str) -> bool:

@@ -44,10 +44,10 @@ def _load(kind: str, type_name: str) -> Any:
 
 
 def _not_found(kind: str, type_name: str) -> NotFound:
-    from pipros.msg.hook import installed_definitions
+    from pipros.msg.hook import installed_library
 
     try:
-        file = installed_definitions().file(kind, type_name)
+        file = installed_library().files.file(kind, type_name)
     except NotFound as error:
         return error
     return NotFound(

@@ -9,22 +9,23 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Sequence
 from importlib.machinery import ModuleSpec, PathFinder
-from types import ModuleType
 
 from pipros.errors import NotFound
-from pipros.msg.definitions import Definitions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from importlib.abc import Loader
+    from types import ModuleType
+
+    from pipros.msg.library import Library
 else:
     Loader = object  # importlib.abc takes milliseconds to import
 
 
 def interface_spec(
-    definitions: Definitions, package: str, kind: str, path: Sequence[str] | None
+    library: Library, package: str, kind: str, path: Sequence[str] | None
 ) -> ModuleSpec | None:
     """What `<package>.<kind>` is: a Python package if there is one, else the definitions, else nothing."""
     name = f"{package}.{kind}"
@@ -32,7 +33,7 @@ def interface_spec(
     if regular is not None and regular.loader is not None:
         return regular
     try:
-        types = definitions.names(kind, package)
+        types = library.files.names(kind, package)
     except NotFound:
         return regular
     if not types:
@@ -40,14 +41,14 @@ def interface_spec(
     return ModuleSpec(name, _InterfaceLoader(types), is_package=True)
 
 
-def type_spec(definitions: Definitions, package: str, kind: str, module: str) -> ModuleSpec | None:
+def type_spec(library: Library, package: str, kind: str, module: str) -> ModuleSpec | None:
     """What `<package>.<kind>._Name` is; None when the package above was not made here."""
     parent = sys.modules.get(f"{package}.{kind}")
     loader = getattr(parent, "__loader__", None)
     if not isinstance(loader, _InterfaceLoader) or module.removeprefix("_") not in loader.types:
         return None
     type_name = f"{package}/{module.removeprefix('_')}"
-    return ModuleSpec(f"{package}.{kind}.{module}", _TypeLoader(definitions, kind, type_name))
+    return ModuleSpec(f"{package}.{kind}.{module}", _TypeLoader(library, kind, type_name))
 
 
 class _InterfaceLoader(Loader):
@@ -84,8 +85,8 @@ class _InterfaceLoader(Loader):
 class _TypeLoader(Loader):
     """Compiles one message or service."""
 
-    def __init__(self, definitions: Definitions, kind: str, type_name: str) -> None:
-        self._definitions = definitions
+    def __init__(self, library: Library, kind: str, type_name: str) -> None:
+        self._library = library
         self._kind = kind
         self._type = type_name
 
@@ -93,15 +94,8 @@ class _TypeLoader(Loader):
         return None
 
     def exec_module(self, module: ModuleType) -> None:
-        from pipros.msg.compiler import message_source, service_source
-
-        lookup = self._definitions.message
-        if self._kind == "msg":
-            source, embedded = message_source(lookup(self._type), lookup)
-        else:
-            source, embedded = service_source(self._definitions.service(self._type), lookup)
+        code, embedded = self._library.code(self._kind, self._type)
         for type_name, alias in embedded.items():
             package, _, name = type_name.partition("/")
             module.__dict__[alias] = getattr(importlib.import_module(f"{package}.msg"), name)
-        code = compile(source, f"<{self._kind} {self._type}>", "exec")
         exec(code, module.__dict__)  # noqa: S102 # made by our compiler from checked names

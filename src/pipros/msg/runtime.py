@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import logging
 import struct
-from typing import Any, NoReturn
 
 from pipros.msg.arrays import numbers as _numbers
 from pipros.msg.arrays import numpy_numbers as _numpy_numbers
@@ -20,6 +18,10 @@ from pipros.msg.base import (
 )
 from pipros.msg.time import Duration as _Duration
 from pipros.msg.time import Time as _Time
+
+TYPE_CHECKING = False  # as type checkers see it; `typing` would double the time of a first import
+if TYPE_CHECKING:
+    from typing import Any, NoReturn
 
 __all__ = [
     "WRITE_ERRORS",
@@ -68,6 +70,8 @@ def mend(message: Any, data: Buffer, error: UnicodeDecodeError) -> Any:
     """Reads a message with replacements for what is no UTF-8; logs it once a type."""
     cls = type(message)
     if "_lenient_reader" not in vars(cls):
+        import logging
+
         cls._lenient_reader = special_reader(cls, is_numpy=False)
         logging.getLogger("rosout").error(
             "Characters replaced when decoding message %s (will print only once): %s", cls._type, error

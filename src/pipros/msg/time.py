@@ -6,11 +6,13 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, TypeVar
+TYPE_CHECKING = False  # as type checkers see it; `typing` would double the time of a first import
+if TYPE_CHECKING:
+    from typing import Any, ClassVar, TypeVar
 
-Value = TypeVar("Value", bound="TVal")
-DurationValue = TypeVar("DurationValue", bound="Duration")
-TimeValue = TypeVar("TimeValue", bound="Time")
+    Value = TypeVar("Value", bound="TVal")
+    DurationValue = TypeVar("DurationValue", bound="Duration")
+    TimeValue = TypeVar("TimeValue", bound="Time")
 
 NANOSECONDS = 1_000_000_000
 

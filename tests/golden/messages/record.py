@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.msg import load_message_class, load_service_class
-from pipros.msg.hook import installed_definitions
+from pipros.msg.hook import installed_library
 from tests.interop.examine_messages import ask_genuine
 
 SHARE = Path(__file__).resolve().parents[3] / "src" / "pipros" / "share"
@@ -24,13 +24,13 @@ LONGEST = 120
 
 def jobs() -> list[dict[str, Any]]:
     """A job for each message and each half of a service that ships, with made-up values."""
-    definitions = installed_definitions()
+    files = installed_library().files
     found: list[dict[str, Any]] = []
     for package in sorted(folder.name for folder in SHARE.iterdir()):
-        for name in definitions.names("msg", package):
+        for name in files.names("msg", package):
             cls = load_message_class(f"{package}/{name}")
             found.append({"type": cls._type, "text": cls._full_text})
-        for name in definitions.names("srv", package):
+        for name in files.names("srv", package):
             service = load_service_class(f"{package}/{name}")
             for half in (service._request_class, service._response_class):
                 found.append({"type": half._type, "text": half._full_text, "service": service._type})
