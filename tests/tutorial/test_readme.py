@@ -1,0 +1,72 @@
+"""Every example of the README runs, and does what stands beside it."""
+
+from __future__ import annotations
+
+import re
+
+from tests.support.environments import REPOSITORY, VENV_BIN
+from tests.support.ros import RosSystem
+from tests.support.terminal import Terminal
+from tests.tutorial.words import CORE_IS_UP, HEARD, SAID
+
+README = (REPOSITORY / "README.md").read_text()
+PYTHON = str(VENV_BIN / "python")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+
+
+def commands() -> dict[str, str]:
+    """The lines of the console example by their first two words, without what is said beside them."""
+    lines = [
+        line.removeprefix("$ ").partition("  #")[0].strip() for line in blocks("console")[0].splitlines()
+    ]
+    return {" ".join(line.split()[:2]): line for line in lines}
+
+
+def test_each_command_does_what_it_should_in_a_terminal_of_its_own(ros: RosSystem) -> None:
+    typed = commands()
+
+    def open_terminal() -> Terminal:
+        terminal = ros.pipros.open_terminal()
+        terminal.run(f"cd {REPOSITORY}")
+        terminal.run(next(line for line in typed.values() if line.startswith("export ROS_PACKAGE_PATH")))
+        return terminal
+
+    def run(line: str, expected: str) -> Terminal:
+        terminal = open_terminal()
+        terminal.type(line)
+        terminal.wait_for(expected)
+        return terminal
+
+    del ros.pipros.environment["ROS_PACKAGE_PATH"]
+    run(typed["roscore"], CORE_IS_UP)
+    talker = run("rosrun composiv_tryouts composiv_talker.py", SAID)
+    listener = run("rosrun composiv_tryouts composiv_listener.py", HEARD)
+    run(typed["rostopic echo"], 'battery: "%25"')
+    run("rosrun composiv_tryouts test_talker.py", "RESULT: SUCCESS")
+    for node in (talker, listener):
+        node.press_ctrl_c()
+        node.wait_for_prompt()
+    run(typed["roslaunch composiv_tryouts"], HEARD)
+    run(typed["rostest composiv_tryouts"], "RESULT: SUCCESS")
+    assert all(
+        f"$ rosrun composiv_tryouts {name}" in README
+        for name in ("composiv_talker.py", "composiv_listener.py", "test_talker.py")
+    )
+
+
+def test_the_first_python_example_publishes(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+
+    node = ros.pipros.start(PYTHON, "-c", blocks("python")[0])
+    echoed = ros.pipros.run("rostopic", "echo", "-n", "1", "/battery_topic")
+
+    assert echoed.stdout == ['battery: "%25"', "---"], node.output
+
+
+def test_the_second_python_example_prints_what_was_said(ros: RosSystem) -> None:
+    ended = ros.pipros.run(PYTHON, "-c", blocks("python")[1])
+
+    assert (ended.returncode, ended.stdout) == (0, ["hello"]), ended.output
