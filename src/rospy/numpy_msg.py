@@ -27,7 +27,7 @@ def numpy_msg(msg_type: type[AnyMessage]) -> type[AnyMessage]:
         return self.deserialize_numpy(bytes(str), numpy)
 
     members: dict[str, Any] = {
-        "__slots__": (),
+        "__slots__": msg_type.__slots__,
         "__doc__": msg_type.__doc__,
         "__module__": msg_type.__module__,
         "_from_bytes": classmethod(from_bytes),

@@ -33,6 +33,7 @@ from pipros.node.log import (
     set_logger_level,
 )
 from pipros.node.params import Parameters
+from pipros.node.traffic import WindowLimits
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 
 #: The name of a process that has not called init_node.
@@ -196,8 +197,10 @@ class Session:
             self._set_private_parameters(node)
         if not disable_rosout:
             self._start_rosout(node)
-        if not disable_rostime and self._uses_simulated_time(node):
+        if not disable_rostime and self._is_on(node, "/use_sim_time"):
             node.use_simulated_time()
+        if self._is_on(node, "/enable_statistics"):
+            node.enable_statistics(self._window_limits(node))
         self.has_time = True
         self._serve_loggers(node)
         self.logger.debug("init_node, name[%s], pid[%s]", node.name, os.getpid())
@@ -213,11 +216,21 @@ class Session:
         for key, text in node.arguments.params.items():
             node.params.set("~" + key, yaml.load(text))
 
-    def _uses_simulated_time(self, node: Node) -> bool:
+    def _is_on(self, node: Node, switch: str) -> bool:
         try:
-            return node.params.get("/use_sim_time") is True
+            return node.params.get(switch) is True
         except LookupError:
             return False
+
+    def _window_limits(self, node: Node) -> WindowLimits:
+        """The limits that parameters set, the others as they are by default."""
+        given: dict[str, Any] = {}
+        for field, parameter in _WINDOW_PARAMETERS.items():
+            with contextlib.suppress(LookupError):
+                value = node.params.get(f"/statistics_window_{parameter}")
+                if isinstance(value, (int, float)) and value > 0:
+                    given[field] = value
+        return WindowLimits(**given)
 
     def _start_logging(self, node: Node, log_level: int | None) -> None:
         self.logger.setLevel(LOGGING_LEVELS.get(log_level or 0, logging.INFO))
@@ -335,6 +348,13 @@ class Session:
             with contextlib.suppress(KeyboardInterrupt):
                 previous(number, frame)
 
+
+_WINDOW_PARAMETERS = {
+    "min_elements": "min_elements",
+    "max_elements": "max_elements",
+    "min_size_s": "min_size",
+    "max_size_s": "max_size",
+}
 
 LOGGING_LEVELS = {
     1: logging.DEBUG,

@@ -205,7 +205,8 @@ def special_reader(cls: type[Message], *, is_numpy: bool) -> Reader:
 
     specs = specs_from_text(cls._type, cls._full_text)
     source = reader_source(specs[cls._type], specs.__getitem__, is_numpy=is_numpy)
-    names = dict(cls.deserialize.__globals__)  # has the embedded classes
+    compiled: Any = next(one for one in cls.__mro__ if CompiledMessage in one.__bases__)
+    names = dict(compiled.deserialize.__globals__)  # has the embedded classes
     exec(compile(source, f"<reader of {cls._type}>", "exec"), names)  # noqa: S102 # made by our compiler
     reader: Reader = names["read"]
     return reader

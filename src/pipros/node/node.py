@@ -35,6 +35,7 @@ from pipros.node.slave import on_bad_arity, slave_methods
 from pipros.node.stream import MessageStream
 from pipros.node.subscriber import NO_ARGS, Callback, Subscriber
 from pipros.node.topics import Topics
+from pipros.node.traffic import WindowLimits
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -199,6 +200,12 @@ class Node:
         wall.interrupt()
         self.subscribe("/clock", load_message_class("rosgraph_msgs/Clock"), on_clock, queue_size=1)
         return clock
+
+    def enable_statistics(self, limits: WindowLimits | None = None) -> None:
+        """Publishes on `/statistics` what the subscriptions measure."""
+        from pipros.node.statistics import StatisticsPublisher
+
+        self.topics.observe(StatisticsPublisher(self, limits or WindowLimits()).arrived)
 
     @property
     def is_shutdown(self) -> bool:

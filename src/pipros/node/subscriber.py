@@ -29,6 +29,9 @@ REQUEST_DEADLINE_S = 10.0
 
 Callback = Callable[..., object]
 
+#: Is told of every arrival: topic, connection header, size in bytes, message.
+Observer = Callable[[str, Mapping[str, str], int, Any], None]
+
 #: Stands for "no callback_args": None is a value that a callback may be given.
 NO_ARGS = object()
 
@@ -78,6 +81,7 @@ class Subscription:
         self.listeners: tuple[Listener, ...] = ()
         self.received = 0
         self.handles = 0
+        self.observe: Observer | None = None
         self._caller_id = caller_id
         self._loop = loop
         self._log = log
@@ -203,9 +207,14 @@ class Subscription:
     # -- messages -------------------------------------------------------------------
 
     def _deliver(self, frame: memoryview | bytes, header: Mapping[str, str]) -> None:
-        message: Any = self._decode(frame)
+        try:
+            message: Any = self._decode(frame)
+        except Exception as error:
+            raise ProtocolError(f"{len(frame)} bytes are no {self.interface.type}: {error}") from error
         message._connection_header = header
         self.received += 1
+        if self.observe is not None:
+            self.observe(self.topic, header, len(frame), message)
         for listener in self.listeners:
             try:
                 if listener.args is NO_ARGS:

@@ -21,7 +21,14 @@ from pipros.node.registration import (
     SubscriptionEntry,
 )
 from pipros.node.service import ServiceClass, ServiceServer
-from pipros.node.subscriber import NO_ARGS, Callback, Listener, Subscriber, Subscription
+from pipros.node.subscriber import (
+    NO_ARGS,
+    Callback,
+    Listener,
+    Observer,
+    Subscriber,
+    Subscription,
+)
 from pipros.wire.handshake import refuse
 
 if TYPE_CHECKING:
@@ -58,6 +65,7 @@ class Topics:
         self._publications: dict[str, tuple[Publication, Entry]] = {}
         self._subscriptions: dict[str, tuple[Subscription, Entry]] = {}
         self._services: dict[str, tuple[ServiceServer, Entry]] = {}
+        self._observer: Observer | None = None
         self._link_numbers = itertools.count(1)
         self._lock = threading.RLock()
 
@@ -185,6 +193,7 @@ class Topics:
                     subscription.interface.type,
                     lambda uris: self._loop.call(subscription.update_publishers, uris),
                 )
+                subscription.observe = self._observer
                 self._subscriptions[topic] = subscription, entry
             else:
                 subscription = found[0]
@@ -197,6 +206,13 @@ class Topics:
             if found is None:
                 self._registrations.add(entry)
         return Subscriber(subscription, listener, self._release_subscription)
+
+    def observe(self, observer: Observer) -> None:
+        """Has every arrival on every topic, from now on, told to `observer` before the callbacks."""
+        with self._lock:
+            self._observer = observer
+            for subscription, _ in self._subscriptions.values():
+                subscription.observe = observer
 
     def _release_subscription(self, subscription: Subscription, listener: Listener | None) -> None:
         if listener is not None:

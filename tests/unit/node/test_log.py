@@ -99,4 +99,4 @@ def test_levels_are_set_by_ros_names_and_an_unknown_one_changes_nothing() -> Non
 
 def test_a_log_file_is_named_after_the_node() -> None:
     assert log_file(Path("/log"), "/ns/talker", None) == Path("/log/ns_talker.log")
-    assert log_file(Path("/log"), "/ns/talker", "/tmp/t.log") == Path("/tmp/t.log")
+    assert log_file(Path("/log"), "/ns/talker", "/elsewhere/t.log") == Path("/elsewhere/t.log")

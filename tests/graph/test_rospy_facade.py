@@ -1,0 +1,131 @@
+"""Parts of rospy that need a node, one script each, in a process of its own."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from pipros.master.server import Master
+from pipros.net.master import MasterClient
+from tests.support.processes import Processes
+
+HEAD = """
+import threading
+import rospy
+from std_msgs.msg import Float32MultiArray, String
+
+def wait_for(condition):
+    for _ in range(1000):
+        if condition():
+            return
+        threading.Event().wait(0.01)
+    raise SystemExit("what was waited for did not happen")
+
+rospy.init_node("node")
+"""
+
+NUMPY = """
+import numpy
+from rospy.numpy_msg import numpy_msg
+got = []
+rospy.Subscriber("floats", numpy_msg(Float32MultiArray), got.append)
+pub = rospy.Publisher("floats", numpy_msg(Float32MultiArray), queue_size=5)
+wait_for(pub.get_num_connections)
+array = numpy.array([1.5, 2.5], dtype=numpy.float32)
+pub.publish(Float32MultiArray(data=array))
+pub.publish(data=array * 2)
+wait_for(lambda: len(got) == 2)
+assert numpy_msg(Float32MultiArray) is numpy_msg(Float32MultiArray)
+assert isinstance(got[0], Float32MultiArray) and got[0]._type == "std_msgs/Float32MultiArray"
+print([(type(m.data).__name__, m.data.dtype.name, m.data.tolist()) for m in got])
+"""
+
+LISTENER = """
+events = []
+
+class Ear(rospy.SubscribeListener):
+    def peer_subscribe(self, topic_name, topic_publish, peer_publish):
+        events.append(("come", topic_name))
+        peer_publish(String("for you"))
+        topic_publish(String("for all"))
+
+    def peer_unsubscribe(self, topic_name, num_peers):
+        events.append(("gone", topic_name, num_peers))
+
+pub = rospy.Publisher("chat", String, subscriber_listener=Ear(), queue_size=5)
+got = []
+sub = rospy.Subscriber("chat", String, got.append)
+wait_for(lambda: len(got) == 2)
+sub.unregister()
+wait_for(lambda: len(events) == 2)
+print(events, [m.data for m in got])
+"""
+
+STATISTICS = """
+from rosgraph_msgs.msg import TopicStatistics
+got = []
+rospy.Subscriber("/statistics", TopicStatistics, got.append)
+rospy.Subscriber("chat", String, lambda _: None)
+pub = rospy.Publisher("chat", String, queue_size=0)
+wait_for(pub.get_num_connections)
+def statistics():
+    pub.publish("x")
+    return got
+wait_for(statistics)
+m = got[0]
+print(m.topic, m.node_pub, m.node_sub, m.traffic == m.delivered_msgs * 5, m.dropped_msgs)
+print(m.window_stop > m.window_start)
+"""
+
+ROSOUT = """
+import sys
+from rosgraph_msgs.msg import Log
+got = []
+rospy.Subscriber("/rosout", Log, got.append)
+wait_for(lambda: any(n for n in rospy.core.session.node.topics.publication("/rosout").links))
+def say():
+    rospy.logwarn("low %d", 5)
+say()
+wait_for(lambda: any(m.msg == "low 5" for m in got))
+m = [m for m in got if m.msg == "low 5"][0]
+print(m.level, m.name, m.msg, m.file == sys.argv[0], m.function, m.topics, m.header.stamp.secs > 0)
+rospy.logdebug("not there")
+rospy.loginfo("last")
+wait_for(lambda: any(m.msg == "last" for m in got))
+print(any(m.msg == "not there" for m in got))
+"""
+
+
+@pytest.mark.parametrize(
+    ("code", "parameters", "expected"),
+    [
+        (NUMPY, {}, ["[('ndarray', 'float32', [1.5, 2.5]), ('ndarray', 'float32', [3.0, 5.0])]"]),
+        (
+            LISTENER,
+            {},
+            ["[('come', '/chat'), ('gone', '/chat', 0)] ['for you', 'for all']"],
+        ),
+        (STATISTICS, {"/enable_statistics": True}, ["/chat /node /node True 0", "True"]),
+        (ROSOUT, {}, ["4 /node low 5 True say ['/rosout'] True", "False"]),
+    ],
+    ids=["numpy_msg", "SubscribeListener", "statistics", "rosout"],
+)
+def test_it_does_what_noetic_does(
+    processes: Processes,
+    tmp_path: Path,
+    master: Master,
+    code: str,
+    parameters: dict[str, object],
+    expected: list[str],
+) -> None:
+    client = MasterClient(master.uri, "/test")
+    for name, value in parameters.items():
+        client.set_param(name, value)
+    client.close()
+    script = tmp_path / "node.py"
+    script.write_text(HEAD + code + 'rospy.signal_shutdown("done")\n')
+    node = processes.run(sys.executable, str(script), environment={"ROS_MASTER_URI": master.uri})
+    assert node.returncode == 0, node.output
+    assert [line for line in node.stdout if not line.startswith("[INFO]")] == expected
