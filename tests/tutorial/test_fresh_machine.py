@@ -1,0 +1,109 @@
+"""script/venv on machines that lack something: it says what, and what to type."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.support.environments import REPOSITORY, make_tool_folder
+from tests.support.processes import Process, Processes
+
+OLD = "case $1 in --version) echo Python 3.8.10 ;; *) exit 1 ;; esac"
+WITHOUT_VENV = 'case "$*" in *ensurepip*) exit 1 ;; *) exit 0 ;; esac'
+COMPLETE = (
+    'case "$*" in *venv\\ .venv) mkdir -p .venv/bin && cp "$0" .venv/bin/python ;; esac; echo "$*" >>calls'
+)
+APT_FAILS = "exit 100"
+
+
+class Machine:
+    """A copy of the project's set-up script, on a machine with the programs that a test gives it."""
+
+    def __init__(self, folder: Path, processes: Processes) -> None:
+        self.folder = folder / "pipros"
+        self._tools = make_tool_folder(folder / "bin")
+        self._processes = processes
+        (self.folder / "script").mkdir(parents=True)
+        shutil.copy(REPOSITORY / "script" / "venv", self.folder / "script" / "venv")
+        (self.folder / "pyproject.toml").write_text("one\n")
+
+    def add(self, name: str, body: str) -> None:
+        program = self._tools / name
+        program.unlink(missing_ok=True)
+        program.write_text(f"#!/bin/sh\n{body}\n")
+        program.chmod(0o755)
+
+    def run(self, *arguments: str) -> Process:
+        path = {"PATH": str(self._tools), "PYTHON": ""}
+        return self._processes.run(self.folder / "script" / "venv", *arguments, environment=path)
+
+    def calls(self) -> list[str]:
+        file = self.folder / "calls"
+        return file.read_text().splitlines() if file.exists() else []
+
+
+@pytest.fixture
+def machine(tmp_path: Path, processes: Processes) -> Machine:
+    made = Machine(tmp_path, processes)
+    made.add("id", "echo 1000")
+    return made
+
+
+def test_without_python_it_says_which_one_is_needed(machine: Machine) -> None:
+    ended = machine.run()
+
+    assert ended.returncode == 1
+    assert ended.stderr == ["python3 is not installed. pipros needs Python 3.10 or newer."]
+
+
+def test_an_old_python_is_named_with_a_way_out(machine: Machine) -> None:
+    machine.add("python3", OLD)
+
+    ended = machine.run()
+
+    assert ended.returncode == 1
+    assert ended.stderr[-1].startswith("Python 3.8.10 is too old: pipros needs Python 3.10 or newer.")
+    assert "PYTHON=python3.12" in ended.stderr[-1]
+
+
+def test_debians_python_without_venv_leads_to_the_package_to_install(machine: Machine) -> None:
+    machine.add("python3", WITHOUT_VENV)
+
+    ended = machine.run()
+
+    assert ended.returncode == 1
+    assert "On Debian and Ubuntu run: sudo apt-get install python3-venv" in ended.stderr[-1]
+
+
+def test_root_installs_that_package_or_hears_that_it_did_not_work(machine: Machine) -> None:
+    machine.add("python3", WITHOUT_VENV)
+    machine.add("id", "echo 0")
+    machine.add("apt-get", APT_FAILS)
+
+    ended = machine.run()
+
+    assert ended.returncode == 1
+    assert ended.stderr[-2:] == [
+        "installing python3-venv, which Debian's Python lacks",
+        "python3-venv could not be installed. Run: apt-get install python3-venv",
+    ]
+
+
+def test_what_is_installed_is_left_alone_until_the_project_changes(machine: Machine) -> None:
+    machine.add("python3", COMPLETE)
+
+    first = machine.run("dev")
+    calls = machine.calls()
+    assert first.returncode == 0, first.output
+    assert calls[-1].endswith("--editable .[dev]")
+
+    # A plain install has nothing that one for developers lacks.
+    for arguments in (["dev"], []):
+        assert machine.run(*arguments).stderr == []
+    assert [call for call in machine.calls() if "pip install" in call] == calls[-1:]
+
+    (machine.folder / "pyproject.toml").write_text("two\n")
+    machine.run()
+    assert machine.calls()[-1].endswith("--editable .")

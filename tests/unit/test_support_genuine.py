@@ -1,0 +1,59 @@
+"""A machine without genuine ROS: what is left out, and who is told."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.support import genuine
+from tests.support.environments import REPOSITORY
+
+PLUGIN = """
+from tests.support import genuine
+genuine._NEEDED = {"/no/such/file": "python3-rospy"}
+"""
+
+
+@pytest.fixture
+def run_without_genuine(tmp_path: Path) -> Path:
+    (tmp_path / "without_genuine.py").write_text(PLUGIN)
+    return tmp_path
+
+
+def run(plugins: Path, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "pytest", "-p", "without_genuine", "--collect-only", "-q", *arguments],
+        cwd=REPOSITORY,
+        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": f"{plugins}:{REPOSITORY}", **variables},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def test_what_lacks_is_found_by_the_files_of_the_packages(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(genuine, "_NEEDED", {"/no/such/file": "python3-rospy", "/": "base-files"})
+
+    assert genuine.missing_packages() == ["python3-rospy"]
+
+
+def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path) -> None:
+    ended = run(run_without_genuine, "tests/interop", "tests/unit/test_support_genuine.py")
+
+    assert "interop/" not in ended.stdout.partition("left out")[0]
+    *_, what, lacking, cure, last = ended.stdout.rstrip("\n").splitlines()
+    assert what == "tests/interop: genuine ROS 1 is not complete on this machine"
+    assert lacking == "lacking: python3-rospy"
+    assert cure.startswith("to have it on Debian 12, as root: apt-get install --no-install-recommends ")
+    assert "collected" in last or "no tests" in last
+
+
+def test_in_continuous_integration_it_is_an_error(run_without_genuine: Path) -> None:
+    ended = run(run_without_genuine, "tests/unit/test_support_genuine.py", CI="true")
+
+    assert ended.returncode == pytest.ExitCode.USAGE_ERROR
+    assert "genuine ROS 1 is needed here (CI is set) and lacks: python3-rospy" in ended.stderr
