@@ -52,6 +52,7 @@ class Notifier:
         may_shut_down: Callable[[Notice], Awaitable[bool]],
         reached: Callable[[Notice], None],
         failed: Callable[[Notice, PiprosError], None],
+        timeout_s: float | None = None,
     ) -> None:
         """
         Args:
@@ -59,11 +60,13 @@ class Notifier:
             may_shut_down: asked before a `shutdown` is delivered.
             reached: told of every notice that a node has answered.
             failed: told of every notice that could not be delivered.
+            timeout_s: how long a node may take over one notice; by default `CALL_TIMEOUT_S`.
         """
         self._is_current = is_current
         self._may_shut_down = may_shut_down
         self._reached = reached
         self._failed = failed
+        self._timeout_s = timeout_s or CALL_TIMEOUT_S
         self._queues: dict[str, _Queue] = {}
         self._line: deque[_Queue] = deque()
         self._turns = 0
@@ -157,7 +160,7 @@ class Notifier:
         if params is not notice.params:  # the same for all subscribers of a topic
             document = encode_call(notice.method, notice.params)
             self._encoded = (notice.params, document)
-        await queue.client.post(document, timeout_s=CALL_TIMEOUT_S)
+        await queue.client.post(document, timeout_s=self._timeout_s)
         self.delivered += 1
         self._reached(notice)
 

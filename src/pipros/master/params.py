@@ -7,7 +7,7 @@ through them. Keys come in resolved (`/a/b`); doubled and trailing slashes do no
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Protocol
 
 from pipros import names
 from pipros.errors import PiprosError
@@ -23,6 +23,14 @@ class NotSet(PiprosError, KeyError):
     """A parameter is not set."""
 
 
+class ParamJournal(Protocol):
+    """Is told of every change of the tree, in order. Must not block."""
+
+    def param_set(self, key: str, value: Any) -> None: ...
+
+    def param_deleted(self, key: str) -> None: ...
+
+
 class ParamTree:
     """The parameters of one master. Not for use from several threads at once.
 
@@ -33,6 +41,7 @@ class ParamTree:
 
     def __init__(self, tree: Tree | None = None) -> None:
         self._root: Tree = {} if tree is None else tree
+        self.journal: ParamJournal | None = None
 
     def get(self, key: str) -> Any:
         """A value, or the dictionary of a namespace; of `/` everything.
@@ -67,7 +76,12 @@ class ParamTree:
             if type(value) is not dict:
                 raise NotATree("cannot set root of parameter tree to non-dictionary")
             self._root = value
-            return
+        else:
+            self._put(parts, value)
+        if self.journal:
+            self.journal.param_set(key, value)
+
+    def _put(self, parts: list[str], value: Any) -> None:
         tree = self._root = self._root.copy()
         for part in parts[:-1]:
             below = tree.get(part)
@@ -89,6 +103,8 @@ class ParamTree:
             tree[part] = below = tree[part].copy()
             tree = below
         del tree[parts[-1]]
+        if self.journal:
+            self.journal.param_deleted(key)
 
     def names(self) -> list[str]:
         """The full names of all values, in the order they were set. An empty namespace has none."""

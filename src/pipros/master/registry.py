@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import Any, Protocol
 
 ANY_TYPE = "*"
 MASTER_ID = "/master"
@@ -56,6 +56,16 @@ class NodeEntry:
         return not any(self.names.values())
 
 
+class RegistryJournal(Protocol):
+    """Is told of every change of the books, in order. Must not block."""
+
+    def registered(self, role: Role, node: str, key: str, api: str, service_api: str | None) -> None: ...
+
+    def unregistered(self, role: Role, node: str, key: str) -> None: ...
+
+    def typed(self, topic: str, type_name: str) -> None: ...
+
+
 class Registry:
     """The books of one master. Not for use from several threads at once.
 
@@ -63,6 +73,7 @@ class Registry:
     """
 
     def __init__(self) -> None:
+        self.journal: RegistryJournal | None = None
         self.nodes: dict[str, NodeEntry] = {}
         self.topic_types: dict[str, str] = {}
         self._tables: dict[Role, dict[str, dict[str, None]]] = {role: {} for role in Role}
@@ -101,15 +112,15 @@ class Registry:
         """Enters a publisher; tells the subscribers, also when it was there before."""
         notices = self._enter(Role.PUBLISHER, node, topic, api)
         if type_name != ANY_TYPE or topic not in self.topic_types:
-            self.topic_types[topic] = type_name
+            self._set_type(topic, type_name)
         notices += self._publisher_updates(topic)
         return notices
 
     def register_subscriber(self, node: str, topic: str, type_name: str, api: str) -> list[Notice]:
         """Enters a subscriber. Its type is noted only when none is known yet."""
         notices = self._enter(Role.SUBSCRIBER, node, topic, api)
-        if type_name != ANY_TYPE:
-            self.topic_types.setdefault(topic, type_name)
+        if type_name != ANY_TYPE and topic not in self.topic_types:
+            self._set_type(topic, type_name)
         return notices
 
     def register_service(self, node: str, service: str, service_api: str, api: str) -> list[Notice]:
@@ -117,9 +128,7 @@ class Registry:
         for former in self.names_of(Role.SERVICE, service):
             if former != node:
                 self._remove(Role.SERVICE, former, service)
-        notices = self._enter(Role.SERVICE, node, service, api)
-        self._service_apis[service] = service_api
-        return notices
+        return self._enter(Role.SERVICE, node, service, api, service_api)
 
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
         """Enters a node that wants to hear of changes at and below a parameter key."""
@@ -152,7 +161,22 @@ class Registry:
                 self._remove(role, node, key)
         return [notice for topic in published for notice in self._publisher_updates(topic)]
 
-    def _enter(self, role: Role, node: str, key: str, api: str) -> list[Notice]:
+    def restore(self, role: Role, node: str, key: str, api: str, service_api: str | None) -> None:
+        """Enters what was known before a crash of the master. Nobody needs to be told."""
+        self._enter(role, node, key, api, service_api)
+
+    def restore_type(self, topic: str, type_name: str) -> None:
+        """The type of a topic that was known before a crash."""
+        self._set_type(topic, type_name)
+
+    def _set_type(self, topic: str, type_name: str) -> None:
+        if self.journal and self.topic_types.get(topic) != type_name:
+            self.journal.typed(topic, type_name)
+        self.topic_types[topic] = type_name
+
+    def _enter(
+        self, role: Role, node: str, key: str, api: str, service_api: str | None = None
+    ) -> list[Notice]:
         notices: list[Notice] = []
         entry = self.nodes.get(node)
         if entry and entry.api != api:
@@ -162,8 +186,12 @@ class Registry:
             entry = None
         if entry is None:
             entry = self.nodes[node] = NodeEntry(node, api)
+        if self.journal and (key not in entry.names[role] or role is Role.SERVICE):
+            self.journal.registered(role, node, key, api, service_api)
         entry.names[role][key] = None
         self._tables[role].setdefault(key, {})[node] = None
+        if service_api is not None:
+            self._service_apis[key] = service_api
         return notices
 
     def _remove(self, role: Role, node: str, key: str) -> None:
@@ -173,6 +201,8 @@ class Registry:
             del self._tables[role][key]
             if role is Role.SERVICE:
                 del self._service_apis[key]
+        if self.journal:
+            self.journal.unregistered(role, node, key)
         entry = self.nodes[node]
         del entry.names[role][key]
         if entry.is_empty:

@@ -1,24 +1,19 @@
-"""A running master: the registry and the parameters, answered for over XML-RPC."""
+"""A running master, as others in the process hold it."""
 
 from __future__ import annotations
 
-import asyncio
 import ipaddress
-import logging
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from pipros.env import DEFAULT_MASTER_PORT, Environment
-from pipros.errors import PiprosError
-from pipros.master.api import MasterApi
-from pipros.master.notifier import Notifier
-from pipros.master.params import ParamTree
-from pipros.master.registry import Notice, Registry
+from pipros.master.serving import MasterServer
 from pipros.net import address
 from pipros.net.loop import BackgroundLoop
-from pipros.net.rpc_server import RpcLimits, RpcServer, caller_address
+from pipros.net.rpc_server import RpcLimits
 
-_log = logging.getLogger("rosmaster.master")
+Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 
 
 class Master:
@@ -29,6 +24,9 @@ class Master:
     >>> with Master(port=0) as master:                             # doctest: +SKIP
     ...     print(master.uri)
     http://127.0.0.1:40123/
+
+    Attributes:
+        host: the address it listens on; `127.0.0.1` is for this machine only.
     """
 
     def __init__(
@@ -41,6 +39,8 @@ class Master:
         allow: Sequence[str] = (),
         parameters: Mapping[str, Any] | None = None,
         limits: RpcLimits | None = None,
+        notice_timeout_s: float | None = None,
+        store: Path | None = None,
         on_shutdown: Callable[[str], None] | None = None,
     ) -> None:
         """Nothing is opened yet.
@@ -54,66 +54,62 @@ class Master:
             allow: networks that may connect, besides loopback: `10.0.0.0/8`, `192.168.1.7`. Empty allows all.
             parameters: keys and values to set before anybody can ask.
             limits: what one peer may cost.
-            on_shutdown: called, in the master's thread, when a peer on this machine asks for the end by the
-                `shutdown` method; the owner then calls `stop()`.
+            notice_timeout_s: how long a node may take over a `publisherUpdate` and the like.
+            store: a file to keep parameters and registrations in, and to begin with what is in it.
+            on_shutdown: called, in the master's thread, when a peer on this machine asks for the end by
+                the `shutdown` method; the owner then calls `stop()`.
 
         Raises:
             ValueError: when `allow` has something that is no network.
         """
         environment = environment or Environment.from_os()
         self.host = host or address.bind_host(environment)
-        self._advertised = (
-            advertised_host
-            or (self.host if host and host not in (address.ANY, address.ANY_IPV6) else None)
-            or address.advertised_host(environment)
-        )
-        networks = [ipaddress.ip_network(network, strict=False) for network in allow]
-        self._on_shutdown = on_shutdown
-        self._registry = Registry()
-        self._params = ParamTree()
+        self._networks: list[Network] = [ipaddress.ip_network(network, strict=False) for network in allow]
         self._loop = BackgroundLoop("master")
-        self._notifier = Notifier(
-            is_current=lambda notice: self._registry.api_of(notice.node) == notice.api,
-            may_shut_down=self._may_shut_down,
-            reached=self._notice_answered,
-            failed=self._notice_failed,
-        )
-        self._api = MasterApi(
-            self._registry, self._params, notify=self._notifier.notify, shutdown=self._shutdown_asked
-        )
-        for key, value in (parameters or {}).items():
-            self._params.set(key, value)
-        self._rpc = RpcServer(
-            self._api.methods,
+        self._server = MasterServer(
             host=self.host,
             port=port,
+            advertised_host=advertised_host or _advertised_host(host, environment),
+            admits=self._admits if self._networks else None,
+            parameters=parameters or {},
             limits=limits,
-            admits=(lambda peer: _is_in(peer, networks)) if networks else None,
+            notice_timeout_s=notice_timeout_s,
+            store=store,
+            on_shutdown=on_shutdown,
         )
         self._is_running = False
 
     @property
     def port(self) -> int:
-        return self._rpc.port
+        """The port; valid from `start()` on when it was given as 0."""
+        return self._server.rpc.port
 
     @property
     def uri(self) -> str:
         """What nodes set as `ROS_MASTER_URI`; valid from `start()` on."""
-        return self._api.uri
+        return self._server.uri
+
+    @property
+    def binding(self) -> str:
+        """Who can connect, in words: `listens on 127.0.0.1, for this computer only`."""
+        if address.is_loopback(self.host):
+            return f"listens on {self.host}, for this computer only"
+        if self._networks:
+            return f"listens on {self.host}, open to {', '.join(map(str, self._networks))}"
+        return f"listens on {self.host}, open to everybody who can reach this computer"
 
     def start(self) -> None:
         """Opens the port; the master answers when this returns.
 
         Raises:
-            OSError: when the port is taken or the address is not of this machine.
+            OSError: when the port is taken, the address is not of this machine or the store cannot be made.
         """
         self._loop.start()
         try:
-            self._loop.run(self._rpc.start())
+            self._loop.run(self._server.start())
         except BaseException:
             self._loop.stop()
             raise
-        self._api.uri = address.uri(self._advertised, self._rpc.port)
         self._is_running = True
 
     def stop(self) -> None:
@@ -121,42 +117,30 @@ class Master:
         if not self._is_running:
             return
         self._is_running = False
-        self._loop.run(self._stop())
+        self._loop.run(self._server.stop())
         self._loop.stop()
 
     def __enter__(self) -> Master:
-        self.start()
+        if not self._is_running:
+            self.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         self.stop()
 
-    async def _stop(self) -> None:
-        self._notifier.close()
-        await self._rpc.stop()
-
-    def _shutdown_asked(self, reason: str) -> bool:
-        if not address.is_loopback(caller_address.get()) or not self._on_shutdown:
+    def _admits(self, peer: str) -> bool:
+        try:
+            ip = ipaddress.ip_address(peer.partition("%")[0])
+        except ValueError:
             return False
-        asyncio.get_running_loop().call_later(0.05, self._on_shutdown, reason)  # after the answer is out
-        return True
-
-    async def _may_shut_down(self, notice: Notice) -> bool:
-        _log.info("%s at %s: %s", notice.node, notice.api, notice.params[1])
-        return True
-
-    def _notice_answered(self, notice: Notice) -> None:
-        _log.debug("%s of %s delivered", notice.method, notice.node)
-
-    def _notice_failed(self, notice: Notice, error: PiprosError) -> None:
-        _log.debug("%s of %s not delivered: %s", notice.method, notice.node, error)
+        mapped = ip.ipv4_mapped if isinstance(ip, ipaddress.IPv6Address) else None
+        ip = mapped or ip
+        return ip.is_loopback or any(ip in network for network in self._networks)
 
 
-def _is_in(peer: str, networks: Sequence[ipaddress.IPv4Network | ipaddress.IPv6Network]) -> bool:
-    try:
-        ip = ipaddress.ip_address(peer)
-    except ValueError:
-        return False
-    mapped = getattr(ip, "ipv4_mapped", None)
-    ip = mapped or ip
-    return ip.is_loopback or any(ip in network for network in networks)
+def _advertised_host(host: str | None, environment: Environment) -> str:
+    if host is None or host in (address.ANY, address.ANY_IPV6):
+        if host and not (environment.hostname or environment.ip) and address.is_master_local(environment):
+            return address.own_name(environment)
+        return address.advertised_host(environment)
+    return host

@@ -62,11 +62,16 @@ def advertised_host(environment: Environment) -> str:
         return told
     if is_master_local(environment):
         return LOOPBACK
+    return own_name(environment)
+
+
+def own_name(environment: Environment) -> str:
+    """The name of this machine, or, when it has none of its own, its address towards the master."""
     name = socket.gethostname()
-    return name if name and not is_loopback(name) else _address_towards(environment.master_uri)
+    return name if name and not is_loopback(name) else address_towards(environment.master_uri)
 
 
-def _address_towards(master_uri: str) -> str:
+def address_towards(master_uri: str) -> str:
     """This machine's own address on the way to the master. Nothing is sent: UDP only picks the route."""
     try:
         host, port = split_master_uri(master_uri)

@@ -49,7 +49,7 @@ class MasterClient:
         try:
             answer = self._rpc.call(method, self.caller_id, *params, timeout_s=timeout_s)
         except Unreachable as error:
-            raise Unreachable(f"master [{self.uri}]", error.reason, CURE) from None
+            raise Unreachable(f"master [{self.uri}]", error.reason, CURE) from error.__cause__
         if not isinstance(answer, list) or len(answer) != 3 or type(answer[0]) is not int:
             raise ProtocolError(f"[{self.uri}] is no ROS master: it answered {str(answer)[:80]} to {method}")
         return answer[0], str(answer[1]), answer[2]

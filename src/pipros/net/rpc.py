@@ -98,7 +98,7 @@ class RpcClient:
                 connection.close()
             except (OSError, HttpError) as error:
                 connection.close()
-                raise self._explain(error) from None
+                raise self._explain(error) from error
             except BaseException:
                 connection.close()
                 raise
@@ -108,12 +108,12 @@ class RpcClient:
         try:
             connection = _Connection(self._host, self._port, deadline)
         except OSError as error:
-            raise self._explain(error) from None
+            raise self._explain(error) from error
         try:
             response = connection.exchange(request, deadline)
         except (OSError, HttpError) as error:
             connection.close()
-            raise self._explain(error) from None
+            raise self._explain(error) from error
         except BaseException:  # Ctrl-C in the middle of an exchange: the connection is of no use any more
             connection.close()
             raise

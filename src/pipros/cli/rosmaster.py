@@ -1,0 +1,153 @@
+"""`rosmaster`: the master alone. What people start is `roscore`; scripts and roslaunch start this."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Sequence
+from dataclasses import replace
+from optparse import SUPPRESS_HELP, OptionParser, Values
+from pathlib import Path
+
+from pipros import names
+from pipros.env import DEFAULT_MASTER_PORT, Environment
+from pipros.errors import PiprosError
+
+_DEPRECATED = """
+
+
+ACHTUNG WARNING ACHTUNG WARNING ACHTUNG
+WARNING ACHTUNG WARNING ACHTUNG WARNING
+
+
+Standalone zenmaster has been deprecated, please use 'roscore' instead
+
+
+ACHTUNG WARNING ACHTUNG WARNING ACHTUNG
+WARNING ACHTUNG WARNING ACHTUNG WARNING
+
+
+"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs until Ctrl-C or SIGTERM; returns the exit code."""
+    parsed = names.parse_arguments(sys.argv[1:] if argv is None else argv)
+    parser = _parser()
+    options, words = parser.parse_args(list(parsed.rest))
+    if words:
+        parser.error(f"unrecognized arg: {words[0]}")
+    try:
+        port = DEFAULT_MASTER_PORT if options.port is None else int(options.port)
+        timeout_s = None if options.timeout is None else float(options.timeout)
+    except ValueError as error:
+        parser.error(str(error))
+    if not options.core:
+        print(_DEPRECATED)
+    environment = Environment.from_os()
+    environment = replace(
+        environment,
+        hostname=parsed.special.get("__hostname") or environment.hostname,
+        ip=parsed.special.get("__ip") or environment.ip,
+    )
+    _log_to(Path(parsed.special.get("__log") or environment.log_dir / "master.log"), options)
+    return _serve(environment, port, timeout_s, options)
+
+
+def _parser() -> OptionParser:
+    parser = OptionParser(usage="usage: %prog [options]", prog="zenmaster")
+    parser.add_option("--core", dest="core", action="store_true", default=False, help="run as core")
+    parser.add_option("-p", "--port", dest="port", help="override port", metavar="PORT")
+    parser.add_option(
+        "-w",
+        "--numworkers",
+        dest="num_workers",
+        type="int",
+        default=3,
+        help="override number of worker threads",
+        metavar="NUM_WORKERS",
+    )
+    parser.add_option(
+        "-t",
+        "--timeout",
+        dest="timeout",
+        help="override the socket connection timeout (in seconds).",
+        metavar="TIMEOUT",
+    )
+    parser.add_option(
+        "--master-logger-level",
+        dest="master_logger_level",
+        default=False,
+        type="str",
+        help="set rosmaster.master logger level ('debug', 'info', 'warn', 'error', 'fatal')",
+    )
+    # roslaunch and scripts of older days pass it; it has no meaning any more.
+    parser.add_option("-v", "--verbose", action="store_true", help=SUPPRESS_HELP)
+    parser.add_option(
+        "--bind", metavar="ADDRESS", help="address to listen on; 0.0.0.0 opens it to the network"
+    )
+    parser.add_option(
+        "--allow", metavar="NETWORK", action="append", default=[], help="network that may connect; repeatable"
+    )
+    parser.add_option(
+        "--resume",
+        metavar="FILE",
+        help="keep parameters and registrations in FILE, and begin with what is there",
+    )
+    return parser
+
+
+def _log_to(file: Path, options: Values) -> None:
+    import logging
+
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        logging.basicConfig(
+            filename=file, level=logging.INFO, format="[%(name)s][%(levelname)s] %(asctime)s: %(message)s"
+        )
+    except OSError as error:
+        print(f"WARNING: cannot log to {file}: {error}", file=sys.stderr)
+        logging.basicConfig(level=logging.ERROR)
+    level = str(options.master_logger_level or "").upper()
+    if level in ("DEBUG", "INFO", "WARN", "ERROR", "FATAL"):
+        logging.getLogger("rosmaster.master").setLevel(getattr(logging, level))
+    elif options.master_logger_level:
+        logging.getLogger("rosmaster.main").error(
+            "master logger level [%s] is none of debug, info, warn, error, fatal", options.master_logger_level
+        )
+
+
+def _serve(environment: Environment, port: int, timeout_s: float | None, options: Values) -> int:
+    from pipros.master.server import Master
+
+    end = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: end.set())
+    try:
+        master = Master(
+            host=options.bind,
+            port=port,
+            environment=environment,
+            allow=options.allow,
+            notice_timeout_s=timeout_s,
+            store=Path(options.resume) if options.resume else None,
+            on_shutdown=lambda _reason: end.set(),
+        )
+        master.start()
+    except (PiprosError, ValueError) as error:
+        print(f"ERROR: {error}", file=sys.stderr)
+        return 1
+    except OSError as error:
+        taken = f"port {port} is already in use" if "in use" in str(error) else str(error)
+        print(f"ERROR: Unable to start XML-RPC server, {taken}", file=sys.stderr)
+        return 1
+    with master:
+        if not options.core:
+            print(f"{master.uri} {master.binding}", flush=True)
+        end.wait()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,194 @@
+"""Who of the registered nodes is still there.
+
+Theory of operation: every node is asked for its process id now and then, and at once when a notice
+could not be delivered to it. What comes of it decides:
+
+- it answers: it is there, and its process id is remembered;
+- the connection is refused, or the answer comes from another process than before: it is asked
+  again, and when that gave the same `CONFIRMATIONS` times in a row, it is gone;
+- no answer in time, or no way to its host: it is kept, and shown as unreachable. A node that
+  hangs, is being debugged or lost its network for a while is not forgotten for that.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable, Coroutine
+from enum import Enum
+from typing import Any, Final
+
+from pipros.errors import PiprosError, Unreachable
+from pipros.master.registry import MASTER_ID, Registry
+from pipros.net.rpc_async import call_async
+from pipros.wire.xmlrpc import Fault
+
+_log = logging.getLogger("rosmaster.master")
+
+ROUND_S: Final = 10.0
+"""How often every node is asked."""
+ANSWER_S: Final = 3.0
+"""How long a node may take to answer."""
+CONFIRMATIONS: Final = 3
+CONFIRMATION_PAUSE_S: Final = 0.5
+ASKED_AT_A_TIME: Final = 20
+
+
+class Presence(Enum):
+    """What asking a node came to."""
+
+    THERE = "there"
+    REFUSED = "refused"
+    REPLACED = "replaced"
+    SILENT = "silent"
+
+
+class Liveness:
+    """Asks nodes, on the loop that it was started on.
+
+    `gone` is called with the name and the API of each node that is found to have gone.
+    """
+
+    def __init__(self, registry: Registry, gone: Callable[[str, str], None]) -> None:
+        self._registry = registry
+        self._gone = gone
+        self._pids: dict[tuple[str, str], int] = {}
+        self._unreachable: set[str] = set()
+        self._suspects: set[str] = set()
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    @property
+    def unreachable(self) -> list[str]:
+        """The nodes that did not answer when they were asked last."""
+        return sorted(name for name in self._unreachable if name in self._registry.nodes)
+
+    def start(self) -> None:
+        self._spawn(self._ask_rounds())
+
+    def stop(self) -> None:
+        for task in self._tasks:
+            task.cancel()
+
+    def suspect(self, node: str) -> None:
+        """Asks a node now, because something could not be delivered to it."""
+        if node not in self._suspects and node in self._registry.nodes:
+            self._suspects.add(node)
+            self._spawn(self._ask_until_sure(node))
+
+    def note_reached(self, node: str) -> None:
+        """The node answered somebody."""
+        self._unreachable.discard(node)
+
+    async def is_at(self, node: str, api: str) -> bool:
+        """True when `api` still belongs to the node of that name, as far as can be found out.
+
+        False when nobody answers there, when another registered node has that API by now, when who answers
+        has another name (only Python nodes tell theirs) or another process id than the node had.
+        """
+        if any(entry.api == api and entry.name != node for entry in self._registry.nodes.values()):
+            return False
+        try:
+            name = await _ask(api, "getName")
+        except Fault:
+            name = None  # roscpp nodes do not tell
+        except PiprosError:
+            return False
+        if isinstance(name, str) and name:
+            return name == node
+        return await self._presence(node, api) is Presence.THERE
+
+    def _spawn(self, coroutine: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.get_running_loop().create_task(coroutine)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _ask_rounds(self) -> None:
+        while True:
+            await asyncio.sleep(ROUND_S)
+            self._pids = {key: pid for key, pid in self._pids.items() if self._is_current(*key)}
+            self._unreachable &= set(self._registry.nodes)
+            places = asyncio.Semaphore(ASKED_AT_A_TIME)
+            nodes = [name for name in self._registry.nodes if name not in self._suspects]
+            await asyncio.gather(*(self._ask_in_turn(places, name) for name in nodes))
+
+    async def _ask_in_turn(self, places: asyncio.Semaphore, node: str) -> None:
+        async with places:
+            api = self._registry.api_of(node)
+            if api and await self._presence(node, api) in (Presence.REFUSED, Presence.REPLACED):
+                self.suspect(node)
+
+    async def _ask_until_sure(self, node: str) -> None:
+        try:
+            api = self._registry.api_of(node)
+            for count in range(CONFIRMATIONS):
+                if count:
+                    await asyncio.sleep(CONFIRMATION_PAUSE_S)
+                if api is None or not self._is_current(node, api):
+                    return
+                presence = await self._presence(node, api)
+                if presence in (Presence.THERE, Presence.SILENT):
+                    return
+            if api and self._is_current(node, api):
+                _log.info("%s at %s has gone without a word (%s)", node, api, presence.value)
+                self._gone(node, api)
+        finally:
+            self._suspects.discard(node)
+
+    def _is_current(self, node: str, api: str) -> bool:
+        return self._registry.api_of(node) == api
+
+    async def _presence(self, node: str, api: str) -> Presence:
+        try:
+            pid = await _ask(api, "getPid")
+        except Unreachable as error:
+            if isinstance(error.__cause__, ConnectionRefusedError):
+                return Presence.REFUSED
+            self._unreachable.add(node)
+            return Presence.SILENT
+        except Fault:
+            return Presence.THERE  # a node that does not tell its process id
+        except PiprosError:
+            return Presence.REPLACED  # something that is no ROS node answers there
+        self._unreachable.discard(node)
+        if type(pid) is not int or pid <= 0:
+            return Presence.THERE
+        known = self._pids.setdefault((node, api), pid)
+        return Presence.THERE if known == pid else Presence.REPLACED
+
+
+async def _ask(api: str, method: str) -> Any:
+    """The value of a node's answer; None when it is no answer of the ROS kind.
+
+    Raises what `call_async` raises.
+    """
+    try:
+        answer = await call_async(api, method, MASTER_ID, timeout_s=ANSWER_S)
+    except ValueError as error:
+        raise Unreachable(api, str(error)) from None
+    return answer[2] if isinstance(answer, list) and len(answer) == 3 and answer[0] == 1 else None
+
+
+async def who_answers(nodes: dict[str, str], timeout_s: float) -> set[str]:
+    """Which of the nodes (name to API) are to be taken over from before a crash of the master.
+
+    Those that answer, unless under another name, and those that give no answer in time; not those
+    whose connection is refused.
+    """
+    places = asyncio.Semaphore(ASKED_AT_A_TIME * 5)
+
+    async def is_there(node: str, api: str) -> bool:
+        async with places:
+            try:
+                name = await asyncio.wait_for(_ask(api, "getName"), timeout_s)
+            except Fault:
+                return True
+            except asyncio.TimeoutError:
+                return True
+            except Unreachable as error:
+                return not isinstance(error.__cause__, ConnectionRefusedError)
+            except PiprosError:
+                return False
+            return not isinstance(name, str) or not name or name == node
+
+    found = await asyncio.gather(*(is_there(node, api) for node, api in nodes.items()))
+    return {node for node, there in zip(nodes, found, strict=True) if there}

@@ -1,0 +1,46 @@
+"""ROS graph: names, network and the master, under the names that ROS code imports.
+
+Facade of `pipros.names`, `pipros.net` and `pipros.wire`; see http://docs.ros.org/noetic/api/rosgraph.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from pipros import names as _names
+from rosgraph import names, network, rosenv
+from rosgraph.masterapi import Master, MasterError, MasterException, MasterFailure
+from rosgraph.masterapi import is_online as is_master_online
+from rosgraph.rosenv import (
+    ROS_HOSTNAME,
+    ROS_IP,
+    ROS_IPV6,
+    ROS_MASTER_URI,
+    ROS_NAMESPACE,
+    get_master_uri,
+)
+
+__all__ = [
+    "ROS_HOSTNAME",
+    "ROS_IP",
+    "ROS_IPV6",
+    "ROS_MASTER_URI",
+    "ROS_NAMESPACE",
+    "Master",
+    "MasterError",
+    "MasterException",
+    "MasterFailure",
+    "get_master_uri",
+    "is_master_online",
+    "myargv",
+    "names",
+    "network",
+    "rosenv",
+]
+
+
+def myargv(argv: Sequence[str] | None = None) -> list[str]:
+    """The arguments without remappings (`key:=value`)."""
+    argv = sys.argv if argv is None else argv
+    return [argument for argument in argv if not _names.is_remapping_argument(argument)]

@@ -1,0 +1,161 @@
+"""The master as tools and scripts know it: `rosgraph.Master("/name").getSystemState()`.
+
+Facade of `pipros.net.master.MasterClient`. Errors are those that ROS code catches: `MasterError`
+for the caller's error, `MasterFailure` for the master's, `socket.error` when it cannot be reached.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.errors import ProtocolError, Unreachable
+from pipros.net.master import MasterClient
+from pipros.wire.xmlrpc import Fault
+from rosgraph.names import make_caller_id
+from rosgraph.network import parse_http_host_and_port
+from rosgraph.rosenv import get_master_uri
+
+
+class MasterException(Exception):  # the name that ROS code catches
+    """Root of what the master's answers are turned into."""
+
+
+class MasterError(MasterException):
+    """The master says that the call is wrong (code -1)."""
+
+
+class MasterFailure(MasterException):
+    """The master says that it failed (code 0)."""
+
+
+ROSMasterException = MasterException
+Error = MasterError
+Failure = MasterFailure
+
+
+def is_online(master_uri: str | None = None) -> bool:
+    """True when a master answers at `master_uri`, by default at the environment's."""
+    return Master("rosgraph", master_uri=master_uri).is_online()
+
+
+class Master:
+    """The Master and Parameter Server API, as methods with their own names.
+
+    Each returns the value alone, or raises: `MasterError`, `MasterFailure`, `socket.error`,
+    `xmlrpc.client.Fault`.
+    """
+
+    def __init__(self, caller_id: str, master_uri: str | None = None) -> None:
+        """
+        Raises:
+            ValueError: when the URI is none.
+        """
+        if master_uri is None:
+            master_uri = get_master_uri()
+        self.caller_id = make_caller_id(caller_id).rstrip("/") or "/"
+        self._reinit(master_uri)
+
+    def _reinit(self, master_uri: str) -> None:
+        try:
+            host, port = parse_http_host_and_port(master_uri)
+            self._client = MasterClient(f"http://{_bracketed(host)}:{port}/", self.caller_id)
+        except ValueError:
+            raise ValueError(f"invalid master URI: {master_uri}") from None
+        self.master_uri = master_uri
+
+    @property
+    def handle(self) -> Any:
+        """An `xmlrpc.client.ServerProxy` of the master, for what has no method here."""
+        from xmlrpc.client import ServerProxy
+
+        return ServerProxy(self.master_uri)
+
+    def _call(self, method: str, *params: Any) -> Any:
+        try:
+            code, text, value = self._client.call_raw(method, *params)
+        except Unreachable as error:
+            raise error.__cause__ or ConnectionError(str(error)) from None
+        except Fault as error:
+            from xmlrpc.client import Fault as ClientFault
+
+            raise ClientFault(error.code, error.text) from None
+        except ProtocolError as error:
+            raise MasterFailure(str(error)) from None
+        if code == 1:
+            return value
+        raise (MasterError if code == -1 else MasterFailure)(text)
+
+    def is_online(self) -> bool:
+        """True when the master answers. Other errors than that it cannot be reached are raised."""
+        try:
+            self.getPid()
+        except OSError:
+            return False
+        return True
+
+    def getPid(self) -> int:  # noqa: N802  # the names of this class are the API's
+        return int(self._call("getPid"))
+
+    def getUri(self) -> str:  # noqa: N802
+        return str(self._call("getUri"))
+
+    def registerService(self, service: str, service_api: str, caller_api: str) -> int:  # noqa: N802
+        return int(self._call("registerService", service, service_api, caller_api))
+
+    def unregisterService(self, service: str, service_api: str) -> int:  # noqa: N802
+        return int(self._call("unregisterService", service, service_api))
+
+    def registerSubscriber(self, topic: str, topic_type: str, caller_api: str) -> Any:  # noqa: N802
+        return self._call("registerSubscriber", topic, topic_type, caller_api)
+
+    def unregisterSubscriber(self, topic: str, caller_api: str) -> int:  # noqa: N802
+        return int(self._call("unregisterSubscriber", topic, caller_api))
+
+    def registerPublisher(self, topic: str, topic_type: str, caller_api: str) -> Any:  # noqa: N802
+        return self._call("registerPublisher", topic, topic_type, caller_api)
+
+    def unregisterPublisher(self, topic: str, caller_api: str) -> int:  # noqa: N802
+        return int(self._call("unregisterPublisher", topic, caller_api))
+
+    def lookupNode(self, node_name: str) -> str:  # noqa: N802
+        return str(self._call("lookupNode", node_name))
+
+    def lookupService(self, service: str) -> str:  # noqa: N802
+        return str(self._call("lookupService", service))
+
+    def getTopicTypes(self) -> Any:  # noqa: N802
+        return self._call("getTopicTypes")
+
+    def getPublishedTopics(self, subgraph: str) -> Any:  # noqa: N802
+        return self._call("getPublishedTopics", subgraph)
+
+    def getSystemState(self) -> Any:  # noqa: N802
+        return self._call("getSystemState")
+
+    def getParam(self, key: str) -> Any:  # noqa: N802
+        return self._call("getParam", key)
+
+    def setParam(self, key: str, value: Any) -> int:  # noqa: N802
+        return int(self._call("setParam", key, value))
+
+    def hasParam(self, key: str) -> bool:  # noqa: N802
+        return bool(self._call("hasParam", key))
+
+    def deleteParam(self, key: str) -> int:  # noqa: N802
+        return int(self._call("deleteParam", key))
+
+    def searchParam(self, key: str) -> str:  # noqa: N802
+        return str(self._call("searchParam", key))
+
+    def getParamNames(self) -> Any:  # noqa: N802
+        return self._call("getParamNames")
+
+    def subscribeParam(self, caller_api: str, key: str) -> Any:  # noqa: N802
+        return self._call("subscribeParam", caller_api, key)
+
+    def unsubscribeParam(self, caller_api: str, key: str) -> int:  # noqa: N802
+        return int(self._call("unsubscribeParam", caller_api, key))
+
+
+def _bracketed(host: str) -> str:
+    return f"[{host}]" if ":" in host else host

@@ -1,0 +1,109 @@
+"""Names of graph resources; a facade of `pipros.names`."""
+
+from __future__ import annotations
+
+import os
+import random
+import socket
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pipros import names as _names
+from rosgraph.rosenv import ROS_NAMESPACE
+
+MSG_EXT = ".msg"
+SRV_EXT = ".srv"
+SEP = "/"
+GLOBALNS = "/"
+PRIV_NAME = "~"
+REMAP = ":="
+ANYTYPE = "*"
+
+make_global_ns = _names.make_global_namespace
+ns_join = _names.join
+
+
+def is_global(name: str) -> bool:
+    """True for a name with a leading slash."""
+    return bool(name) and _names.is_global(name)
+
+
+def is_private(name: str) -> bool:
+    """True for a name with a leading tilde."""
+    return bool(name) and _names.is_private(name)
+
+
+def is_legal_name(name: str | None) -> bool:
+    """True for a name that may stand in the graph, also the empty one."""
+    return name is not None and _names.is_legal(name)
+
+
+def is_legal_base_name(name: str | None) -> bool:
+    """True for a name without any namespace."""
+    return name is not None and _names.is_legal_base(name)
+
+
+def canonicalize_name(name: str) -> str:
+    """The name without doubled and trailing slashes."""
+    return _names.canonicalize(name)
+
+
+def namespace(name: str) -> str:
+    """The namespace that a name stands in, with a trailing slash.
+
+    Raises:
+        ValueError: for what is no text.
+    """
+    if not isinstance(name, str):
+        raise ValueError("name")  # what callers of rosgraph catch
+    return _names.namespace(name)
+
+
+def make_caller_id(name: str) -> str:
+    """The global name of a node that was given `name`, below `ROS_NAMESPACE`, with a trailing slash."""
+    return make_global_ns(ns_join(get_ros_namespace(), name))
+
+
+def get_ros_namespace(env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None) -> str:
+    """The namespace of this process: `__ns:=` in `argv`, else `ROS_NAMESPACE`, else `/`."""
+    env = os.environ if env is None else env
+    special = _names.parse_arguments(sys.argv if argv is None else argv).special
+    return make_global_ns(special.get("__ns") or env.get(ROS_NAMESPACE) or GLOBALNS)
+
+
+def resolve_name(name: str, namespace_: str, remappings: Mapping[str, str] | None = None) -> str:
+    """The global name that `name` means to the node `namespace_`, remappings applied."""
+    return _names.resolve(name, namespace_, remappings)
+
+
+def script_resolve_name(script_name: str, name: str) -> str:
+    """The global name that `name` means to a script: relative to `ROS_NAMESPACE`, private to the script."""
+    if not name:
+        return get_ros_namespace()
+    return resolve_name(name, ns_join(get_ros_namespace(), script_name))
+
+
+def load_mappings(argv: Sequence[str]) -> dict[str, str]:
+    """The remappings of a command line, parameters (`_name:=`) left out."""
+    parsed = _names.parse_arguments(argv)
+    for argument in parsed.malformed:
+        print(f"ERROR: Invalid remapping argument '{argument}'", file=sys.stderr)
+    legal = {key: value for key, value in parsed.remappings.items() if is_legal_remap(f"{key}:={value}")}
+    return {**legal, **parsed.special}
+
+
+def is_legal_remap(arg: str) -> bool:
+    """True for an argument that remaps a legal name, or sets a parameter or a `__special`."""
+    key, sign, _ = arg.partition(REMAP)
+    return bool(sign) and (_names.is_legal(key.lstrip("_") or "a") if key.startswith("_") else _is_name(key))
+
+
+def _is_name(key: str) -> bool:
+    return bool(key) and _names.is_legal(key)
+
+
+def anonymous_name(id: Any) -> str:  # noqa: A002  # the name callers may use
+    """`id` made unique by host, process and a random number, fit for a node name."""
+    name = f"{id}_{socket.gethostname()}_{os.getpid()}_{random.randint(0, sys.maxsize)}"  # noqa: S311
+    return name.replace(".", "_").replace("-", "_").replace(":", "_")

@@ -1,0 +1,182 @@
+"""Addresses of this machine, headers of connections; a facade of `pipros.net.address` and `pipros.wire`."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+from pipros.env import Environment
+from pipros.errors import ProtocolError
+from pipros.net import address as _address
+from pipros.wire.header import decode_header, encode_header
+from rosgraph.rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6
+
+__all__ = [
+    "ROS_HOSTNAME",
+    "ROS_IP",
+    "ROS_IPV6",
+    "ROSHandshakeException",
+    "create_local_xmlrpc_uri",
+    "decode_ros_handshake_header",
+    "encode_ros_handshake_header",
+    "get_address_override",
+    "get_bind_address",
+    "get_host_name",
+    "get_local_address",
+    "get_local_addresses",
+    "is_local_address",
+    "parse_http_host_and_port",
+    "read_ros_handshake_header",
+    "use_ipv6",
+    "write_ros_handshake_header",
+]
+
+
+class ROSHandshakeException(Exception):  # the name that ROS code catches
+    """A connection header is wrong or did not come."""
+
+
+def parse_http_host_and_port(url: str) -> tuple[str, int]:
+    """Host and port of a URL; port 80 when it names none.
+
+    Raises:
+        ValueError: when it is no URL.
+    """
+    from urllib.parse import urlsplit
+
+    parts = urlsplit(url) if url else None
+    if parts is None or not parts.scheme or not parts.hostname:
+        raise ValueError("not a valid URL")
+    return parts.hostname, parts.port or 80
+
+
+def get_address_override() -> str | None:
+    """What `__hostname:=`, `__ip:=`, `ROS_HOSTNAME` or `ROS_IP` tell to advertise; None when nothing does."""
+    for key in ("__hostname:=", "__ip:="):
+        for argument in sys.argv:
+            if argument.startswith(key):
+                return argument[len(key) :]
+    for name in (ROS_HOSTNAME, ROS_IP):
+        if name in os.environ:
+            value = os.environ[name]
+            if not value:
+                sys.stderr.write(f"invalid {name} (an empty string)\n")
+            elif "://" in value:
+                sys.stderr.write(f"invalid {name} (protocol should not be included)\n")
+            elif name == ROS_IP and "." in value and value.rfind(":") > value.rfind("."):
+                sys.stderr.write(f"invalid {name} (port should not be included)\n")
+            elif name == ROS_IP and "." not in value and ":" not in value:
+                sys.stderr.write(f"invalid {name} (must be a valid IPv4 or IPv6 address)\n")
+            return value
+    return None
+
+
+def get_host_name() -> str:
+    """The name or address of this machine that others are to use."""
+    return get_address_override() or _best_name()
+
+
+def _best_name() -> str:
+    name = socket.gethostname()
+    return name if name and not _address.is_loopback(name) else get_local_address()
+
+
+def get_local_addresses() -> list[str]:
+    """The IP addresses of this machine, loopback first."""
+    try:
+        _, _, found = socket.gethostbyname_ex(socket.gethostname())
+    except OSError:
+        found = []
+    towards = _address.address_towards("http://192.0.2.1:9/")
+    return list(dict.fromkeys([_address.LOOPBACK, *found, towards]))
+
+
+def get_local_address() -> str:
+    """What is overridden, else an address of this machine that others can reach, if it has one."""
+    if override := get_address_override():
+        return override
+    addresses = get_local_addresses()
+    return next((found for found in addresses if not _address.is_loopback(found)), addresses[0])
+
+
+def is_local_address(hostname: str) -> bool:
+    """True when the name or address is one of this machine."""
+    try:
+        found = {str(info[4][0]) for info in socket.getaddrinfo(hostname, 0, type=socket.SOCK_STREAM)}
+    except OSError:
+        return False
+    return any(_address.is_loopback(ip) for ip in found) or bool(found & set(get_local_addresses()))
+
+
+def get_bind_address(address: str | None = None) -> str:
+    """Where a server listens that is to be reached as `address`.
+
+    By default as pipros nodes do: loopback as long as everything is local.
+    """
+    address = address or get_address_override()
+    if not address:
+        return _address.bind_host(Environment.from_os())
+    if use_ipv6():
+        return "::1" if _address.is_loopback(address) else _address.ANY_IPV6
+    return _address.LOOPBACK if _address.is_loopback(address) else _address.ANY
+
+
+def use_ipv6() -> bool:
+    """True when `ROS_IPV6=on`."""
+    return os.environ.get(ROS_IPV6) == "on"
+
+
+def create_local_xmlrpc_uri(port: int) -> str:
+    """The URI of an XML-RPC server of this machine."""
+    return _address.uri(get_host_name(), port)
+
+
+def encode_ros_handshake_header(header: Mapping[str, Any]) -> bytes:
+    """A connection header as TCPROS sends it, its length first."""
+    return encode_header(header)
+
+
+def decode_ros_handshake_header(header_str: bytes) -> dict[str, str]:
+    """The fields of a connection header that begins with its length.
+
+    Raises:
+        ROSHandshakeException: when it is incomplete or wrong.
+    """
+    size = int.from_bytes(header_str[:4], "little") + 4
+    if len(header_str) < size or len(header_str) < 4:
+        raise ROSHandshakeException(
+            f"Incomplete header. Expected {size + 4} bytes but only have {len(header_str)}"
+        )
+    try:
+        return decode_header(header_str[4:size])
+    except ProtocolError as error:
+        raise ROSHandshakeException(str(error)) from None
+
+
+def read_ros_handshake_header(sock: socket.socket, b: Any, buff_size: int) -> dict[str, str]:
+    """Reads a connection header from a socket; what follows it stays in the buffer `b`.
+
+    Raises:
+        ROSHandshakeException: the peer closed before the header was complete, or it is wrong.
+    """
+    data = bytearray(b.getvalue())
+    while len(data) < 4 or len(data) < int.from_bytes(data[:4], "little") + 4:
+        received = sock.recv(buff_size)
+        if not received:
+            raise ROSHandshakeException("connection from sender terminated before handshake header received")
+        data += received
+    size = int.from_bytes(data[:4], "little") + 4
+    b.seek(0)
+    b.truncate()
+    b.write(data[size:])
+    return decode_ros_handshake_header(bytes(data[:size]))
+
+
+def write_ros_handshake_header(sock: socket.socket, header: Mapping[str, Any]) -> int:
+    """Sends a connection header; returns how many bytes it has."""
+    data = encode_ros_handshake_header(header)
+    sock.sendall(data)
+    return len(data)

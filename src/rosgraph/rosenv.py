@@ -1,0 +1,33 @@
+"""The ROS environment variables that concern the graph."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping, Sequence
+
+from pipros.env import DEFAULT_MASTER_PORT as DEFAULT_MASTER_PORT
+
+ROS_MASTER_URI = "ROS_MASTER_URI"
+ROS_IP = "ROS_IP"
+ROS_IPV6 = "ROS_IPV6"
+ROS_HOSTNAME = "ROS_HOSTNAME"
+ROS_NAMESPACE = "ROS_NAMESPACE"
+
+DEFAULT_MASTER_URI = f"http://localhost:{DEFAULT_MASTER_PORT}/"
+
+
+def get_master_uri(env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None) -> str:
+    """The URI of the master: `__master:=` in `argv`, else `ROS_MASTER_URI`, else the default.
+
+    Raises:
+        ValueError: for `__master:=` without a value.
+    """
+    env = os.environ if env is None else env
+    for argument in sys.argv if argv is None else argv:
+        if argument.startswith("__master:="):
+            _, _, uri = argument.partition(":=")
+            if not uri:
+                raise ValueError(f"__master remapping argument '{argument}' improperly specified")
+            return uri
+    return env.get(ROS_MASTER_URI, DEFAULT_MASTER_URI)

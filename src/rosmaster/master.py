@@ -1,0 +1,35 @@
+"""A master inside a process, as rostest and other code starts it."""
+
+from __future__ import annotations
+
+from pipros.env import DEFAULT_MASTER_PORT
+from pipros.master import server
+
+NUM_WORKERS = 3
+
+__all__ = ["DEFAULT_MASTER_PORT", "NUM_WORKERS", "Master"]
+
+
+class Master:
+    """A ROS master. `start()` returns when it answers; `uri` is where."""
+
+    def __init__(self, port: int = DEFAULT_MASTER_PORT, num_workers: int = NUM_WORKERS) -> None:  # noqa: ARG002
+        """`num_workers` has no meaning here; it is taken for the sake of its callers."""
+        self.port = port
+        self.uri: str | None = None
+        self._master: server.Master | None = None
+
+    def start(self) -> None:
+        self._master = server.Master(port=self.port)
+        self._master.start()
+        self.port = self._master.port
+        self.uri = self._master.uri
+
+    def ok(self) -> bool:
+        """True while it runs."""
+        return self._master is not None
+
+    def stop(self) -> None:
+        master, self._master = self._master, None
+        if master is not None:
+            master.stop()
