@@ -1,0 +1,32 @@
+"""Puts type stubs for the messages that ship into the wheel, as `<package>-stubs` (PEP 561)."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+
+class StubsHook(BuildHookInterface[Any]):
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        source = Path(self.root) / "src"
+        sys.path.insert(0, str(source))
+        from pipros.msg.definitions import Definitions
+        from pipros.msg.files import DefinitionFiles
+        from pipros.msg.stubs import write_stubs
+
+        share = source / "pipros" / "share"
+        self._folder = tempfile.TemporaryDirectory()
+        packages = sorted(folder.name for folder in share.iterdir())
+        definitions = Definitions(DefinitionFiles(lambda name: share / name if name in packages else None))
+        for file in write_stubs(packages, Path(self._folder.name), definitions, suffix="-stubs"):
+            target = file.relative_to(self._folder.name)
+            build_data["force_include_editable" if version == "editable" else "force_include"][str(file)] = (
+                str(target)
+            )
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:  # noqa: ARG002
+        self._folder.cleanup()

@@ -1,0 +1,150 @@
+"""Type stubs (`.pyi`) for the messages and services of ROS packages, for editors and type checkers.
+
+A field of octets or numbers reads as what arrives (`bytes`, a sequence) and takes whatever the codec
+takes, numpy arrays among them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from pipros.msg.definitions import Definitions
+from pipros.msg.source import python_name
+from pipros.msg.spec import (
+    FLOATS,
+    INTEGERS,
+    NUMBERS,
+    OCTETS,
+    Constant,
+    FieldType,
+    MessageSpec,
+    ServiceSpec,
+)
+
+_HEAD = '''\
+"""{what} of {package}, made from their definitions by `pipros stubs`."""
+
+from collections.abc import Sequence as _Sequence
+from typing import ClassVar as _ClassVar
+from typing import Final as _Final
+
+from pipros.msg import base as _base
+from pipros.msg import stub_types as _types
+from pipros.msg import time as _time
+'''
+
+
+def write_stubs(
+    packages: Iterable[str], folder: Path, definitions: Definitions, *, suffix: str = ""
+) -> list[Path]:
+    """Writes `<folder>/<package><suffix>/msg/__init__.pyi`, the one of `srv`, and what joins them.
+
+    Args:
+        suffix: `-stubs` for packages that are installed (PEP 561), nothing for a folder of stubs.
+
+    Returns:
+        The files, whether they changed or not.
+
+    Raises:
+        NotFound: there is no such package.
+        DefinitionError: a definition breaks the rules.
+    """
+    written = []
+    for package in packages:
+        texts = package_stubs(package, definitions)
+        for name, text in texts.items():
+            file = folder / f"{package}{suffix}" / name
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text, encoding="utf-8")
+            written.append(file)
+    return written
+
+
+def package_stubs(package: str, definitions: Definitions) -> dict[str, str]:
+    """The stubs of one package: their paths within it and their texts. Errors as for `write_stubs`."""
+    stubs: dict[str, str] = {}
+    messages = [definitions.message(f"{package}/{name}") for name in definitions.files.names("msg", package)]
+    services = [definitions.service(f"{package}/{name}") for name in definitions.files.names("srv", package)]
+    if messages:
+        stubs["msg/__init__.pyi"] = _module("Messages", package, messages, [])
+    if services:
+        halves = [half for service in services for half in (service.request, service.response)]
+        stubs["srv/__init__.pyi"] = _module("Services", package, halves, services)
+    if stubs:
+        stubs["__init__.pyi"] = ""
+    return stubs
+
+
+def _module(what: str, package: str, messages: Sequence[MessageSpec], services: Sequence[ServiceSpec]) -> str:
+    home = f"{package}.{'srv' if services else 'msg'}"
+    imports = sorted(
+        {
+            f"{field.type.base.partition('/')[0]}.msg"
+            for message in messages
+            for field in message.fields
+            if not field.type.is_builtin
+        }
+        - {home}
+    )
+    parts = [_HEAD.format(what=what, package=package) + "".join(f"import {name}\n" for name in imports)]
+    parts += [_message(message, home) for message in messages]
+    parts += [_service(service) for service in services]
+    return "\n".join(parts)
+
+
+def _message(spec: MessageSpec, home: str) -> str:
+    lines = [f"class {spec.name}(_base.Message):"]
+    lines += [f"    {python_name(constant.name)}: _Final = {_value(constant)}" for constant in spec.constants]
+    arguments = ["self"]
+    for field in spec.fields:
+        name = python_name(field.name)
+        read, written = _types(field.type, home)
+        arguments.append(f"{name}: {written} | None = ...")
+        if read == written:
+            lines.append(f"    {name}: {read}")
+        else:
+            lines += ["    @property", f"    def {name}(self) -> {read}: ..."]
+            lines += [f"    @{name}.setter", f"    def {name}(self, value: {written}) -> None: ..."]
+    lines.append(f"    def __init__({', '.join(arguments)}) -> None: ...")
+    return "\n".join((*lines, ""))
+
+
+def _service(spec: ServiceSpec) -> str:
+    return (
+        f"class {spec.type.partition('/')[2]}:\n"
+        "    _type: _ClassVar[str]\n"
+        "    _md5sum: _ClassVar[str]\n"
+        f"    _request_class: _ClassVar[type[{spec.request.name}]]\n"
+        f"    _response_class: _ClassVar[type[{spec.response.name}]]\n"
+    )
+
+
+def _types(kind: FieldType, home: str) -> tuple[str, str]:
+    """What a field gives, and what it takes."""
+    single = _single_type(kind.base, home)
+    if not kind.is_array:
+        return single, single
+    if kind.base in OCTETS:
+        return "bytes", "_types.Octets"
+    if kind.base in NUMBERS and kind.base != "bool":
+        return f"_Sequence[{single}]", f"_types.Array[{single}]"
+    return f"list[{single}]", f"list[{single}]"
+
+
+def _single_type(base: str, home: str) -> str:
+    if base in INTEGERS:
+        return "int"
+    if base in FLOATS:
+        return "float"
+    if base in ("bool", "string"):
+        return {"bool": "bool", "string": "str"}[base]
+    if base in ("time", "duration"):
+        return f"_time.{base.title()}"
+    package, _, name = base.partition("/")
+    return name if f"{package}.msg" == home else f"{package}.msg.{name}"
+
+
+def _value(constant: Constant) -> str:
+    value = constant.value
+    return repr(value) if not isinstance(value, float) or value - value == 0 else "1e999"
