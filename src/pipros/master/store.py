@@ -116,9 +116,10 @@ class Store:
         parts = key.split("/")[1:-1]
         above = ["/", *("/" + "/".join(parts[: count + 1]) for count in range(len(parts)))]
         # A deletion is kept only below a namespace that was set as a whole.
+        one_of = ", ".join("?" * len(above))
         statement = (
-            "INSERT INTO parameters (key, value) SELECT ?, NULL WHERE EXISTS"
-            f" (SELECT 1 FROM parameters WHERE key IN ({', '.join('?' * len(above))}))"  # noqa: S608  # only ?s
+            "INSERT INTO parameters (key, value) SELECT ?, NULL "  # noqa: S608  # only question marks
+            f"WHERE EXISTS (SELECT 1 FROM parameters WHERE key IN ({one_of}))"
         )
         self._changes.put((statement, (key, *above)))
 

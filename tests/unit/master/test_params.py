@@ -1,0 +1,126 @@
+"""The parameter tree: what is set is got, and who has to hear of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from pipros.master.params import NotATree, NotSet, ParamTree, changes_for
+
+
+def test_dictionaries_are_namespaces_both_ways() -> None:
+    tree = ParamTree()
+    tree.set("/robot", {"wheels": 4, "arm": {"joints": [1, 2]}})
+    assert tree.get("/robot/arm/joints") == [1, 2]
+    tree.set("/robot/arm/length", 0.5)
+    assert tree.get("/") == {"robot": {"wheels": 4, "arm": {"joints": [1, 2], "length": 0.5}}}
+
+
+@pytest.mark.parametrize("key", ["/a/b", "/a/b/", "//a//b"])
+def test_doubled_and_trailing_slashes_do_not_matter(key: str) -> None:
+    tree = ParamTree()
+    tree.set(key, 1)
+    assert tree.get("/a/b") == 1
+    assert tree.has(key)
+
+
+def test_a_value_gives_way_to_a_namespace_and_a_namespace_to_a_value() -> None:
+    tree = ParamTree({"a": 5})
+    tree.set("/a/b/c", 1)
+    assert tree.get("/a") == {"b": {"c": 1}}
+    tree.set("/a", 6)
+    assert tree.get("/a") == 6
+    assert not tree.has("/a/b")
+
+
+@pytest.mark.parametrize("key", ["/nope", "/a/nope", "/a/b/below_a_value", "/x/y"])
+def test_what_is_not_set_is_not_there(key: str) -> None:
+    tree = ParamTree({"a": {"b": 1}, "x/y": 2})
+    assert not tree.has(key)
+    with pytest.raises(NotSet):
+        tree.get(key)
+    with pytest.raises(NotSet):
+        tree.delete(key)
+
+
+def test_keys_with_a_slash_inside_a_dictionary_are_kept_but_are_no_paths() -> None:
+    tree = ParamTree()
+    tree.set("/n", {"x/y": 1})
+    assert tree.get("/n") == {"x/y": 1}
+    assert tree.names() == ["/n/x/y"]
+
+
+def test_the_root_takes_a_dictionary_only_and_cannot_be_deleted() -> None:
+    tree = ParamTree({"a": 1})
+    with pytest.raises(NotATree):
+        tree.set("/", 5)
+    with pytest.raises(NotSet):
+        tree.delete("/")
+    tree.set("/", {"b": 2})
+    assert tree.get("/") == {"b": 2}
+
+
+def test_a_namespace_is_deleted_with_all_that_is_in_it() -> None:
+    tree = ParamTree({"a": {"b": {"c": 1}, "d": 2}})
+    tree.delete("/a/b")
+    assert tree.get("/") == {"a": {"d": 2}}
+
+
+def test_what_was_got_stays_what_it_was() -> None:
+    tree = ParamTree({"a": {"b": 1, "c": {"d": 2}}})
+    before = tree.get("/")
+    tree.set("/a/b", 5)
+    tree.delete("/a/c/d")
+    tree.set("/e", 6)
+    assert before == {"a": {"b": 1, "c": {"d": 2}}}
+    assert tree.get("/") == {"a": {"b": 5, "c": {}}, "e": 6}
+
+
+def test_names_are_those_of_values_in_the_order_they_were_set() -> None:
+    tree = ParamTree({"a": {"b": 1, "e": {}, "c": {"d": 2}}, "~p": 3, "f": []})
+    assert tree.names() == ["/a/b", "/a/c/d", "~p", "/f"]
+
+
+@pytest.mark.parametrize(
+    ("ns", "key", "found"),
+    [
+        ("/ns/n", "w", "/ns/n/w"),
+        ("/ns/m", "w", "/ns/w"),
+        ("/other", "w", "/w"),
+        ("/", "w", "/w"),
+        ("/ns/", "w/q", "/ns/w/q"),
+        ("/ns/n", "w/anything", "/ns/n/w/anything"),
+        ("/ns/n", "w/", "/ns/n/w/"),
+        ("/ns/n", "nope", None),
+        ("/ns/n", "/w/g", "/w/g"),
+        ("/ns/n", "/w/nope", None),
+        ("/ns/n", "/", "/"),
+    ],
+)
+def test_a_search_goes_upwards_for_the_first_part_of_the_key(ns: str, key: str, found: str | None) -> None:
+    tree = ParamTree({"w": {"g": 1}, "ns": {"w": {"q": 2}, "n": {"w": 3}}})
+    assert tree.search(ns, key) == found
+
+
+@pytest.mark.parametrize(
+    ("subscribed", "key", "value", "told"),
+    [
+        ("/w", "/w", 7, ("/w/", 7)),
+        ("/w", "/w/g/k", 1, ("/w/g/k/", 1)),
+        ("/", "/w", 7, ("/w/", 7)),
+        ("/w/g", "/w", {"g": 5}, ("/w/g/", 5)),
+        ("/w/g/k", "/w", {"g": {"k": [1]}}, ("/w/g/k/", [1])),
+        ("/w/g", "/w", {}, ("/w/g/", {})),
+        ("/w/g", "/w", 7, ("/w/g/", {})),
+        ("/w", "/", {"w": 1}, ("/w/", 1)),
+        ("/", "/", {"w": 1}, ("/", {"w": 1})),
+        ("/a", "/ab", 1, None),
+        ("/ab", "/a", {"b": 1}, None),
+    ],
+)
+def test_subscribers_above_hear_the_change_and_those_below_their_part(
+    subscribed: str, key: str, value: Any, told: tuple[str, Any] | None
+) -> None:
+    expected = [] if told is None else [(subscribed, *told)]
+    assert changes_for([subscribed], key, value) == expected

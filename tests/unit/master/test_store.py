@@ -1,0 +1,133 @@
+"""What the master keeps on disk: all of it comes back, and a bad file is set aside."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipros.master.params import ParamTree
+from pipros.master.registry import Registry, Role
+from pipros.master.store import Store, restore_params, restore_registrations
+
+A = "http://a:1/"
+
+
+def reopened(file: Path) -> tuple[ParamTree, Registry]:
+    store = Store(file)
+    params, registry = ParamTree(), Registry()
+    restore_params(params, store.kept)
+    restore_registrations(registry, store.kept, {found.node for found in store.kept.registrations})
+    store.close()
+    return params, registry
+
+
+def test_registrations_types_and_parameters_come_back(tmp_path: Path) -> None:
+    store = Store(tmp_path / "folder" / "master.db")
+    registry, params = Registry(), ParamTree()
+    registry.journal = params.journal = store
+    registry.register_publisher("/p", "/t", "x/Y", A)
+    registry.register_subscriber("/s", "/t", "*", "http://s:1/")
+    registry.register_service("/p", "/srv", "rosrpc://a:5", A)
+    registry.register_publisher("/p", "/left", "x/Y", A)
+    registry.unregister(Role.PUBLISHER, "/p", "/left", A)
+    params.set("/robot", {"name": "ü<&>", "list": [1, 2.5, True, {}]})
+    params.set("/robot/name", "b")
+    store.close()
+
+    params, registry = reopened(store.file)
+    assert params.get("/") == {"robot": {"name": "b", "list": [1, 2.5, True, {}]}}
+    assert registry.table(Role.PUBLISHER) == [["/t", ["/p"]]]
+    assert registry.table(Role.SUBSCRIBER) == [["/t", ["/s"]]]
+    assert registry.service_api_of("/srv") == "rosrpc://a:5"
+    assert registry.api_of("/s") == "http://s:1/"
+    assert registry.topic_types == {"/t": "x/Y", "/left": "x/Y"}
+
+
+keys = st.lists(st.sampled_from("ab0"), min_size=1, max_size=3).map(lambda parts: "/" + "/".join(parts))
+values = st.recursive(st.integers(0, 9), lambda inner: st.dictionaries(st.sampled_from("ab0"), inner))
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.tuples(st.just("/") | keys, st.none() | values), max_size=15))
+def test_whatever_was_set_and_deleted_the_same_tree_comes_back(
+    tmp_path_factory: pytest.TempPathFactory, changes: list[tuple[str, Any]]
+) -> None:
+    store = Store(tmp_path_factory.mktemp("store") / "master.db")
+    params = ParamTree()
+    params.journal = store
+    for key, value in changes:
+        if value is None:
+            if key != "/" and params.has(key):
+                params.delete(key)
+        elif key != "/" or isinstance(value, dict):
+            params.set(key, value)
+    store.close()
+    assert reopened(store.file)[0].get("/") == params.get("/")
+
+
+def test_the_file_does_not_grow_with_the_number_of_changes(tmp_path: Path) -> None:
+    store = Store(tmp_path / "master.db")
+    params = ParamTree()
+    params.journal = store
+    for count in range(500):
+        params.set("/counter", count)
+        params.set(f"/once/{count}", 1)
+        params.delete(f"/once/{count}")
+    store.close()
+    with sqlite3.connect(store.file) as database:
+        assert database.execute("SELECT count(*) FROM parameters").fetchone() == (1,)
+    database.close()
+
+
+def torn(file: Path) -> None:
+    store = Store(file)
+    params = ParamTree()
+    params.journal = store
+    for count in range(300):
+        params.set(f"/p{count}", "x" * 100)
+    store.close()
+    data = file.read_bytes()
+    file.write_bytes(data[: len(data) // 2])
+
+
+def foreign(file: Path) -> None:
+    database = sqlite3.connect(file)
+    database.execute("CREATE TABLE precious (data)")
+    database.commit()
+    database.close()
+
+
+def of_the_future(file: Path) -> None:
+    Store(file).close()
+    database = sqlite3.connect(file)
+    database.execute("PRAGMA user_version = 99")
+    database.close()
+
+
+def no_database(file: Path) -> None:
+    file.write_text("my diary")
+
+
+@pytest.mark.parametrize("spoil", [torn, foreign, of_the_future, no_database])
+def test_a_file_that_is_no_good_store_is_set_aside_unchanged(
+    spoil: Any, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    file = tmp_path / "master.db"
+    spoil(file)
+    before = file.read_bytes()
+    store = Store(file)
+    store.close()
+    assert store.kept.parameters == ()
+    assert store.set_aside == tmp_path / "master.db.unusable-1"
+    assert store.set_aside.read_bytes() == before
+    assert f"{file} is no store of a master" in caplog.text
+    file.unlink()
+    spoil(file)
+    again = Store(file)
+    again.close()
+    assert again.set_aside == tmp_path / "master.db.unusable-2"
