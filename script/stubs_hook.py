@@ -22,11 +22,13 @@ class StubsHook(BuildHookInterface[Any]):
         self._folder = tempfile.TemporaryDirectory()
         packages = sorted(folder.name for folder in share.iterdir())
         definitions = Definitions(DefinitionFiles(lambda name: share / name if name in packages else None))
+        if version == "editable":
+            # What is given for an editable installation takes the place of what pyproject.toml says.
+            included = build_data["force_include_editable"] = dict(self.build_config.get_force_include())
+        else:
+            included = build_data["force_include"]
         for file in write_stubs(packages, Path(self._folder.name), definitions, suffix="-stubs"):
-            target = file.relative_to(self._folder.name)
-            build_data["force_include_editable" if version == "editable" else "force_include"][str(file)] = (
-                str(target)
-            )
+            included[str(file)] = str(file.relative_to(self._folder.name))
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:  # noqa: ARG002
         self._folder.cleanup()

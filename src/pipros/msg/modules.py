@@ -38,14 +38,14 @@ def interface_spec(
         return regular
     if not types:
         return regular
-    return ModuleSpec(name, _InterfaceLoader(types), is_package=True)
+    return ModuleSpec(name, _InterfaceLoader(library, package, kind), is_package=True)
 
 
 def type_spec(library: Library, package: str, kind: str, module: str) -> ModuleSpec | None:
     """What `<package>.<kind>._Name` is; None when the package above was not made here."""
     parent = sys.modules.get(f"{package}.{kind}")
     loader = getattr(parent, "__loader__", None)
-    if not isinstance(loader, _InterfaceLoader) or module.removeprefix("_") not in loader.types:
+    if not isinstance(loader, _InterfaceLoader) or module.removeprefix("_") not in loader.types():
         return None
     type_name = f"{package}/{module.removeprefix('_')}"
     return ModuleSpec(f"{package}.{kind}.{module}", _TypeLoader(library, kind, type_name))
@@ -54,21 +54,21 @@ def type_spec(library: Library, package: str, kind: str, module: str) -> ModuleS
 class _InterfaceLoader(Loader):
     """Gives a package `__getattr__`, `__dir__` and `__all__` for the types that it defines."""
 
-    def __init__(self, types: list[str]) -> None:
-        self.types = frozenset(types)
+    def __init__(self, library: Library, package: str, kind: str) -> None:
+        self._library = library
+        self._package = package
+        self._kind = kind
+
+    def types(self) -> list[str]:
+        """The types that there are now: definitions may come while a program runs."""
+        return self._library.files.names(self._kind, self._package)
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:  # noqa: ARG002 # the protocol's
         return None
 
     def exec_module(self, module: ModuleType) -> None:
-        kind = module.__name__.rpartition(".")[2]
-        homes = {name: name for name in self.types}
-        if kind == "srv":
-            for name in self.types:
-                homes |= {f"{name}Request": name, f"{name}Response": name}
-
         def get(name: str) -> object:
-            home = homes.get(name)
+            home = self._homes().get(name)
             if home is None:
                 raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}")
             value = getattr(importlib.import_module(f"{module.__name__}._{home}"), name)
@@ -77,9 +77,17 @@ class _InterfaceLoader(Loader):
 
         module.__dict__.update(
             __getattr__=get,
-            __dir__=lambda: sorted({*module.__dict__, *homes}),
-            __all__=sorted(homes),
+            __dir__=lambda: sorted({*module.__dict__, *self._homes()}),
+            __all__=sorted(self._homes()),
         )
+
+    def _homes(self) -> dict[str, str]:
+        """The classes of the package, each with the type in whose module it lives."""
+        homes = {name: name for name in self.types()}
+        if self._kind == "srv":
+            for name in list(homes):
+                homes |= {f"{name}Request": name, f"{name}Response": name}
+        return homes
 
 
 class _TypeLoader(Loader):

@@ -1,0 +1,51 @@
+"""`genmsg.names`: names of the form package/Name."""
+
+from __future__ import annotations
+
+import re
+
+PRN_SEPARATOR = "/"
+
+_LEGAL = re.compile(r"[A-Za-z][\w/]*", re.ASCII)
+_LEGAL_BASE = re.compile(r"[A-Za-z]\w*", re.ASCII)
+
+
+def is_legal_resource_name(name: str) -> bool:
+    """True for a name that may have a package."""
+    return not name or (_LEGAL.fullmatch(name) is not None and "//" not in name)
+
+
+def is_legal_resource_base_name(name: str) -> bool:
+    """True for a name without a package."""
+    return _LEGAL_BASE.fullmatch(name) is not None
+
+
+def package_resource_name(name: str) -> tuple[str, str]:
+    """Package and name; the package is empty when there is none.
+
+    Raises:
+        ValueError: for more than one separator.
+    """
+    package, _, base = name.rpartition(PRN_SEPARATOR)
+    if PRN_SEPARATOR in package:
+        raise ValueError(f"invalid name [{name}]")
+    return package, base
+
+
+def resource_name(res_pkg_name: str, name: str, my_pkg: str | None = None) -> str:
+    """`package/name`, or just the name when the package is one's own or there is none."""
+    if not res_pkg_name or res_pkg_name == my_pkg:
+        return name
+    return f"{res_pkg_name}{PRN_SEPARATOR}{name}"
+
+
+def resource_name_base(name: str) -> str:
+    return name.rpartition(PRN_SEPARATOR)[2]
+
+
+def resource_name_package(name: str) -> str | None:
+    return name.partition(PRN_SEPARATOR)[0] if PRN_SEPARATOR in name else None
+
+
+def normalize_package_context(package_context: str) -> str:
+    return package_context.rstrip(PRN_SEPARATOR)
