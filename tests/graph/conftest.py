@@ -1,35 +1,4 @@
-"""A master and nodes in the test's own process."""
+"""Fixtures: a master and nodes in the test's own process."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
-from typing import Any
-
-import pytest
-
-from pipros.env import Environment
-from pipros.master.server import Master
-from pipros.node import Node
-from tests.support.nodes import MakeNode
-
-
-@pytest.fixture
-def master() -> Iterator[Master]:
-    with Master(port=0) as running:
-        yield running
-
-
-@pytest.fixture
-def make_node(master: Master) -> Iterator[MakeNode]:
-    """Makes started nodes of the master; they end with the test."""
-    nodes: list[Node] = []
-
-    def make(name: str, **options: Any) -> Node:
-        node = Node(name, environment=Environment(master_uri=master.uri), **options)
-        nodes.append(node)
-        node.start()
-        return node
-
-    yield make
-    for node in nodes:
-        node.shutdown("end of the test")
+from tests.support.node_fixtures import make_node as make_node
+from tests.support.node_fixtures import master as master

@@ -45,22 +45,6 @@ def test_messages_are_iterated_in_order_and_the_iteration_ends_with_the_node(
     assert run(listen()) == ["0", "1", "2", "3", "4"]
 
 
-def test_a_slow_iteration_with_queue_size_1_sees_the_newest(make_node: MakeNode, master: Master) -> None:
-    publisher = make_node("talker").advertise("chat", String, queue_size=0)
-
-    async def listen() -> str:
-        async with Node("listener", environment=Environment(master_uri=master.uri)) as node:
-            subscriber = node.subscribe("chat", String, queue_size=1)
-            await asyncio.to_thread(wait_until_connected, publisher)
-            for number in range(100):
-                publisher.publish(String(str(number)))
-            while subscriber.subscription.received + subscriber.statistics()["dropped"] < 100:
-                await asyncio.sleep(0)
-            return str((await anext(aiter(subscriber))).data)
-
-    assert run(listen()) == "99"
-
-
 def test_unregistering_ends_the_iteration(make_node: MakeNode) -> None:
     node = make_node("listener")
 

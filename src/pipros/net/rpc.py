@@ -7,6 +7,7 @@ use inside an asyncio loop is `pipros.net.rpc_async`.
 from __future__ import annotations
 
 import contextlib
+import os
 import socket
 import threading
 import time
@@ -147,6 +148,8 @@ def reason_of(error: OSError) -> str:
     """What the operating system said, in its plain words: `Connection refused`."""
     if isinstance(error, TimeoutError):
         return "no answer in time"
+    if error.errno and not isinstance(error, socket.gaierror):
+        return os.strerror(error.errno)  # asyncio puts words of its own into strerror
     return error.strerror or str(error) or type(error).__name__
 
 

@@ -12,13 +12,17 @@ from dataclasses import dataclass
 
 from pipros.errors import ProtocolError, Unreachable
 from pipros.net import sockets
+from pipros.net.rpc import reason_of
 from pipros.wire.header import HEADER_LIMIT_BYTES, HeaderReader, encode_header
 
 #: A peer that has not said who it is by then is not going to.
 HANDSHAKE_DEADLINE_S = 10.0
 
-#: Connections that may be in their handshake at a time; more wait to be accepted.
+#: Connections that may be in their handshake at a time.
 HANDSHAKE_LIMIT = 256
+
+#: Without descriptors for new connections, the next attempt is made after so long.
+RETRY_ACCEPT_S = 0.1
 
 _CHUNK_BYTES = 16 * 1024
 
@@ -42,7 +46,8 @@ class TcprosServer:
     """Accepts TCPROS connections and hands each to `on_connection` once its header is in.
 
     Peers that are silent, talk garbage or announce too much are closed without further words,
-    as genuine nodes do; none of them delays another.
+    as genuine nodes do. When too many are in their handshake, the one that has been longest gives
+    way to the new one, so silent ones lock nobody out.
     """
 
     def __init__(
@@ -51,35 +56,35 @@ class TcprosServer:
         self._server = sockets.listen(host, port)
         self.port: int = self._server.getsockname()[1]
         self._on_connection = on_connection
-        self._slots = asyncio.Semaphore(HANDSHAKE_LIMIT)
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._accepting: asyncio.Task[None] | None = None
+        self._greeting: dict[asyncio.Task[None], None] = {}  # in the order of arrival
 
     async def start(self) -> None:
-        self._keep(asyncio.ensure_future(self._accept()))
+        self._accepting = asyncio.ensure_future(self._accept())
 
     async def stop(self) -> None:
         """Closes the port and every connection that is still in its handshake."""
-        tasks = list(self._tasks)
+        tasks = list(self._greeting)
+        if self._accepting is not None:
+            tasks.append(self._accepting)
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
         self._server.close()
 
-    def _keep(self, task: asyncio.Task[None]) -> None:
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-
     async def _accept(self) -> None:
         loop = asyncio.get_running_loop()
         while True:
-            await self._slots.acquire()
             try:
                 sock, _ = await loop.sock_accept(self._server)
             except OSError:  # out of descriptors: others go on, and it may pass
-                self._slots.release()
-                await asyncio.sleep(0.1)
+                await asyncio.sleep(RETRY_ACCEPT_S)
                 continue
-            self._keep(asyncio.ensure_future(self._greet(sock)))
+            task = asyncio.ensure_future(self._greet(sock))
+            self._greeting[task] = None
+            task.add_done_callback(self._greeting.pop)
+            if len(self._greeting) > HANDSHAKE_LIMIT:
+                next(iter(self._greeting)).cancel()
 
     async def _greet(self, sock: socket.socket) -> None:
         try:
@@ -88,13 +93,11 @@ class TcprosServer:
             fields, rest = await asyncio.wait_for(_read_header(sock), HANDSHAKE_DEADLINE_S)
         except (OSError, ProtocolError, asyncio.TimeoutError):
             sock.close()
-            return
         except BaseException:
             sock.close()
             raise
-        finally:
-            self._slots.release()
-        await self._on_connection(Connection(sock, fields, rest))
+        else:
+            await self._on_connection(Connection(sock, fields, rest))
 
 
 async def connect(host: str, port: int, fields: Mapping[str, str], *, no_delay: bool = True) -> Connection:
@@ -122,7 +125,7 @@ async def connect(host: str, port: int, fields: Mapping[str, str], *, no_delay: 
     except asyncio.TimeoutError:
         raise Unreachable(f"{host}:{port}", f"no answer within {HANDSHAKE_DEADLINE_S:g} s") from None
     except OSError as error:
-        raise Unreachable(f"{host}:{port}", error.strerror or str(error)) from error
+        raise Unreachable(f"{host}:{port}", reason_of(error)) from error
 
 
 async def send_header(sock: socket.socket, fields: Mapping[str, str]) -> None:

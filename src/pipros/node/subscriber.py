@@ -9,8 +9,8 @@ from collections.abc import AsyncIterator, Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pipros.errors import PiprosError, ProtocolError, Unreachable
-from pipros.net import tcpros
+from pipros.errors import PiprosError, ProtocolError, Refused, Unreachable
+from pipros.net import reach, tcpros
 from pipros.net.incoming import IncomingLink
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_async import call_async
@@ -80,6 +80,7 @@ class Subscription:
         self.links: tuple[SubscriberLink, ...] = ()
         self.listeners: tuple[Listener, ...] = ()
         self.received = 0
+        self.attempts = 0  # to reach a publisher
         self.handles = 0
         self.observe: Observer | None = None
         self._caller_id = caller_id
@@ -141,13 +142,15 @@ class Subscription:
         delay_s, said = RETRY_FIRST_S, ""
         try:
             while uri in self._publishers and not self._is_closed:
+                self.attempts += 1
                 try:
                     ended = await self._link(uri)
-                except (Unreachable, ProtocolError) as error:
-                    said = self._explain(uri, str(error), said)
-                except PiprosError as error:
-                    self._explain(uri, str(error), said)
-                    return  # it said no, and will say so again until it is registered anew
+                except (PiprosError, ValueError) as error:  # ValueError: what it registered is no URI
+                    if str(error) != said:  # each problem is explained once
+                        said = str(error)
+                        await self._explain(uri, error)
+                    if isinstance(error, Refused):
+                        return  # and will be until the publisher registers anew
                 else:
                     await ended
                     delay_s, said = RETRY_FIRST_S, ""
@@ -156,11 +159,13 @@ class Subscription:
         finally:
             del self._followed[uri]
 
-    def _explain(self, uri: str, problem: str, said: str) -> str:
-        """Says once what keeps a publisher from being heard."""
-        if problem != said:
-            self._log.warning("cannot receive [%s] from the publisher at %s: %s", self.topic, uri, problem)
-        return problem
+    async def _explain(self, uri: str, error: Exception) -> None:
+        """Says what keeps a publisher from being heard, and what to do about it (ros_comm#222)."""
+        advice = await reach.advice(error.peer) if isinstance(error, Unreachable) else ""
+        if uri in self._publishers and not self._is_closed:  # not one that has left meanwhile
+            self._log.warning(
+                "cannot receive [%s] from the publisher at %s: %s%s", self.topic, uri, error, advice
+            )
 
     async def _link(self, uri: str) -> asyncio.Future[None]:
         """Connects to a publisher. The future ends with the link."""

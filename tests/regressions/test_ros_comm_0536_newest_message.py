@@ -1,0 +1,41 @@
+"""ros_comm#536, #1901: with queue_size=1 a slow callback saw old images, unless buff_size was guessed."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import pytest
+
+from pipros.msg import load_message_class
+from pipros.net import incoming
+from tests.support.nodes import MakeNode, wait_until_connected
+from tests.support.waiting import wait_until
+
+Image: Any = load_message_class("sensor_msgs/Image")
+
+
+@pytest.mark.parametrize("size", [100, 20_000, 300_000])
+def test_queue_size_1_is_the_newest_message_whatever_its_size(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, size: int
+) -> None:
+    monkeypatch.setattr(incoming, "SLOW_DELIVERY_S", 0.0)  # every callback counts as slow
+    camera, detector = make_node("camera"), make_node("detector")
+    seen: list[int] = []
+    entered, gate = threading.Event(), threading.Event()
+
+    def detect(image: Any) -> None:
+        seen.append(image.data[0])
+        entered.set()
+        gate.wait(10)
+
+    detector.subscribe("image", Image, detect, queue_size=1)
+    publisher = camera.advertise("image", Image, queue_size=1)
+    wait_until_connected(publisher)
+    publisher.publish(Image(data=bytes([0]) * size))
+    assert entered.wait(10)
+    for number in range(1, 20):
+        publisher.publish(Image(data=bytes([number]) * size))
+    gate.set()
+    wait_until(lambda: seen[-1] == 19)
+    assert len(seen) <= 4  # those under way in a full socket, and the newest

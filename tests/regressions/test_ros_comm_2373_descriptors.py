@@ -1,0 +1,44 @@
+"""ros_comm#2373, #544, #495: descriptors, threads and buffers of topics given up were never freed."""
+
+from __future__ import annotations
+
+import gc
+import os
+import sys
+import threading
+import weakref
+from typing import Any
+
+import pytest
+
+from pipros.msg import load_message_class
+from tests.support.nodes import Inbox, MakeNode, wait_until_connected
+from tests.support.waiting import wait_until
+
+String: Any = load_message_class("std_msgs/String")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="counts descriptors in /proc")
+def test_subscribing_and_unsubscribing_leaves_nothing(make_node: MakeNode) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    publisher = talker.advertise("chat", String)
+
+    def meet() -> weakref.ref[Inbox]:
+        inbox = Inbox()
+        subscriber = listener.subscribe("chat", String, inbox)
+        wait_until_connected(publisher)
+        publisher.publish(String("x"))
+        inbox.wait()
+        subscriber.unregister()
+        wait_until(lambda: publisher.connection_count == 0)
+        return weakref.ref(inbox)
+
+    def count() -> tuple[int, int]:
+        return len(os.listdir("/proc/self/fd")), threading.active_count()
+
+    meet()
+    before = count()
+    callbacks = [meet() for _ in range(50)]
+    wait_until(lambda: count() <= before, what=lambda: f"{before} became {count()}")
+    gc.collect()
+    assert [callback() for callback in callbacks] == [None] * 50
