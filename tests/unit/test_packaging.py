@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.metadata
+import subprocess
 import sys
 
 import pytest
@@ -40,3 +41,11 @@ def test_the_version_is_said_once() -> None:
     import pipros
 
     assert PROJECT["project"]["version"] == pipros.__version__ == importlib.metadata.version("pipros")
+
+
+def test_the_import_hook_is_there_in_every_interpreter_of_the_environment() -> None:
+    asked = "import sys; print('pipros.startup' in sys.modules)"
+
+    ended = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
+
+    assert ended.stdout == "True\n"
