@@ -24,8 +24,8 @@ from pipros.msg.spec import (
     ServiceSpec,
 )
 
-SOURCE_VERSION = 1
-"""Goes up whenever the source made from an unchanged definition changes."""
+DEFAULT_LIMIT = 1 << 22
+"""The most values that a new message may hold: fixed arrays in fixed arrays multiply."""
 
 _PREAMBLE = """\
 import struct as _struct
@@ -89,6 +89,8 @@ def _module(lines: list[str], names: Names) -> str:
 def _message_class(spec: MessageSpec, lookup: Lookup, names: Names) -> list[str]:
     slots = _slots(spec)
     text = full_text(spec, lookup)
+    if _default_size(spec, lookup, {}) > DEFAULT_LIMIT:
+        raise DefinitionError(f"a new message would hold more than {DEFAULT_LIMIT} values", file=spec.file)
     return [
         f"class {_class_name(spec, spec.name)}(CompiledMessage):",
         f"    _md5sum = {message_md5(spec, lookup)!r}",
@@ -154,6 +156,22 @@ def _default(kind: FieldType, names: Names) -> str:
         maker = f"_{kind.base.title()}" if kind.is_builtin else names.message_class(kind.base)
         return f"[{maker}() for _ in range({kind.length})]" if kind.is_array else f"{maker}()"
     return f"[{single}] * {kind.length}" if kind.is_array else single
+
+
+def _default_size(spec: MessageSpec, lookup: Lookup, known: dict[str, int]) -> int:
+    """The number of values that a new message holds, eight octets being one value."""
+    size = 0
+    for field in spec.fields:
+        kind = field.type
+        if kind.is_builtin:
+            single = 1
+        else:
+            if kind.base not in known:
+                known[kind.base] = 1 + _default_size(lookup(kind.base), lookup, known)
+            single = known[kind.base]
+        count = (kind.length or 0) if kind.is_array else 1
+        size += 1 + (count // 8 if kind.base in OCTETS else count * single)
+    return size
 
 
 def _slots(spec: MessageSpec) -> list[str]:

@@ -78,7 +78,7 @@ class _Decoder(Source):
         elif kind.base in OCTETS and not self._is_numpy:
             self._octets(kind, target)
         elif kind.base in NUMBERS:
-            self._number_array(kind, target)
+            self._number_array(kind, target, within)
         else:
             self._loop(kind, target, within)
 
@@ -116,10 +116,11 @@ class _Decoder(Source):
             return
         self.emit(f"{target} = bytes({self._slice(self._length())})")
 
-    def _number_array(self, kind: FieldType, target: str) -> None:
+    def _number_array(self, kind: FieldType, target: str, within: MessageSpec) -> None:
         code = NUMBERS[kind.base]
         is_short = kind.length is not None and kind.length <= INLINE_ARRAY_LIMIT
         if is_short and not self._is_numpy:
+            self.count(kind.length or 0, within)
             elements = [self.local("x") for _ in range(kind.length or 0)]
             for element in elements:
                 self._scalar(code, element)

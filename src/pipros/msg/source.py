@@ -81,10 +81,14 @@ class Source:
             DefinitionError: when they become too many.
         """
         spec = self.lookup(type_name)
-        self._fields += 1 + len(spec.fields)
+        self.count(1 + len(spec.fields), within)
+        return spec
+
+    def count(self, fields: int, within: MessageSpec) -> None:
+        """Adds to the fields so far. Raises as `embedded`."""
+        self._fields += fields
         if self._fields > FIELD_LIMIT:
             raise DefinitionError(f"the message has more than {FIELD_LIMIT} fields in all", file=within.file)
-        return spec
 
     @contextmanager
     def loop(self, opening: str, within: MessageSpec) -> Iterator[None]:

@@ -61,6 +61,7 @@ def part(name: str, text: str) -> str:
             "more than 1000 types",
         ),
         ("int32[67108865] x", "is longer than"),
+        ("A[3000] a\n" + part("p/A", "int32[3000] x"), "would hold more than 4194304 values"),
         (
             "A[] a\n"
             + "".join(

@@ -1,0 +1,65 @@
+"""Definition files from a stranger: a class that works, or a DefinitionError; nothing else.
+
+python -m tests.fuzz.definitions --seconds 60
+"""
+
+from __future__ import annotations
+
+import io
+import sys
+from contextlib import suppress
+from typing import Any
+
+from pipros.msg.dynamic import message_classes_from_text
+from pipros.msg.parse import parse_action, parse_service
+from pipros.msg.spec import DefinitionError
+from tests.fuzz import mutation
+
+WORDS = [
+    *(
+        b"int32 ",
+        b"uint8[] ",
+        b"float64[9] ",
+        b"string ",
+        b"Header header\n",
+        b"[",
+        b"]",
+        b"=",
+        b"#",
+        b"\n",
+        b" ",
+    ),
+    *(
+        b"=" * 80 + b"\nMSG: a/B\n",
+        b"MSG: ",
+        b"a/B b\n",
+        b"B[] bs\n",
+        b"---\n",
+        b"time ",
+        b"from",
+        b"_",
+        b"'",
+        b'"',
+    ),
+    *(b"[99999999]", b"X=1", b"S= a # b", b"nan", b"True", b"\r\n", b"\t", "ü".encode()),
+]
+
+
+def target(data: bytes) -> None:
+    text = data.decode("utf-8", "replace")
+    for parse in (parse_service, parse_action):
+        with suppress(DefinitionError):
+            parse(text, "a/T")
+    try:
+        classes: dict[str, Any] = dict(message_classes_from_text("a/T", text))
+    except DefinitionError:
+        return
+    for cls in classes.values():
+        written = io.BytesIO()
+        message = cls()
+        message.serialize(written)
+        assert cls().deserialize(written.getvalue())._md5sum == cls._md5sum
+
+
+if __name__ == "__main__":
+    sys.exit(mutation.main(target, "definitions", WORDS))

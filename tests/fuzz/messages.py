@@ -1,0 +1,61 @@
+"""Bytes of a message from a stranger: a message, or a DeserializationError; nothing else.
+
+An input names its type in the first line: `sensor_msgs/Image`, a newline, the bytes.
+
+python -m tests.fuzz.messages --seconds 60
+"""
+
+from __future__ import annotations
+
+import io
+import sys
+import tracemalloc
+
+from pipros.errors import PiprosError
+from pipros.msg import load_message_class
+from pipros.msg.base import DeserializationError, Message, SerializationError
+from tests.fuzz import mutation
+
+MEMORY_PER_BYTE = 400
+"""A bool takes one byte in a message and up to 8 in a list; a message in an array takes more."""
+
+
+MEMORY_OF_A_COMPILER = 1_000_000
+"""The first string of a type that is no UTF-8 makes a reader be compiled."""
+
+
+def target(data: bytes) -> None:
+    name, _, body = data.partition(b"\n")
+    try:
+        cls = load_message_class(name.decode("ascii", "replace"))
+    except PiprosError:
+        return
+    read(cls, body)
+    read(cls, memoryview(body))
+
+
+def read(cls: type[Message], body: bytes | memoryview) -> None:
+    tracemalloc.start()
+    try:
+        message = cls._from_bytes(body)
+    except DeserializationError:
+        return
+    finally:
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert peak < MEMORY_OF_A_COMPILER + MEMORY_PER_BYTE * len(body), f"{peak} bytes for {len(body)}"
+    try:
+        first = written(message)
+    except SerializationError:
+        return  # a time whose nanoseconds, carried over, leave no room for its seconds
+    assert written(cls._from_bytes(first)) == first
+
+
+def written(message: Message) -> bytes:
+    buff = io.BytesIO()
+    message.serialize(buff)
+    return buff.getvalue()
+
+
+if __name__ == "__main__":
+    sys.exit(mutation.main(target, "messages"))
