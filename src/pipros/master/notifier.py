@@ -83,7 +83,8 @@ class Notifier:
 
     @property
     def waiting_count(self) -> int:
-        return sum(len(queue.waiting) for queue in self._queues.values())
+        """How many notices are not answered yet."""
+        return sum(len(queue.waiting) for queue in self._queues.values()) + len(self._tasks)
 
     def notify(self, notices: Iterable[Notice]) -> None:
         """Queues the notices."""

@@ -1,0 +1,283 @@
+"""Some hundred calls of the Master and Parameter API, good and bad, to be replayed against two masters.
+
+`A`, `B`, `C` stand for the APIs of nodes that listen; everything else is sent as it stands.
+"""
+
+from __future__ import annotations
+
+import itertools
+import xmlrpc.client
+from collections.abc import Iterator
+from typing import Any
+
+A, B, C = "<A>", "<B>", "<C>"
+Call = tuple[str, tuple[Any, ...]]
+
+ARITY = {
+    **dict.fromkeys(["getPid", "getUri", "getTopicTypes", "getSystemState", "getParamNames"], 1),
+    **dict.fromkeys(["lookupNode", "lookupService", "getPublishedTopics", "searchParam"], 2),
+    **dict.fromkeys(["getParam", "hasParam", "deleteParam"], 2),
+    **dict.fromkeys(["unregisterPublisher", "unregisterSubscriber", "unregisterService"], 3),
+    **dict.fromkeys(["setParam", "subscribeParam", "unsubscribeParam"], 3),
+    **dict.fromkeys(["registerPublisher", "registerSubscriber", "registerService"], 4),
+}
+
+ODD_NAMES = [
+    "",
+    "/",
+    "//",
+    "~",
+    "a",
+    "~a",
+    "/a",
+    "/a/",
+    "//a//b",
+    "a b",
+    "/a:b",
+    "/a-b",
+    "/1",
+    "/é",
+    "a\tb",
+    "~~a",
+    "x~y",
+]
+ODD_TYPES = ["", "*", "**", "String", "std_msgs/String", "a/b/c", "/b", "a/", "a b/c", 5]
+ODD_APIS = ["", "nope", "http:", "http://", "rosrpc://", "https://h:1", "HTTP://h:1", "foo://bar", 5]
+CALLERS = ["", "/", "/n", "n", "~n", "/ns/n", "/ns/n/", "a b", 5, True, ["/n"]]
+
+
+def calls() -> Iterator[Call]:
+    yield from arity()
+    yield from callers()
+    yield from graph()
+    yield from odd_registrations()
+    yield from parameters()
+    yield from searches()
+    yield from fan_out()
+    yield from multicalls()
+
+
+def arity() -> Iterator[Call]:
+    for method, right in ARITY.items():
+        yield method, ()
+        for count in (1, 2, 3, 4, 5, 6):
+            if count != right:
+                yield method, ("/n", *["/x/y"] * (count - 1))
+        yield method, (5, *["/x"] * (right - 1))
+    for unknown in (
+        "nosuch",
+        "system.listMethods",
+        "system.methodHelp",
+        "publisherUpdate",
+        "getName",
+        "__init__",
+    ):
+        yield unknown, ("/n",)
+
+
+def callers() -> Iterator[Call]:
+    for caller in CALLERS:
+        yield "setParam", (caller, "p", 1)
+        yield "setParam", (caller, "~q", 2)
+        yield "getParam", (caller, "p")
+        yield "hasParam", (caller, "~q")
+        yield "searchParam", (caller, "p")
+        yield "lookupNode", (caller, "x")
+        yield "registerSubscriber", (caller, "t", "*", A)
+        yield "registerService", (caller, "~s", "rosrpc://h:1", A)
+        yield "lookupService", (caller, "~s")
+        yield "unregisterService", (caller, "~s", "rosrpc://h:1")
+        yield "unregisterSubscriber", (caller, "t", A)
+    yield "getSystemState", ("/n",)
+    yield "getParam", ("/n", "/")
+
+
+def graph() -> Iterator[Call]:
+    yield "registerSubscriber", ("/s", "/t", "*", A)
+    yield "getTopicTypes", ("/n",)
+    yield "registerPublisher", ("/p", "/t", "*", B)
+    yield "getTopicTypes", ("/n",)
+    yield "registerSubscriber", ("/s", "/t", "std_msgs/Bool", A)
+    yield "registerPublisher", ("/p", "/t", "std_msgs/String", B)
+    yield "registerPublisher", ("/p", "/t", "*", B)
+    yield "getTopicTypes", ("/n",)
+    yield "registerPublisher", ("/p", "/t", "std_msgs/String", B)
+    yield "registerPublisher", ("/p2", "/t", "std_msgs/Int8", C)
+    yield "registerPublisher", ("/p", "/ns/u", "std_msgs/Int8", B)
+    yield "registerSubscriber", ("/p", "/t", "std_msgs/String", B)
+    yield "registerService", ("/p", "/srv", "rosrpc://h:1", B)
+    yield "registerService", ("/p2", "/srv", "rosrpc://h:2", C)
+    yield "registerService", ("/p2", "/srv", "rosrpc://h:3", C)
+    for method in ("getSystemState", "getTopicTypes"):
+        yield method, ("/n",)
+    for subgraph in ["", "/", "ns", "/ns", "/ns/", "/ns/u", "/t", "~", "/nope", 5, "a b"]:
+        for caller in ("/n", "/ns/n", "/x/ns/n"):
+            yield "getPublishedTopics", (caller, subgraph)
+    for node, caller in itertools.product(["/p", "p", "/s", "/nope", "", "/", " ", 5], ["/n", "/ns/n"]):
+        yield "lookupNode", (caller, node)
+    for service, caller in itertools.product(["/srv", "srv", "/nope", "", "/", "a b", 5], ["/n", "/ns/n"]):
+        yield "lookupService", (caller, service)
+    yield "unregisterService", ("/p", "/srv", "rosrpc://h:1")
+    yield "unregisterService", ("/p", "/srv", "rosrpc://h:3")
+    yield "unregisterService", ("/p2", "/srv", "rosrpc://h:2")
+    yield "unregisterService", ("/nobody", "/srv", "rosrpc://h:3")
+    yield "unregisterService", ("/p2", "/srv", "rosrpc://h:3")
+    yield "unregisterService", ("/p2", "/srv", "rosrpc://h:3")
+    for method in ("unregisterPublisher", "unregisterSubscriber"):
+        yield method, ("/p", "/t", C)
+        yield method, ("/p", "/nope", B)
+        yield method, ("/nobody", "/t", B)
+        yield method, ("/p", "/t", B)
+        yield method, ("/p", "/t", B)
+    yield "unregisterPublisher", ("/p2", "/t", C)
+    yield "lookupNode", ("/n", "/p2")
+    yield "getSystemState", ("/n",)
+    yield "unregisterPublisher", ("/p", "/ns/u", B)
+    yield "unregisterSubscriber", ("/s", "/t", A)
+
+
+def odd_registrations() -> Iterator[Call]:
+    for name in [*ODD_NAMES, 5, True, ["/t"], {"a": 1}]:
+        yield "registerPublisher", ("/ns/n", name, "a/B", A)
+        yield "unregisterPublisher", ("/ns/n", name, A)
+        yield "registerService", ("/ns/n", name, "rosrpc://h:1", A)
+        yield "unregisterService", ("/ns/n", name, "rosrpc://h:1")
+    for type_name in ODD_TYPES:
+        yield "registerPublisher", ("/n", "/typed", type_name, A)
+        yield "registerSubscriber", ("/n", "/typed", type_name, A)
+    for api in ODD_APIS:
+        yield "unregisterPublisher", ("/n", "/typed", api)
+        yield "registerService", ("/n", "/srv", api, A)
+        yield "unregisterService", ("/n", "/srv", api)
+        yield "unsubscribeParam", ("/n", api, "/p")
+    for api in ["", "nope", "http:", "https://h:1", 5]:
+        yield "registerPublisher", ("/n", "/typed", "a/B", api)
+        yield "registerSubscriber", ("/n", "/typed", "a/B", api)
+        yield "subscribeParam", ("/n", api, "/p")
+    yield "unregisterPublisher", ("/n", "/typed", A)
+    yield "unregisterSubscriber", ("/n", "/typed", A)
+    yield "getSystemState", ("/n",)
+
+
+def parameters() -> Iterator[Call]:
+    values: list[Any] = [
+        *(0, -1, 2**31 - 1, -(2**31), 1.5, -0.0, 1e300, True, False, "", "text", "ü<&>\"'", " x ", "a\nb\tc"),
+        *(
+            [],
+            {},
+            [1, "x", [2.5, {}]],
+            {"a": {"b": {"c": []}}},
+            {"": 1},
+            {"x/y": {"z": 1}},
+            {"~": {"c": 2}, "a b": 3},
+        ),
+        *(xmlrpc.client.Binary(b"\x00\xff"), xmlrpc.client.DateTime("20200101T00:00:00")),
+    ]
+    yield "setParam", ("/n", "/", {})
+    for number, value in enumerate(values):
+        yield "setParam", ("/n", f"/v/{number}", value)
+        yield "getParam", ("/n", f"/v/{number}")
+    yield "getParamNames", ("/n",)
+    for value in values:
+        yield "setParam", ("/n", "/same", value)
+        yield "setParam", ("/n", "/same/below", value)
+        yield "getParam", ("/n", "/same")
+    yield "getParam", ("/n", "/")
+    yield "setParam", ("/n", "/", {"a": {"b": 1, "c": {}}, "x/y": {"z": 3}})
+    for key in [*ODD_NAMES, "/a/b", "/a/b/", "a/b", "/a/c", "/a/b/c", "/x/y", "/x/y/z", "/nope", 5, True]:
+        for method in ("getParam", "hasParam"):
+            yield method, ("/n", key)
+    for key in [*ODD_NAMES, 5, "/a/new/deep"]:
+        yield "setParam", ("/ns/n", key, 1)
+    yield "getParamNames", ("/n",)
+    yield "getParam", ("/n", "/")
+    for key in [*ODD_NAMES, 5, "/a/b", "/nope", "/a/nope", "/a"]:
+        yield "deleteParam", ("/ns/n", key)
+    yield "getParam", ("/n", "/")
+
+
+def searches() -> Iterator[Call]:
+    tree = {"k": 3, "w": {"g": {"k": 1}}, "ns": {"w": {"q": 2}, "n": {"w": 3}}}
+    yield "setParam", ("/n", "/", tree)
+    keys = [
+        "w",
+        "k",
+        "w/g/k",
+        "w/g",
+        "w/q",
+        "/w/g",
+        "/w/nope",
+        "~w",
+        "nope",
+        "",
+        "w/",
+        "/",
+        "q r",
+        "n/w",
+        "//w",
+        5,
+    ]
+    for caller, key in itertools.product(["/ns/n", "/ns/", "/ns/m", "/", "/other/n", "ns", "", "~"], keys):
+        yield "searchParam", (caller, key)
+
+
+def fan_out() -> Iterator[Call]:
+    yield "setParam", ("/n", "/", {})
+    yield "subscribeParam", ("/a", A, "/w")
+    yield "subscribeParam", ("/b", B, "/w/g/")
+    yield "subscribeParam", ("/c", C, "/")
+    yield "setParam", ("/n", "/w/g/k", 1)
+    yield "setParam", ("/n", "/w", {"g": 5, "h": {"i": 1}})
+    yield "setParam", ("/n", "/w/g", {"k": 1, "l": {"m": 2}})
+    yield "setParam", ("/n", "/w/g/l/m", 3)
+    yield "setParam", ("/b", "/w/g/own_change", 3)
+    yield "setParam", ("/n", "/w2", 1)
+    yield "deleteParam", ("/n", "/w/g")
+    yield "deleteParam", ("/n", "/w")
+    yield "deleteParam", ("/n", "/w")
+    yield "setParam", ("/n", "/", {"w": {"z": 1}})
+    yield "setParam", ("/n", "/c/own", 1)
+    yield "unsubscribeParam", ("/nobody", A, "/w")
+    yield "unsubscribeParam", ("/a", B, "/w")
+    yield "unsubscribeParam", ("/a", A, "/nope")
+    # Genuine rosmaster leaves a subscriber below a namespace that became a value in the dark; ours does not.
+    yield "unsubscribeParam", ("/b", B, "/w/g")
+    yield "setParam", ("/n", "/w", 1)
+    yield "unsubscribeParam", ("/a", A, "/w")
+    yield "setParam", ("/n", "/w", 2)
+    yield "registerSubscriber", ("/a", "/t", "x/Y", A)
+    yield "registerSubscriber", ("/b", "/t", "x/Y", B)
+    yield "registerPublisher", ("/c", "/t", "x/Y", C)
+    yield "registerPublisher", ("/c", "/t", "x/Y", C)
+    yield "registerPublisher", ("/b", "/t", "x/Y", B)
+    yield "unregisterPublisher", ("/c", "/t", B)
+    yield "unregisterSubscriber", ("/a", "/t", A)
+    yield "unregisterPublisher", ("/c", "/t", C)
+    # The same name from elsewhere: the first one is shut down and loses everything.
+    yield "registerService", ("/c", "/of_c", "rosrpc://c:1", C)
+    yield "registerSubscriber", ("/c", "/t", "x/Y", A)
+    yield "lookupNode", ("/n", "/c")
+    yield "lookupService", ("/n", "/of_c")
+    yield "setParam", ("/n", "/unheard_by_c", 1)
+    yield "getSystemState", ("/n",)
+
+
+def multicalls() -> Iterator[Call]:
+    def call(name: str, *params: Any) -> dict[str, Any]:
+        return {"methodName": name, "params": list(params)}
+
+    yield "system.multicall", ([],)
+    yield (
+        "system.multicall",
+        (
+            [
+                call("setParam", "/n", "/multi", {"a": 1}),
+                call("getParam", "/n", "/multi/a"),
+                call("getParam", "/n", "/none"),
+                call("getParam"),
+                call("nosuch"),
+                call("system.multicall", []),
+                call("deleteParam", "/n", "/multi"),
+            ],
+        ),
+    )
