@@ -1,0 +1,55 @@
+"""`catkin_init_workspace`: makes a source folder one that genuine catkin can build, too."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from optparse import OptionParser
+from pathlib import Path
+
+from pipros.workspace.native import find_toplevel
+
+_TOPLEVEL = """\
+# Made by catkin_init_workspace of pipros, which builds this workspace without this file.
+# It is for genuine catkin, wherever that is installed.
+cmake_minimum_required(VERSION 3.0.2)
+find_file(TOPLEVEL toplevel.cmake
+  PATHS ENV CMAKE_PREFIX_PATH /opt/ros/noetic /opt/ros/one /opt/ros/melodic /usr
+  PATH_SUFFIXES share/catkin/cmake
+  NO_DEFAULT_PATH)
+include(${TOPLEVEL})
+"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Initialises the folder given, by default the current one; returns the exit code."""
+    parser = OptionParser(
+        usage="usage: %prog [workspace]",
+        prog="catkin_init_workspace",
+        description="Initializes a catkin workspace by creating a top-level CMakeLists.txt.",
+    )
+    _, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
+    folder = Path(words[0] if words else ".").absolute()
+    if not folder.is_dir():
+        parser.error(f"The folder {folder} does not exist")
+    file = folder / "CMakeLists.txt"
+    if file.exists() or file.is_symlink():
+        print(f'File "{file}" already exists', file=sys.stderr)
+        return 1
+    print(initialise(folder))
+    return 0
+
+
+def initialise(source: Path) -> str:
+    """Writes the top-level `CMakeLists.txt` of a source folder; says what was done."""
+    file = source / "CMakeLists.txt"
+    toplevel = find_toplevel()
+    if toplevel is not None:
+        file.symlink_to(toplevel)
+        return f'Creating symlink "{file}" pointing to "{toplevel}"'
+    file.write_text(_TOPLEVEL, "utf-8")
+    return f'Creating file "{file}"'
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,182 @@
+"""`catkin_make`: builds a workspace, without CMake wherever no compiler is needed."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipros.cli.catkin_init_workspace import initialise
+from pipros.errors import PiprosError
+from pipros.workspace.build import BuildOptions, BuildResult, build
+from pipros.workspace.layout import WORKSPACE_MARKER, Layout
+
+_MARKER_TEXT = (
+    "# This file currently only serves to mark the location of a catkin workspace for tool integration\n"
+)
+_RED, _PLAIN = "\033[31m", "\033[0m"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Builds and returns the exit code: 1 when any package failed."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    options, definitions, jobs, targets = _parse(arguments)
+    layout = _layout(options, definitions)
+    problem = _problem(layout)
+    if problem is not None:
+        print(problem, file=sys.stderr)
+        return 1
+    print(f"Base path: {layout.base}")
+    print(f"Source space: {layout.source}")
+    print(f"Build space: {layout.build}")
+    print(f"Devel space: {layout.devel}")
+    print(f"Install space: {layout.install}")
+    if "clean" in targets:
+        return _clean(layout)
+    toplevel = layout.source / "CMakeLists.txt"
+    try:
+        if not toplevel.exists() and not toplevel.is_symlink():
+            print(initialise(layout.source))
+        marker = layout.base / WORKSPACE_MARKER
+        if not marker.exists():
+            marker.write_text(_MARKER_TEXT)
+        if options.force_cmake:
+            shutil.rmtree(layout.build / "pipros", ignore_errors=True)
+        result = build(layout, _build_options(options, definitions, jobs, targets), _say)
+    except (PiprosError, OSError) as error:
+        print(f"{_RED}{error}{_PLAIN}", file=sys.stderr)
+        return 1
+    tests = [
+        target for target in targets if target in ("test", "run_tests") or target.startswith("run_tests_")
+    ]
+    code = _report(result, has_more_to_do=bool(tests))
+    if tests and code == 0:
+        from pipros.workspace.run_tests import run_tests
+
+        run_tests(result.projects, layout, tests, _say)
+    return code
+
+
+def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], list[str], list[str]]:
+    """Options, `-D` settings, arguments for make, and targets."""
+    parser = ArgumentParser(
+        prog="catkin_make",
+        description="Creates the catkin workspace layout and builds it. Packages without compiled code are "
+        "built by pipros itself; others by genuine catkin and CMake, when these are installed.",
+    )
+    add = parser.add_argument
+    add("-C", "--directory", default=os.curdir, help="The base path of the workspace (default '.')")
+    add("--source", help="The path to the source space (default 'workspace_base/src')")
+    add("--build", help="The path to the build space (default 'workspace_base/build')")
+    add("--use-ninja", action="store_true", help="Accepted for Noetic's sake; make is used")
+    add("--use-nmake", action="store_true", help="Accepted for Noetic's sake; make is used")
+    add("--use-gmake", action="store_true", help="Accepted for Noetic's sake; make is used")
+    add("--force-cmake", action="store_true", help="Build everything anew, even what has not changed")
+    add("--no-color", action="store_true", help="Disables colored output")
+    add("--pkg", nargs="+", metavar="PKG", default=[], help="Build specific packages and what they need")
+    add(
+        "--only-pkg-with-deps",
+        nargs="+",
+        default=[],
+        metavar="PKG",
+        help="Build only the specified packages and their dependencies",
+    )
+    add(
+        "--cmake-args",
+        nargs="*",
+        default=[],
+        help="Arguments which are passed to CMake, such as -DNAME=VALUE",
+    )
+    add("--make-args", nargs="*", default=[], help="Arguments which are passed to make")
+    add("--override-build-tool-check", action="store_true", help="Accepted for Noetic's sake")
+    # argparse takes what begins with a dash for an option, also behind --cmake-args.
+    settings = [word for word in arguments if word.startswith("-D") and len(word) > 2]
+    jobs = [word for word in arguments if word[:2] in ("-j", "-l") and word[2:].isdecimal()]
+    options, targets = parser.parse_known_args(
+        [word for word in arguments if word not in settings and word not in jobs]
+    )
+    unknown = [word for word in targets if word.startswith("-")]
+    if unknown:
+        parser.error(f"unrecognized arguments: {' '.join(unknown)}")
+    definitions = {}
+    for setting in settings:
+        name, _, value = setting[2:].partition("=")
+        definitions[name.partition(":")[0]] = value
+    targets += [word for word in options.make_args if not word.startswith("-")]
+    return options, definitions, jobs, targets  # fmt: skip
+
+
+def _layout(options: Namespace, definitions: dict[str, str]) -> Layout:
+    base = Path(options.directory).absolute().resolve()
+    return Layout(
+        base,
+        base / (options.source or "src"),
+        base / (options.build or "build"),
+        base / definitions.pop("CATKIN_DEVEL_PREFIX", "devel"),
+        base / definitions.pop("CMAKE_INSTALL_PREFIX", "install"),
+    )
+
+
+def _problem(layout: Layout) -> str | None:
+    """Why this folder cannot be built, in Noetic's words; None when it can."""
+    if not layout.base.is_dir():
+        return f'Could not find base path "{layout.base}"'
+    if (layout.base / "package.xml").is_file() or (layout.base / "CMakeLists.txt").is_file():
+        return (
+            f'The specified base path "{layout.base}" contains a package but "catkin_make" must be invoked '
+            "in the root of workspace"
+        )
+    if not layout.source.is_dir():
+        return (
+            f'The specified source space "{layout.source}" does not exist. '
+            "catkin_make is to be called in the folder that has src in it"
+        )
+    return None
+
+
+def _build_options(
+    options: Namespace, definitions: dict[str, str], jobs: list[str], targets: list[str]
+) -> BuildOptions:
+    only = {*options.pkg, *options.only_pkg_with_deps}
+    only.update(filter(None, definitions.get("CATKIN_WHITELIST_PACKAGES", "").split(";")))
+    left_out = filter(None, definitions.get("CATKIN_BLACKLIST_PACKAGES", "").split(";"))
+    return BuildOptions(frozenset(only), frozenset(left_out), definitions, "install" in targets, tuple(jobs))
+
+
+def _report(result: BuildResult, *, has_more_to_do: bool) -> int:
+    if result.errors:
+        print(f"{_RED}{len(result.errors)} package(s) failed:{_PLAIN}", file=sys.stderr)
+        for error in result.errors:
+            print(f"{_RED} * {error.splitlines()[0]}{_PLAIN}", file=sys.stderr)
+        if result.skipped:
+            skipped = ", ".join(f"{name} (needs {culprit})" for name, culprit in result.skipped.items())
+            print(f"{_RED}   skipped: {skipped}{_PLAIN}", file=sys.stderr)
+        print(f'{_RED}Invoking "catkin_make" failed{_PLAIN}', file=sys.stderr)
+        return 1
+    if result.unchanged and not result.built and not has_more_to_do:
+        count = len(result.unchanged)
+        print(f"Nothing has changed: {count} package{'s are' if count > 1 else ' is'} up to date")
+    return 0
+
+
+def _clean(layout: Layout) -> int:
+    """What `make clean` is for: everything that a build made, so that the next one makes it anew."""
+    for folder in (
+        layout.build / "pipros",
+        layout.devel / "lib",
+        layout.devel / "include",
+        layout.devel / "share",
+    ):
+        shutil.rmtree(folder, ignore_errors=True)
+    return 0
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,265 @@
+"""Builds a catkin workspace: checks every package, puts what Python needs into the devel space, installs.
+
+Packages of Python, messages, launch files and data need neither CMake nor a compiler. Those that
+compile something go to genuine catkin and CMake (`workspace.native`), when these are installed. A package
+that fails takes down only those that need it; what was built before stays as it is.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pipros
+from pipros.errors import PiprosError
+from pipros.msg.definitions import Definitions
+from pipros.msg.files import DefinitionFiles
+from pipros.workspace import native
+from pipros.workspace.checks import check_interfaces, check_manifest
+from pipros.workspace.devel import install_package, python_sources, write_devel_files
+from pipros.workspace.environment import underlays_of_build
+from pipros.workspace.index import PackageIndex
+from pipros.workspace.layout import Layout, SourcePackage, closure, read_source_space
+from pipros.workspace.project import Project, read_project
+from pipros.workspace.setup_files import write_if_changed, write_setup_files
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class BuildOptions:
+    """What the command line asks for.
+
+    Attributes:
+        only: names of packages to build with all that they need; empty for all.
+        left_out: names of packages to leave out.
+        definitions: the `-D` settings.
+        installs: whether to fill the install space, too.
+        jobs: arguments for make, for packages that need it.
+    """
+
+    only: frozenset[str] = frozenset()
+    left_out: frozenset[str] = frozenset()
+    definitions: Mapping[str, str] = field(default_factory=dict)
+    installs: bool = False
+    jobs: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class BuildResult:
+    """What came of a build.
+
+    Attributes:
+        built: names of packages that were built, in that order.
+        unchanged: names of packages that needed nothing.
+        errors: package (or file) and what is wrong with it.
+        skipped: packages that were not tried, and the failed package that they need.
+    """
+
+    built: list[str] = field(default_factory=list)
+    unchanged: list[str] = field(default_factory=list)
+    errors: list[str] = field(default_factory=list)
+    skipped: dict[str, str] = field(default_factory=dict)
+    projects: dict[str, Project] = field(default_factory=dict)
+
+
+def build(
+    layout: Layout, options: BuildOptions, say: Say, variables: Mapping[str, str] | None = None
+) -> BuildResult:
+    """Builds a workspace.
+
+    Raises:
+        WorkspaceError: nothing can be built.
+        OSError: a space cannot be written.
+    """
+    return _Build(layout, options, say, os.environ if variables is None else variables).run()
+
+
+class _Build:
+    def __init__(self, layout: Layout, options: BuildOptions, say: Say, variables: Mapping[str, str]) -> None:
+        self._layout = layout
+        self._options = options
+        self._say = say
+        self._variables = variables
+        self._result = BuildResult()
+        self._failed: dict[str, str] = {}
+        self._state_file = layout.build / "pipros" / "state.json"
+        self._state = _read_state(self._state_file)
+
+    def run(self) -> BuildResult:
+        space = read_source_space(self._layout.source, self._variables)
+        self._result.errors += space.errors
+        packages = self._wanted(space.packages)
+        self._announce(packages)
+        by_name = {package.name: package for package in space.packages}
+        index = PackageIndex.from_environment()
+
+        def find_package(name: str) -> Path | None:
+            package = by_name.get(name) or index.get(name)
+            if package is None:
+                return None
+            return package.folder if isinstance(package, SourcePackage) else package.path
+
+        definitions = Definitions(DefinitionFiles(find_package))
+        natives = []
+        for package in packages:
+            project = self._read(package, lambda name: find_package(name) is not None, definitions)
+            if project is None:
+                continue
+            self._result.projects[package.name] = project
+            if project.native_targets:
+                natives.append(package)
+        native_names = closure(packages, {package.name for package in natives}) if natives else set()
+        for package in packages:
+            if package.name in self._result.projects and not self._is_blocked(package):
+                self._build_package(package, native_names)
+        self._build_natives(packages, natives, native_names)
+        underlays = underlays_of_build(self._variables, self._layout.devel)
+        write_setup_files(self._layout.devel, [self._layout.source], underlays)
+        if self._options.installs:
+            self._install(packages, underlays)
+        write_if_changed(self._state_file, json.dumps(self._state, indent=1, sort_keys=True))
+        return self._result
+
+    def _wanted(self, packages: Sequence[SourcePackage]) -> list[SourcePackage]:
+        names = closure(packages, set(self._options.only)) if self._options.only else None
+        return [
+            package
+            for package in packages
+            if (names is None or package.name in names) and package.name not in self._options.left_out
+        ]
+
+    def _announce(self, packages: Sequence[SourcePackage]) -> None:
+        rule = "-- " + "~" * 49
+        if not packages:
+            self._say("-- No packages in the source space yet")
+            return
+        self._say(rule)
+        self._say(f"-- ~~  traversing {len(packages)} packages in topological order:")
+        for package in packages:
+            note = " (metapackage)" if package.is_metapackage else ""
+            self._say(f"-- ~~  - {package.name}{note}")
+        self._say(rule)
+
+    def _read(
+        self, package: SourcePackage, is_known: Callable[[str], bool], definitions: Definitions
+    ) -> Project | None:
+        """Reads and checks a package; None when it failed, which is then said."""
+        self._say(f"-- +++ processing catkin package: '{package.name}'")
+        if not (package.folder / "CMakeLists.txt").is_file():
+            self._fail(package, f"{package.folder}: the package has no CMakeLists.txt")
+            return None
+        self._say(f"-- ==> add_subdirectory({os.path.relpath(package.folder, self._layout.source)})")
+        settings = {
+            "CATKIN_DEVEL_PREFIX": str(self._layout.devel),
+            "CMAKE_INSTALL_PREFIX": str(self._layout.install),
+            "CMAKE_CURRENT_BINARY_DIR": str(self._layout.build / package.folder.name),
+            **self._options.definitions,
+        }
+        try:
+            project = read_project(str(package.folder), package.name, settings, self._variables)
+            check_manifest(project, package, is_known)
+            check_interfaces(project, definitions)
+        except PiprosError as error:
+            self._fail(package, str(error))
+            return None
+        counts = {
+            kind: sum(one.kind == kind for one in project.interfaces) for kind in ("msg", "srv", "action")
+        }
+        if project.interfaces:
+            self._say("-- Using these message generators: genpy")
+            messages = counts["msg"] + 7 * counts["action"]
+            self._say(f"-- {package.name}: {messages} messages, {counts['srv']} services")
+            if not project.generate_messages_line:
+                self._say(
+                    f"-- WARNING: {package.name} lists message files but never calls generate_messages()"
+                )
+        for note in project.notes:
+            self._say(f"-- WARNING: {note}")
+        return project
+
+    def _fail(self, package: SourcePackage, reason: str) -> None:
+        self._say(reason)
+        self._failed[package.name] = package.name
+        self._result.errors.append(f"{package.name}: {reason}")
+        self._state.pop(package.name, None)
+
+    def _is_blocked(self, package: SourcePackage) -> bool:
+        """True for a package that needs one that failed; says so."""
+        for name in sorted(package.all_dependencies):
+            culprit = self._failed.get(name)
+            if culprit is not None:
+                self._failed[package.name] = culprit
+                self._result.skipped[package.name] = culprit
+                self._say(f"-- {package.name} is skipped, because it needs {culprit}, which failed")
+                return True
+        return False
+
+    def _build_package(self, package: SourcePackage, native_names: set[str]) -> None:
+        project = self._result.projects[package.name]
+        digest = self._digest(package, project)
+        if self._state.get(package.name) == digest and package.name not in native_names:
+            self._result.unchanged.append(package.name)
+            return
+        try:
+            write_devel_files(project, self._layout, package.name in native_names, self._say)
+        except PiprosError as error:
+            self._fail(package, str(error))
+            return
+        self._result.built.append(package.name)
+        self._state[package.name] = digest
+
+    def _build_natives(
+        self, packages: Sequence[SourcePackage], natives: Sequence[SourcePackage], names: set[str]
+    ) -> None:
+        """Gives packages that compile something, with all that they need, to genuine catkin."""
+        natives = [package for package in natives if package.name not in self._failed]
+        if not natives:
+            return
+        tools = native.find_tools(self._variables)
+        if isinstance(tools, str):
+            for package in natives:
+                target = self._result.projects[package.name].native_targets[0]
+                self._fail(
+                    package,
+                    f"{package.folder}/CMakeLists.txt:{target.line}: the package [{package.name}] compiles "
+                    f"[{target.name or target.command}], and {tools}",
+                )
+            return
+        chosen = [package for package in packages if package.name in names]
+        problem = native.build(tools, chosen, self._layout, self._options, self._say)
+        if problem is not None:
+            for package in natives:
+                self._fail(package, problem)
+
+    def _install(self, packages: Sequence[SourcePackage], underlays: Sequence[Path]) -> None:
+        for package in packages:
+            if package.name in self._result.projects and package.name not in self._failed:
+                install_package(self._result.projects[package.name], self._layout, self._say)
+        write_setup_files(self._layout.install, [], underlays)
+
+    def _digest(self, package: SourcePackage, project: Project) -> str:
+        """Changes whenever something changed that the devel files of the package are made from."""
+        inputs = [str(package.manifest_file), project.file, *(one.path for one in project.interfaces)]
+        inputs += [one.source for one in project.installations if one.is_python]
+        inputs += python_sources(project)
+        digest = hashlib.sha256(f"{pipros.__file__} {self._layout}".encode())
+        for path in inputs:
+            try:
+                status = os.stat(path)
+                digest.update(f"{path}\0{status.st_mtime_ns}\0{status.st_size}\0{status.st_mode}\n".encode())
+            except OSError:
+                digest.update(f"{path}\0gone\n".encode())
+        return digest.hexdigest()
+
+
+def _read_state(file: Path) -> dict[str, str]:
+    try:
+        state = json.loads(file.read_text("utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return {str(name): str(digest) for name, digest in state.items()} if isinstance(state, dict) else {}

@@ -1,0 +1,105 @@
+"""What catkin would refuse about a package, found before anything is built."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from pipros.errors import PiprosError
+from pipros.msg.definitions import Definitions
+from pipros.msg.spec import MessageSpec
+from pipros.workspace.cmake import CMakeError
+from pipros.workspace.layout import SourcePackage
+from pipros.workspace.project import Interface, Project
+
+_CORE = """
+    catkin cmake_modules cpp_common gencpp geneus genlisp genmsg gennodejs genpy message_filters
+    message_generation message_runtime mk rosbag rosbag_storage rosbash rosboost_cfg rosbuild rosclean
+    rosconsole roscpp roscpp_serialization roscpp_traits roscreate rosgraph roslang roslaunch roslib roslint
+    roslz4 rosmake rosmaster rosmsg rosnode rosout rospack rosparam rospy rosservice rostest rostime rostopic
+    rosunit roswtf tf2 tf2_py tf2_ros topic_tools xmlrpcpp actionlib pluginlib class_loader nodelet tf
+"""
+
+CORE_PACKAGES = frozenset(_CORE.split())
+"""Packages of ROS whose work pipros does itself, so that they need not be found as folders."""
+
+MESSAGES_WITHOUT_DEPENDENCY = frozenset(("std_msgs", "actionlib_msgs"))
+"""Packages that `Header` and actions bring in by themselves."""
+
+
+def check_manifest(project: Project, package: SourcePackage, is_known: Callable[[str], bool]) -> None:
+    """Holds the `CMakeLists.txt` against the manifest.
+
+    Raises:
+        CMakeError: a component that does not exist, or a run dependency that the manifest does not name.
+    """
+    for name, line in project.components:
+        if name not in CORE_PACKAGES and not is_known(name):
+            raise CMakeError(
+                project.file,
+                line,
+                "find_package",
+                f'Could not find a package configuration file provided by "{name}" with any of the following '
+                f"names:\n\n    {name}Config.cmake\n    {name.lower()}-config.cmake\n\n"
+                f"  There is no package [{name}] in this workspace, on ROS_PACKAGE_PATH, or with pipros.",
+            )
+    run = package.dependencies("exec_depends", "build_export_depends")
+    for name, line in project.catkin_depends:
+        if name not in run:
+            raise CMakeError(
+                project.file,
+                line,
+                "catkin_package",
+                f"catkin_package() DEPENDS on the catkin package '{name}' which must therefore be listed as "
+                f"a run dependency in the package.xml\n  Add <exec_depend>{name}</exec_depend> to "
+                f"{package.manifest_file}",
+            )
+
+
+def check_interfaces(project: Project, definitions: Definitions) -> None:
+    """Reads every message, service and action of a package, and all that they are made of.
+
+    Raises:
+        DefinitionError: with file, line and column.
+        CMakeError: a type of a package that `generate_messages(DEPENDENCIES …)` does not name.
+    """
+    allowed = {project.name, *project.message_dependencies, *MESSAGES_WITHOUT_DEPENDENCY}
+    for interface in project.interfaces:
+        for spec in specs_of(interface, project.name, definitions):
+            for field in spec.fields:
+                if field.type.is_builtin:
+                    continue
+                package = field.type.base.partition("/")[0]
+                if package not in allowed:
+                    raise CMakeError(
+                        project.file,
+                        project.generate_messages_line,
+                        "generate_messages",
+                        f"Could not find messages which '{interface.path}' depends on (line {field.line}: "
+                        f"{field.type}). Did you forget to specify "
+                        f"generate_messages(DEPENDENCIES {package})?",
+                    )
+                _check_type(field.type.base, spec, field.line, definitions)
+
+
+def _check_type(type_name: str, within: MessageSpec, line: int, definitions: Definitions) -> None:
+    try:
+        definitions.message(type_name)
+    except LookupError:
+        raise UnknownType(f"{within.file}:{line}: there is no message type [{type_name}]") from None
+
+
+class UnknownType(PiprosError):
+    """A field has a type that no package defines."""
+
+
+def specs_of(interface: Interface, package: str, definitions: Definitions) -> Iterator[MessageSpec]:
+    """The messages that a file defines."""
+    type_name = f"{package}/{interface.name}"
+    if interface.kind == "msg":
+        yield definitions.message(type_name)
+    elif interface.kind == "srv":
+        service = definitions.service(type_name)
+        yield from (service.request, service.response)
+    else:
+        for part in ("Goal", "Result", "Feedback"):
+            yield definitions.message(type_name + part)

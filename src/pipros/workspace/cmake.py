@@ -1,0 +1,162 @@
+"""Reads `CMakeLists.txt` files: the commands with their arguments, and where each stands.
+
+Only the language is read here (quotes, brackets, comments, escapes); what commands mean is the
+business of `workspace.project`. Rules: https://cmake.org/cmake/help/latest/manual/cmake-language.7.html
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from pipros.errors import PiprosError
+
+
+class CMakeError(PiprosError):
+    """A `CMakeLists.txt` is malformed, or asks for what cannot be done.
+
+    Attributes:
+        file, line: where; the line counts from 1.
+        command: the command at fault; empty when the text itself is.
+    """
+
+    def __init__(self, file: str, line: int, command: str, reason: str) -> None:
+        self.file = file
+        self.line = line
+        self.command = command
+        self.reason = reason
+        where = f"{file}:{line}" + (f" ({command})" if command else "")
+        super().__init__(f"CMake Error at {where}:\n  {reason}")
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """One argument as it is written; quoted ones are never split, bracketed ones not even expanded."""
+
+    text: str
+    is_quoted: bool = False
+    is_literal: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """`name(arguments)`; the name is in lower case, as CMake does not tell cases apart."""
+
+    name: str
+    written_name: str
+    arguments: tuple[Argument, ...]
+    line: int
+
+
+_TOKEN = re.compile(
+    r"""
+      (?P<blank>    [ \t\r]+ )
+    | (?P<newline>  \n )
+    | (?P<block>    \#\[(?P<b>=*)\[ .*? \](?P=b)\] )
+    | (?P<comment>  \#[^\n]* )
+    | (?P<bracket>  \[(?P<q>=*)\[ .*? \](?P=q)\] )
+    | (?P<quoted>   " (?: \\. | [^"\\] )* " )
+    | (?P<open>     \( )
+    | (?P<close>    \) )
+    | (?P<plain>    (?: \\. | \$\{[^}]*\} | [^\s()\#"\\] )
+                    (?: \\. | \$\{[^}]*\} | "[^"\n]*" | [^\s()\#"\\] )* )
+    """,
+    re.VERBOSE | re.DOTALL,
+)
+
+_NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+
+
+def parse(text: str, file: str) -> list[Command]:
+    """The commands of a file in order.
+
+    Raises:
+        CMakeError: for an unclosed quote or bracket, or text between commands.
+    """
+    tokens = _tokens(text, file)
+    commands = []
+    for kind, value, line in tokens:
+        if kind != "plain" or not _NAME.fullmatch(value):
+            raise CMakeError(file, line, "", f"Parse error. Expected a command name, got [{value[:40]}]")
+        opening = next(tokens, ("end", "", line))
+        if opening[0] != "open":
+            raise CMakeError(file, line, value, 'Parse error. Expected "(" after the command name')
+        commands.append(Command(value.lower(), value, _arguments(tokens, file, line, value), line))
+    return commands
+
+
+_Token = tuple[str, str, int]
+
+
+def _arguments(tokens: Iterator[_Token], file: str, line: int, command: str) -> tuple[Argument, ...]:
+    arguments: list[Argument] = []
+    depth = 1
+    for kind, value, _ in tokens:
+        if kind == "close":
+            depth -= 1
+            if depth == 0:
+                return tuple(arguments)
+        depth += kind == "open"
+        if kind == "quoted":
+            arguments.append(Argument(value[1:-1].replace("\\\n", ""), is_quoted=True))
+        elif kind == "bracket":
+            inner = value[value.index("[", 1) + 1 : value.rindex("]", 0, -1)]
+            arguments.append(Argument(inner.removeprefix("\n"), is_quoted=True, is_literal=True))
+        else:
+            arguments.append(Argument(value))
+    raise CMakeError(file, line, command, "Parse error. The command is not closed; a ) is missing")
+
+
+def _tokens(text: str, file: str) -> Iterator[_Token]:
+    position, line = 0, 1
+    while position < len(text):
+        match = _TOKEN.match(text, position)
+        if match is None:
+            raise CMakeError(
+                file, line, "", f"Parse error at [{text[position : position + 20]}]; is a quote open?"
+            )
+        kind = match.lastgroup or ""
+        if kind in ("b", "q"):
+            kind = "block" if match["block"] else "bracket"
+        if kind not in ("blank", "newline", "comment", "block"):
+            yield kind, match[0], line
+        line += match[0].count("\n")
+        position = match.end()
+
+
+_VARIABLE = re.compile(r"\$(ENV)?\{([^${}]*)\}|\\(.)", re.DOTALL)
+_ESCAPES = {"n": "\n", "t": "\t", "r": "\r", ";": "\\;"}
+
+
+def expand(
+    arguments: Sequence[Argument], variables: Mapping[str, str], environment: Mapping[str, str]
+) -> list[str]:
+    """The words that the arguments stand for: variables replaced, lists split at semicolons."""
+    words: list[str] = []
+    for argument in arguments:
+        if argument.is_literal:
+            words.append(argument.text)
+            continue
+        text = expand_text(argument.text, variables, environment)
+        if argument.is_quoted:
+            words.append(text)
+        else:
+            words += [word for word in text.split(";") if word]
+    return words
+
+
+def expand_text(text: str, variables: Mapping[str, str], environment: Mapping[str, str]) -> str:
+    """A text with its variables replaced, nested ones (`${A_${B}}`) from the inside out."""
+
+    def replace(match: re.Match[str]) -> str:
+        if match[3] is not None:
+            return _ESCAPES.get(match[3], match[3])
+        return (environment if match[1] else variables).get(match[2], "")
+
+    for _ in range(10):
+        expanded = _VARIABLE.sub(replace, text)
+        if expanded == text or "${" not in expanded:
+            return expanded
+        text = expanded
+    return text

@@ -1,0 +1,122 @@
+"""The environment that a workspace's `setup.*` files make, computed here and printed as shell code.
+
+Noetic's rules: entries of the workspaces that were set up before are taken out, then this one and
+those below it are put in front, so that sourcing twice changes nothing. With `--extend`, what is there stays.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from pipros.workspace.index import SHARED_PACKAGES
+from pipros.workspace.overlays import MARKER, built_workspaces
+
+# Which folder of a workspace goes into which list.
+_LISTS = {
+    "CMAKE_PREFIX_PATH": "",
+    "LD_LIBRARY_PATH": "lib",
+    "PATH": "bin",
+    "PKG_CONFIG_PATH": "lib/pkgconfig",
+    "PYTHONPATH": "lib/python3/dist-packages",
+}
+
+_CONSTANTS = {"ROS_DISTRO": "noetic", "ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3"}
+
+
+def workspace_environment(
+    prefix: Path | None,
+    underlays: Sequence[Path],
+    variables: Mapping[str, str],
+    *,
+    extend: bool = False,
+    own_programs: Path | None = None,
+) -> dict[str, str]:
+    """The variables that change, with their new values.
+
+    Args:
+        prefix: the devel or install space; None for the bare environment without any workspace.
+        underlays: the workspaces below it when it was built, the topmost first.
+        variables: the environment so far.
+        extend: whether the workspaces that are set up already stay below.
+        own_programs: a folder that is put into `PATH` if it is not there.
+    """
+    known = [workspace.prefix for workspace in built_workspaces(variables)]
+    chain = [folder for folder in ([prefix] if prefix else []) if folder is not None]
+    chain += [folder for folder in underlays if folder not in chain]
+    changed: dict[str, str] = {}
+    for name, below in _LISTS.items():
+        entries = [entry for entry in variables.get(name, "").split(os.pathsep) if entry]
+        if not extend:
+            taken_out = {os.path.join(folder, below).rstrip("/") for folder in known}
+            entries = [entry for entry in entries if entry.rstrip("/") not in taken_out]
+        added = [os.path.join(folder, below).rstrip("/") for folder in chain]
+        added = [folder for folder in added if os.path.isdir(folder)]
+        entries = [*added, *(entry for entry in entries if entry.rstrip("/") not in added)]
+        if name == "PATH" and own_programs is not None and str(own_programs) not in entries:
+            entries.insert(0, str(own_programs))
+        if entries or variables.get(name):
+            changed[name] = os.pathsep.join(entries)
+    visible = built_workspaces({**variables, **changed})
+    packages = []
+    for workspace in visible:
+        packages += [str(source) for source in workspace.sources] or [str(workspace.prefix / "share")]
+    changed["ROS_PACKAGE_PATH"] = os.pathsep.join(dict.fromkeys([*packages, str(SHARED_PACKAGES)]))
+    changed |= _CONSTANTS
+    changed["ROS_ROOT"] = str(SHARED_PACKAGES / "ros")
+    changed["ROS_ETC_DIR"] = str((prefix or SHARED_PACKAGES.parent) / "etc" / "ros")
+    changed.setdefault("ROS_MASTER_URI", variables.get("ROS_MASTER_URI") or "http://localhost:11311")
+    return {name: value for name, value in changed.items() if variables.get(name) != value}
+
+
+def underlays_of_build(variables: Mapping[str, str], prefix: Path) -> list[Path]:
+    """The workspaces that are set up while `prefix` is built: they will be below it."""
+    return [workspace.prefix for workspace in built_workspaces(variables) if workspace.prefix != prefix]
+
+
+def shell_code(changes: Mapping[str, str], shell: str) -> str:
+    """Commands that set the variables, for `sh` (bash and zsh, too), `fish` or `powershell`."""
+    write = {"fish": _fish, "powershell": _powershell}.get(shell, _posix)
+    return "".join(write(name, value) for name, value in changes.items())
+
+
+def _posix(name: str, value: str) -> str:
+    quoted = value.replace("'", "'\\''")
+    return f"export {name}='{quoted}'\n"
+
+
+def _fish(name: str, value: str) -> str:
+    quoted = value.replace("\\", "\\\\").replace("'", "\\'")
+    return f"set -gx {name} '{quoted}'\n"
+
+
+def _powershell(name: str, value: str) -> str:
+    quoted = value.replace("'", "''")
+    return f"$env:{name} = '{quoted}'\n"
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Prints the shell code; called by the setup files with `shell prefix [--extend]`."""
+    shell, folder, *options = sys.argv[1:] if argv is None else argv
+    prefix = Path(folder) if folder else None
+    underlays: list[Path] = []
+    if prefix is not None:
+        try:
+            listed = (prefix / UNDERLAYS_FILE).read_text("utf-8").split("\n")
+            underlays = [Path(entry) for entry in listed if entry and Path(entry, MARKER).is_file()]
+        except OSError:
+            pass  # a workspace that was moved, or has none below it
+    changes = workspace_environment(
+        prefix,
+        underlays,
+        os.environ,
+        extend="--extend" in options,
+        own_programs=Path(sys.executable).parent,
+    )
+    print(shell_code(changes, shell), end="")
+
+
+UNDERLAYS_FILE = ".pipros_underlays"
+"""In a devel or install space: the workspaces below it, one a line."""

@@ -1,0 +1,103 @@
+"""Which package needs which: the questions that rospack answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+from pipros.errors import NotFound, PiprosError
+from pipros.safe.xml import XmlError
+from pipros.workspace.index import Package, PackageIndex
+from pipros.workspace.manifest import Manifest, read_manifest
+
+_DEPTH_LIMIT = 1000
+
+
+class CircularDependency(PiprosError):
+    """Packages need each other in a circle."""
+
+
+class DependencyGraph:
+    """Dependencies between the packages of an index. Names that are no packages are system dependencies."""
+
+    def __init__(self, index: PackageIndex) -> None:
+        self._index = index
+        self.manifest = lru_cache(maxsize=None)(self._read)
+
+    def _read(self, name: str) -> Manifest:
+        return read_manifest(self._index.find(name).path)
+
+    def direct(self, name: str) -> list[str]:
+        """The packages that a package names, in the order of its manifest.
+
+        Raises:
+            NotFound: there is no such package.
+            XmlError: its manifest is broken.
+        """
+        return [needed for needed in self.manifest(name).depends() if self._index.get(needed)]
+
+    def system(self, name: str) -> list[str]:
+        """What a package names that is no package: libraries of the operating system, or what is missing."""
+        return [needed for needed in self.manifest(name).depends() if not self._index.get(needed)]
+
+    def all(self, name: str) -> list[str]:
+        """Everything that a package needs, what is needed by others before them, each once."""
+        ordered: dict[str, None] = {}
+        self._collect(name, ordered, ())
+        del ordered[name]
+        return list(ordered)
+
+    def _collect(self, name: str, ordered: dict[str, None], path: tuple[str, ...]) -> None:
+        if name in path:
+            circle = " -> ".join([*path[path.index(name) :], name])
+            raise CircularDependency(f"package '{path[0]}' depends on itself: {circle}")
+        for needed in self.direct(name):
+            if needed not in ordered:
+                self._collect(needed, ordered, (*path, name))
+        ordered[name] = None
+
+    def chains(self, name: str, target: str) -> Iterator[list[str]]:
+        """Every way from a package to another that it needs."""
+        yield from self._chains(name, target, [name])
+
+    def _chains(self, name: str, target: str, path: list[str]) -> Iterator[list[str]]:
+        for needed in sorted(self.direct(name)):
+            if needed == target:
+                yield [*path, needed]
+            elif needed not in path and len(path) < _DEPTH_LIMIT:
+                yield from self._chains(needed, target, [*path, needed])
+
+    def dependents(self, name: str, *, only_direct: bool = False) -> list[str]:
+        """The packages that need a package. Broken manifests are passed over."""
+        users: dict[str, list[str]] = {}
+        for package in self._index:
+            try:
+                for needed in self.direct(package.name):
+                    users.setdefault(needed, []).append(package.name)
+            except (XmlError, NotFound, OSError):
+                continue
+        found: dict[str, None] = {}
+        pending = [name]
+        while pending:
+            for user in users.get(pending.pop(0), []):
+                if user not in found:
+                    found[user] = None
+                    if not only_direct:
+                        pending.append(user)
+        return list(found)
+
+    def exporters(self, name: str, attribute: str, top: str | None = None) -> Iterator[tuple[Package, str]]:
+        """Packages that export `<name attribute="…">` for the package `name`, with the value.
+
+        `top` limits them to those that this package needs, and itself.
+        """
+        candidates = self.dependents(name, only_direct=True)
+        if top is not None:
+            wanted = {top, *self.all(top)}
+            candidates = [candidate for candidate in candidates if candidate in wanted]
+        for candidate in [*candidates, name]:
+            package = self._index.find(candidate)
+            for export in self.manifest(candidate).exports:
+                value = export.attributes.get(attribute)
+                if export.tag == name and value is not None:
+                    yield package, value.replace("${prefix}", str(package.path))

@@ -1,0 +1,154 @@
+"""The folders of a catkin workspace, and the packages in it in the order in which they are built."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from catkin_pkg.package import InvalidPackage, parse_package
+from catkin_pkg.package import Package as Manifest
+from catkin_pkg.topological_order import topological_order_packages
+
+from pipros.errors import PiprosError
+from pipros.safe.xml import XmlError, parse
+from pipros.workspace.crawl import MANIFEST, crawl
+
+WORKSPACE_MARKER = ".catkin_workspace"
+
+
+class WorkspaceError(PiprosError):
+    """The workspace as a whole cannot be built: no source folder, two packages of one name, a cycle."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where a workspace keeps what."""
+
+    base: Path
+    source: Path
+    build: Path
+    devel: Path
+    install: Path
+
+
+@dataclass(frozen=True, slots=True)
+class SourcePackage:
+    """A package to be built, with its manifest as catkin_pkg reads it."""
+
+    name: str
+    folder: Path
+    manifest: Manifest
+
+    @property
+    def manifest_file(self) -> Path:
+        return self.folder / MANIFEST
+
+    @property
+    def is_metapackage(self) -> bool:
+        return any(export.tagname == "metapackage" for export in self.manifest.exports)
+
+    def dependencies(self, *kinds: str) -> set[str]:
+        """The names that the manifest depends on, in the lists named (`build_depends`, `exec_depends`, …)."""
+        return {
+            dependency.name
+            for kind in kinds
+            for dependency in getattr(self.manifest, kind)
+            if dependency.evaluated_condition is not False
+        }
+
+    @property
+    def all_dependencies(self) -> set[str]:
+        return self.dependencies(
+            "build_depends", "buildtool_depends", "build_export_depends", "exec_depends", "test_depends"
+        )
+
+    def line_of(self, word: str) -> int:
+        """The first line of the manifest that has the word; 1 when none has."""
+        for number, line in enumerate(self.manifest_file.read_text("utf-8", "replace").splitlines(), 1):
+            if word in line:
+                return number
+        return 1
+
+
+@dataclass(slots=True)
+class SourceSpace:
+    """What is in the source folder.
+
+    Attributes:
+        packages: in the order in which they are built.
+        errors: what is wrong with manifests, each with its file and line.
+    """
+
+    packages: list[SourcePackage] = field(default_factory=list)
+    errors: list[str] = field(default_factory=list)
+
+
+def read_source_space(source: Path, variables: Mapping[str, str]) -> SourceSpace:
+    """All packages below a source folder. Broken manifests are reported and their packages left out.
+
+    Raises:
+        WorkspaceError: two packages have one name, or packages need each other in a circle.
+    """
+    space = SourceSpace()
+    found: dict[str, SourcePackage] = {}
+    for crawled in crawl(str(source)).packages:
+        folder = Path(crawled.path)
+        manifest = _read_manifest(folder, variables, space.errors)
+        if manifest is None:
+            continue
+        name = str(manifest.name)
+        if name in found:
+            raise WorkspaceError(
+                f"Multiple packages found with the same name '{name}':\n- {found[name].folder}\n- {folder}\n"
+                "Rename one, or put a file CATKIN_IGNORE into its folder"
+            )
+        found[name] = SourcePackage(name, folder, manifest)
+    space.packages = _in_order(found)
+    return space
+
+
+def _read_manifest(folder: Path, variables: Mapping[str, str], errors: list[str]) -> Manifest | None:
+    file = folder / MANIFEST
+    warnings: list[str] = []
+    try:
+        parse(file.read_bytes(), str(file))  # for the place of what is no XML
+        manifest = parse_package(str(file), warnings=warnings)
+        manifest.evaluate_conditions(
+            {"ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3", "ROS_DISTRO": "noetic", **variables}
+        )
+    except XmlError as error:
+        errors.append(str(error))
+    except InvalidPackage as error:
+        lines = [line for line in str(error).splitlines() if line.strip()]
+        errors.append(f"{file}:1: {' '.join(lines)}")
+    except (OSError, ValueError) as error:
+        errors.append(f"{file}: {error}")
+    else:
+        return manifest
+    return None
+
+
+def _in_order(packages: Mapping[str, SourcePackage]) -> list[SourcePackage]:
+    ordered = topological_order_packages({str(p.folder): p.manifest for p in packages.values()})
+    result = []
+    for path, manifest in ordered:
+        if path is None:
+            raise WorkspaceError(
+                f"Circular dependency in the workspace: the packages {manifest} need each other"
+            )
+        result.append(packages[manifest.name])
+    return result
+
+
+def closure(packages: Sequence[SourcePackage], wanted: set[str]) -> set[str]:
+    """The names wanted and all packages of the workspace that they need, directly or not."""
+    by_name = {package.name: package for package in packages}
+    known: set[str] = set()
+    pending = [name for name in wanted if name in by_name]
+    while pending:
+        name = pending.pop()
+        if name not in known:
+            known.add(name)
+            pending += [needed for needed in by_name[name].all_dependencies if needed in by_name]
+    return known

@@ -1,0 +1,144 @@
+"""Writes the `setup.*` files of a devel or install space, for bash, zsh, sh, fish and PowerShell."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipros.workspace.environment import UNDERLAYS_FILE
+from pipros.workspace.overlays import MARKER
+
+SHELL_FOLDER = Path(__file__).resolve().parent / "shell"
+
+_COMPUTE = "from pipros.workspace.environment import main; main()"
+
+_SH = """\
+# Sets up the environment of this workspace for the shell that sources it. Made by catkin_make of pipros.
+# Options: --extend keeps the workspaces that are set up already.
+
+_PIPROS_PREFIX="${{_CATKIN_SETUP_DIR:-{prefix}}}"
+unset _CATKIN_SETUP_DIR
+_PIPROS_PYTHON={python}
+[ -x "$_PIPROS_PYTHON" ] || _PIPROS_PYTHON=python3
+_PIPROS_EXTEND=
+for _PIPROS_WORD in "$@" ${{CATKIN_SETUP_UTIL_ARGS:-}}; do
+  [ "$_PIPROS_WORD" = --extend ] && _PIPROS_EXTEND=--extend
+done
+eval "$("$_PIPROS_PYTHON" -I -c '{compute}' sh "$_PIPROS_PREFIX" $_PIPROS_EXTEND)"
+for _PIPROS_WORD in "$_PIPROS_PREFIX"/etc/catkin/profile.d/*."${{CATKIN_SHELL:-sh}}"; do
+  [ -f "$_PIPROS_WORD" ] && . "$_PIPROS_WORD"
+done
+unset _PIPROS_PREFIX _PIPROS_PYTHON _PIPROS_EXTEND _PIPROS_WORD
+"""
+
+_BASH = """\
+#!/usr/bin/env bash
+# Made by catkin_make of pipros.
+CATKIN_SHELL=bash
+_CATKIN_SETUP_DIR=$(builtin cd "$(dirname "${{BASH_SOURCE[0]}}")" > /dev/null && pwd)
+. "$_CATKIN_SETUP_DIR/setup.sh"
+[ -f {functions}/ros.bash ] && . {functions}/ros.bash
+:
+"""
+
+_ZSH = """\
+#!/usr/bin/env zsh
+# Made by catkin_make of pipros.
+CATKIN_SHELL=zsh
+_CATKIN_SETUP_DIR=$(builtin cd -q "$(dirname "${{(%):-%x}}")" > /dev/null && pwd)
+emulate -R zsh -o NULL_GLOB -c 'source "$_CATKIN_SETUP_DIR/setup.sh"'
+[ -f {functions}/ros.zsh ] && . {functions}/ros.zsh
+:
+"""
+
+_FISH = """\
+# Sets up the environment of this workspace for fish. Made by catkin_make of pipros.
+set -l _pipros_python {python}
+test -x $_pipros_python; or set _pipros_python python3
+set -l _pipros_extend
+contains -- --extend $argv; and set _pipros_extend --extend
+$_pipros_python -I -c '{compute}' fish (dirname (realpath (status -f))) $_pipros_extend | source
+test -f {functions}/ros.fish; and source {functions}/ros.fish
+"""
+
+_POWERSHELL = """\
+# Sets up the environment of this workspace for PowerShell. Made by catkin_make of pipros.
+$piprosPython = '{python}'
+if (-not (Test-Path $piprosPython)) {{ $piprosPython = 'python' }}
+$piprosExtend = @($args | Where-Object {{ $_ -eq '--extend' }})
+& $piprosPython -I -c '{compute}' powershell $PSScriptRoot @piprosExtend | Out-String | Invoke-Expression
+"""
+
+_LOCAL = """\
+# Sets up this workspace and leaves those that are set up already. Made by catkin_make of pipros.
+CATKIN_SETUP_UTIL_ARGS="--extend ${{CATKIN_SETUP_UTIL_ARGS:-}}"
+. {setup}
+unset CATKIN_SETUP_UTIL_ARGS
+"""
+
+_ENV_SH = """\
+#!/usr/bin/env sh
+# Runs a command in the environment of this workspace. Made by catkin_make of pipros.
+if [ $# -eq 0 ]; then
+  echo "Usage: env.sh COMMANDS" >&2
+  exit 1
+fi
+_PIPROS_COMMAND_DIR=$(cd "$(dirname "$0")" > /dev/null && pwd)
+_CATKIN_SETUP_DIR=$_PIPROS_COMMAND_DIR
+_pipros_setup() {{ . "$_PIPROS_COMMAND_DIR/setup.sh"; }}
+_pipros_setup
+exec "$@"
+"""
+
+
+def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence[Path]) -> None:
+    """Makes a folder a workspace: marker, list of the workspaces below, and setup files.
+
+    Args:
+        sources: the source folders of a devel space; none for an install space.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+    values = {
+        "prefix": str(prefix),
+        "python": shlex.quote(sys.executable),
+        "compute": _COMPUTE,
+        "functions": shlex.quote(str(SHELL_FOLDER)),
+    }
+    files = {
+        "setup.sh": _SH,
+        "setup.bash": _BASH,
+        "setup.zsh": _ZSH,
+        "setup.fish": _FISH,
+        "setup.ps1": _POWERSHELL,
+        "env.sh": _ENV_SH,
+    }
+    prefix.mkdir(parents=True, exist_ok=True)
+    write_if_changed(prefix / MARKER, ";".join(str(source) for source in sources))
+    write_if_changed(prefix / UNDERLAYS_FILE, "".join(f"{folder}\n" for folder in underlays))
+    for name, template in files.items():
+        if name == "setup.ps1":
+            values["python"] = sys.executable.replace("'", "''")
+        write_if_changed(prefix / name, template.format(**values))
+        values["python"] = shlex.quote(sys.executable)
+    (prefix / "env.sh").chmod(0o755)
+    for shell in ("sh", "bash", "zsh"):
+        write_if_changed(
+            prefix / f"local_setup.{shell}",
+            _LOCAL.format(setup=shlex.quote(str(prefix / f"setup.{shell}"))),
+        )
+
+
+def write_if_changed(file: Path, content: str) -> bool:
+    """Writes a file unless it has that content already. True when it was written."""
+    try:
+        if file.read_text("utf-8") == content:
+            return False
+    except (OSError, UnicodeDecodeError):
+        pass
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(content, "utf-8")
+    return True
