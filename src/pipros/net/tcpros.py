@@ -57,20 +57,20 @@ class TcprosServer:
         self.port: int = self._server.getsockname()[1]
         self._on_connection = on_connection
         self._accepting: asyncio.Task[None] | None = None
-        self._greeting: dict[asyncio.Task[None], None] = {}  # in the order of arrival
+        self._greeting: dict[asyncio.Task[None], socket.socket] = {}  # in the order of arrival
 
     async def start(self) -> None:
         self._accepting = asyncio.ensure_future(self._accept())
 
     async def stop(self) -> None:
         """Closes the port and every connection that is still in its handshake."""
-        tasks = list(self._greeting)
-        if self._accepting is not None:
-            tasks.append(self._accepting)
+        self._server.close()
+        tasks = [*self._greeting, *([self._accepting] if self._accepting is not None else [])]
+        while self._greeting:
+            self._dismiss_oldest()
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-        self._server.close()
 
     async def _accept(self) -> None:
         loop = asyncio.get_running_loop()
@@ -81,10 +81,16 @@ class TcprosServer:
                 await asyncio.sleep(RETRY_ACCEPT_S)
                 continue
             task = asyncio.ensure_future(self._greet(sock))
-            self._greeting[task] = None
-            task.add_done_callback(self._greeting.pop)
+            self._greeting[task] = sock
+            task.add_done_callback(lambda task: self._greeting.pop(task, None))
             if len(self._greeting) > HANDSHAKE_LIMIT:
-                next(iter(self._greeting)).cancel()
+                self._dismiss_oldest()
+
+    def _dismiss_oldest(self) -> None:
+        task, sock = next(iter(self._greeting.items()))
+        del self._greeting[task]
+        task.cancel()
+        task.add_done_callback(lambda _: sock.close())  # a task that never ran does not close it
 
     async def _greet(self, sock: socket.socket) -> None:
         try:
@@ -93,11 +99,17 @@ class TcprosServer:
             fields, rest = await asyncio.wait_for(_read_header(sock), HANDSHAKE_DEADLINE_S)
         except (OSError, ProtocolError, asyncio.TimeoutError):
             sock.close()
+            return
+        current = asyncio.current_task()
+        if current is not None:
+            self._greeting.pop(current, None)  # from here on it is somebody else's
+        try:
+            await self._on_connection(Connection(sock, fields, rest))
+        except OSError:  # it left while it was being answered
+            sock.close()
         except BaseException:
             sock.close()
             raise
-        else:
-            await self._on_connection(Connection(sock, fields, rest))
 
 
 async def connect(host: str, port: int, fields: Mapping[str, str], *, no_delay: bool = True) -> Connection:

@@ -188,13 +188,14 @@ class ServiceLink:
         """Connects and shakes hands.
 
         Raises:
+            CallTimeout: the deadline (of `time.monotonic`) passed.
             ServiceFailed: nobody answers at `uri`, or the server refuses.
         """
         host, port = split_service_uri(uri)
         try:
             self.sock = socket.create_connection((host, port), _remaining(deadline, HANDSHAKE_DEADLINE_S))
         except OSError as error:
-            raise ServiceFailed(f"unable to connect to service: {error}") from error
+            raise _cannot_connect(service, error, deadline) from error
         try:
             sockets.prepare(self.sock)
             header = request_service_link(
@@ -211,7 +212,7 @@ class ServiceLink:
             ) from error
         except (OSError, ProtocolError) as error:
             self.sock.close()
-            raise ServiceFailed(f"unable to connect to service: {error}") from error
+            raise _cannot_connect(service, error, deadline) from error
 
     def call(self, service: str, request: Message, deadline: float | None) -> bytes:
         """Sends a request and returns the body of the response.
@@ -278,6 +279,12 @@ def _read_header(sock: socket.socket) -> tuple[Mapping[str, str], bytes]:
         fields = reader.feed(data)
         if fields is not None:
             return fields, reader.rest
+
+
+def _cannot_connect(service: str, error: Exception, deadline: float | None) -> ServiceFailed:
+    if deadline is not None and time.monotonic() >= deadline:
+        return CallTimeout(f"service [{service}] did not answer in time")
+    return ServiceFailed(f"unable to connect to service: {error}")
 
 
 def _remaining(deadline: float | None, longest_s: float | None = None) -> float | None:

@@ -121,14 +121,21 @@ class Publication:
         link = OutgoingLink(connection.sock, self._loop, queue_size=self.queue_size, on_closed=self._detach)
         peer = PublisherLink(connection.fields["callerid"], self._next_link_number(), link)
         with self._lock:
-            if self.is_latching and self._latched is not None:
-                link.send(*self._frame(self._latched))
+            self._send_latched(link)
             self.links = (*self.links, peer)
         self._tell_listeners(
             lambda listener: listener.peer_subscribe(
                 self.topic, self.publish, lambda message: self.publish_to(peer, message)
             )
         )
+
+    def _send_latched(self, link: OutgoingLink) -> None:
+        if not self.is_latching or self._latched is None:
+            return
+        try:
+            link.send(*self._frame(self._latched))
+        except Exception as error:  # nobody was connected when it was published, so nobody looked at it
+            self._log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
 
     def set_queue_size(self, queue_size: int | None) -> None:
         self.queue_size = queue_size
