@@ -151,7 +151,12 @@ def _list_names(query: _Query) -> list[str]:
 
 
 def _list_duplicates(query: _Query) -> list[str]:
-    return list(query.index.duplicates())
+    duplicates = query.index.duplicates()
+    return [
+        line
+        for name, folders in duplicates.items()
+        for line in (name, *(f"- {folder}" for folder in folders))
+    ]
 
 
 def _depends(query: _Query) -> list[str]:
@@ -233,15 +238,12 @@ def _export(query: _Query) -> list[str]:
 
 def _rosdep(query: _Query) -> list[str]:
     name = query.package
-    packages = [name, *query.graph.all(name)]
-    return [
-        f"name: {needed}"
-        for needed in sorted({s for package in packages for s in query.graph.system(package)})
-    ]
+    needed = {one for package in [name, *query.graph.all(name)] for one in query.graph.named(package)}
+    return [f"name: {one}" for one in sorted(needed)]
 
 
 def _rosdep0(query: _Query) -> list[str]:
-    return [f"name: {needed}" for needed in query.graph.system(query.package)]
+    return [f"name: {needed}" for needed in query.graph.named(query.package)]
 
 
 def _nothing(query: _Query) -> list[str]:

@@ -18,7 +18,7 @@ class CircularDependency(PiprosError):
 
 
 class DependencyGraph:
-    """Dependencies between the packages of an index. Names that are no packages are system dependencies."""
+    """Dependencies between the packages of an index. What is no package of the index counts for nothing."""
 
     def __init__(self, index: PackageIndex) -> None:
         self._index = index
@@ -28,17 +28,17 @@ class DependencyGraph:
         return read_manifest(self._index.find(name).path)
 
     def direct(self, name: str) -> list[str]:
-        """The packages that a package names, in the order of its manifest.
+        """The packages that a package needs to run, in the order of its manifest.
 
         Raises:
             NotFound: there is no such package.
             XmlError: its manifest is broken.
         """
-        return [needed for needed in self.manifest(name).depends() if self._index.get(needed)]
+        return [needed for needed in self.manifest(name).depends("exec_depends") if self._index.get(needed)]
 
-    def system(self, name: str) -> list[str]:
-        """What a package names that is no package: libraries of the operating system, or what is missing."""
-        return [needed for needed in self.manifest(name).depends() if not self._index.get(needed)]
+    def named(self, name: str) -> list[str]:
+        """Everything that a package's manifest names, for whatever purpose, sorted; packages or not."""
+        return sorted(self.manifest(name).depends())
 
     def all(self, name: str) -> list[str]:
         """Everything that a package needs, what is needed by others before them, each once."""

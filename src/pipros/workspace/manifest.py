@@ -13,8 +13,6 @@ from pathlib import Path
 from pipros.safe.xml import Element, XmlError, parse
 from pipros.workspace.crawl import MANIFEST
 
-_EVERY = ("build_depends", "build_export_depends", "buildtool_depends", "exec_depends", "test_depends")
-
 # What each element of a manifest means, in the words of format 3.
 _MEANING: dict[str, tuple[str, ...]] = {
     "depend": ("build_depends", "build_export_depends", "exec_depends"),
@@ -24,6 +22,7 @@ _MEANING: dict[str, tuple[str, ...]] = {
     "exec_depend": ("exec_depends",),
     "run_depend": ("build_export_depends", "exec_depends"),
     "test_depend": ("test_depends",),
+    "doc_depend": ("doc_depends",),
 }
 
 _CONDITION_VALUES = {"$ROS_VERSION": "1", "$ROS_PYTHON_VERSION": "3", "$ROS_DISTRO": "noetic"}
@@ -47,8 +46,7 @@ class Manifest:
 
     def depends(self, *kinds: str) -> list[str]:
         """The names in the lists given, by default in all of them, each once, in the order of the file."""
-        wanted = kinds or _EVERY
-        return list(dict.fromkeys(name for kind, name in self.dependencies if kind in wanted))
+        return list(dict.fromkeys(name for kind, name in self.dependencies if not kinds or kind in kinds))
 
 
 def read_manifest(package: Path) -> Manifest:
