@@ -31,16 +31,16 @@ _BUILTIN = """
 
 BUILTIN_COMMANDS = frozenset(_BUILTIN.split())
 
-_MESSAGES = frozenset(("message_generation", "genmsg"))
-_ACTIONS = frozenset(("actionlib_msgs", "genmsg", "message_generation", "actionlib"))
-_ROSTEST = frozenset(("rostest",))
-_ROSLAUNCH = frozenset(("roslaunch",))
+_MESSAGES = ("message_generation", "genmsg")
+_ACTIONS = ("actionlib_msgs", "message_generation", "genmsg", "actionlib")
+_ROSTEST = ("rostest",)
+_ROSLAUNCH = ("roslaunch",)
 
-CATKIN_COMMANDS: Mapping[str, frozenset[str] | None] = {
+CATKIN_COMMANDS: Mapping[str, tuple[str, ...] | None] = {
     "add_message_files": _MESSAGES,
     "add_service_files": _MESSAGES,
     "add_action_files": _ACTIONS,
-    "generate_messages": _MESSAGES | _ACTIONS,
+    "generate_messages": (*_MESSAGES, *_ACTIONS),
     "add_rostest": _ROSTEST,
     "add_rostest_gtest": _ROSTEST,
     "add_rostest_gmock": _ROSTEST,
@@ -68,8 +68,11 @@ CATKIN_COMMANDS: Mapping[str, frozenset[str] | None] = {
     "roslint_add_test": None,
     "roslint_custom": None,
 }
-"""The commands of catkin and of ROS packages, and the components that bring them: any one is enough."""
+"""The commands of catkin and of ROS packages, and the components that bring them.
 
-COMPONENT_COMMANDS: Mapping[str, frozenset[str]] = {
+Any one of these is enough; the first is the usual one.
+"""
+
+COMPONENT_COMMANDS: Mapping[str, tuple[str, ...]] = {
     name: components for name, components in CATKIN_COMMANDS.items() if components is not None
 }

@@ -151,9 +151,9 @@ class _Reader:
         name = command.name
         if name in BUILTIN_COMMANDS or name in CATKIN_COMMANDS:
             needed = COMPONENT_COMMANDS.get(name)
-            if needed is None or self._components & needed:
+            if needed is None or self._components.intersection(needed):
                 return
-            wanted = sorted(needed)[0]
+            wanted = needed[0]
             raise self._error(
                 command,
                 f'Unknown CMake command "{command.written_name}".\n  It comes with {wanted}: '
