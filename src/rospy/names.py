@@ -47,7 +47,7 @@ def resolve_name(name: str, caller_id: str | None = None) -> str:
     """The global name that `name` means in the node `caller_id`, by default this one; remapped."""
     if not caller_id:
         return session.resolve(name)
-    remappings = session.node.remappings if session.node is not None else {}
+    remappings = session.node.identity.remappings if session.node is not None else {}
     return names.resolve(name, caller_id, remappings)
 
 
@@ -90,4 +90,4 @@ def get_resolved_mappings() -> dict[str, str]:
     """The remapping arguments of the node as global names, `__log` and its kind as they were written."""
     if session.node is None:
         return {}
-    return {**session.node.arguments.special, **session.node.remappings}
+    return {**session.node.identity.arguments.special, **session.node.identity.remappings}

@@ -187,13 +187,13 @@ class Session:
             self._take_signals()
         node.start()
         self.node = node
-        self.remappings = {**node.arguments.special, **node.arguments.remappings}
+        self.remappings = {**node.identity.arguments.special, **node.identity.arguments.remappings}
         atexit.register(self.end, "atexit")
         try:
             node.wait_for_master(lambda _: _say_that_there_is_no_master(node))
         except Interrupted:
             raise InitInterrupted("init_node interrupted before it could complete") from None
-        if node.arguments.params:
+        if node.identity.arguments.params:
             self._set_private_parameters(node)
         if not disable_rosout:
             self._start_rosout(node)
@@ -213,7 +213,7 @@ class Session:
         """Sets what arguments of the form `_name:=yaml` say."""
         from pipros.safe import yaml
 
-        for key, text in node.arguments.params.items():
+        for key, text in node.identity.arguments.params.items():
             node.params.set("~" + key, yaml.load(text))
 
     def _is_on(self, node: Node, switch: str) -> bool:
@@ -236,7 +236,7 @@ class Session:
         self.logger.setLevel(LOGGING_LEVELS.get(log_level or 0, logging.INFO))
         self.logger.propagate = False
         self.logger.addHandler(ConsoleHandler(node.name, lambda: node.clock, node.environment.console_format))
-        path = log_file(node.environment.log_dir, node.name, node.arguments.special.get("__log"))
+        path = log_file(node.environment.log_dir, node.name, node.identity.arguments.special.get("__log"))
         try:
             self.logger.addHandler(open_file_handler(path))
         except OSError as error:

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import concurrent.futures
-import contextlib
 import functools
 import inspect
 import logging
-import socket
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from threading import get_ident
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from pipros import names
-from pipros.env import Environment, split_master_uri
-from pipros.errors import Interrupted, InvalidName, Unreachable
+from pipros.env import Environment
+from pipros.errors import Interrupted, Unreachable
 from pipros.net import address
 from pipros.net.loop import BackgroundLoop
 from pipros.net.master import MasterClient
@@ -27,6 +23,7 @@ from pipros.net.tcpros import TcprosServer
 from pipros.node import aio
 from pipros.node.client import OpenCalls, ServiceClient
 from pipros.node.clock import Clock, SimulatedClock, WallClock
+from pipros.node.identity import Identity
 from pipros.node.params import Parameters
 from pipros.node.publisher import Publisher
 from pipros.node.registration import Registrations
@@ -84,25 +81,13 @@ class Node:
         Raises:
             InvalidName: a name with a namespace in it.
         """
-        arguments = names.parse_arguments(argv)
-        environment = environment or Environment.from_os()
-        self.environment = replace(
-            environment,
-            master_uri=arguments.special.get("__master", environment.master_uri),
-            hostname=arguments.special.get("__hostname", environment.hostname),
-            ip=arguments.special.get("__ip", environment.ip),
+        self.identity = Identity.settle(
+            name, anonymous=anonymous, argv=argv, environment=environment or Environment.from_os()
         )
-        if "__name" in arguments.special:
-            name = arguments.special["__name"]
-        elif anonymous:
-            name = names.anonymous(name)
-        if not name or "/" in name:
-            raise InvalidName(f"[{name}] is no node name: it must be a name without a namespace")
-        ns = arguments.special.get("__ns", self.environment.namespace)
-        self.namespace = names.make_global_namespace(ns)
-        self.name = names.resolve(name, names.join(self.namespace, "x"))
-        self.arguments = arguments
-        self.remappings = names.resolve_remappings(arguments.remappings, self.name)
+        self.name = self.identity.name
+        self.namespace = self.identity.namespace
+        self.environment = self.identity.environment
+        self.resolve = self.identity.resolve
         self.host = address.advertised_host(self.environment)
         self.log = log or logging.Logger(self.name, logging.WARNING)
         self.master = MasterClient(self.environment.master_uri, self.name)
@@ -110,13 +95,11 @@ class Node:
         self.clock: Clock = WallClock()
         self.topics: Topics
         self.uri = ""
-        self.refused_requests = 0
         self._on_shutdown_request = on_shutdown_request or self.shutdown
         self._ports = rpc_port, tcpros_port
         self._calls = OpenCalls()
         self._loop = BackgroundLoop(f"node {self.name}")
         self._registrations: Registrations | None = None
-        self._master_addresses: set[object] = set()
         self._lock = threading.Lock()
         self._ending_thread: int | None = None
         self._ended = threading.Event()
@@ -140,7 +123,12 @@ class Node:
         self._loop.spawn(self.registrations.watch())
 
     async def _open(self, host: str) -> None:
-        self._rpc = RpcServer(slave_methods(self), host=host, port=self._ports[0], on_bad_arity=on_bad_arity)
+        self._rpc = RpcServer(
+            slave_methods(self, self.environment.master_uri),
+            host=host,
+            port=self._ports[0],
+            on_bad_arity=on_bad_arity,
+        )
         await self._rpc.start()
         self._tcpros = TcprosServer(
             host, self._ports[1], on_connection=lambda connection: self.topics.attach(connection)
@@ -205,7 +193,11 @@ class Node:
         """Publishes on `/statistics` what the subscriptions measure."""
         from pipros.node.statistics import StatisticsPublisher
 
-        self.topics.observe(StatisticsPublisher(self, limits or WindowLimits()).arrived)
+        self.topics.observe(
+            StatisticsPublisher(
+                self.name, self.advertise, lambda: self.clock.now_ns(), limits or WindowLimits()
+            ).arrived
+        )
 
     @property
     def is_shutdown(self) -> bool:
@@ -280,14 +272,6 @@ class Node:
     ) -> None:
         self.shutdown("the end of a with statement")
 
-    def is_address_of_master(self, host: str) -> bool:
-        """True for an IP address that the master's URI leads to."""
-        if not self._master_addresses:
-            master_host, _ = split_master_uri(self.environment.master_uri)
-            with contextlib.suppress(OSError):
-                self._master_addresses = {info[4][0] for info in socket.getaddrinfo(master_host, None)}
-        return host in self._master_addresses
-
     async def __aenter__(self) -> Node:
         await asyncio.get_running_loop().run_in_executor(None, self.start)
         return self
@@ -297,12 +281,6 @@ class Node:
     ) -> None:
         end = functools.partial(self.shutdown, "the end of a with statement")
         await asyncio.get_running_loop().run_in_executor(None, end)
-
-    # -- names ------------------------------------------------------------------
-
-    def resolve(self, name: str) -> str:
-        """The global name that `name` means in this node, remappings applied."""
-        return names.resolve(name, self.name, self.remappings)
 
     # -- topics and services ------------------------------------------------------
 

@@ -6,23 +6,39 @@ silent, genuine rospy. Methods are looked up in a table, so that nothing else ca
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import os
+import socket
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from pipros import names
+from pipros.env import split_master_uri
+from pipros.errors import PiprosError
 from pipros.net.address import is_loopback
 from pipros.net.rpc_server import caller_address
-
-if TYPE_CHECKING:
-    from pipros.node.node import Node
+from pipros.node.params import Parameters
+from pipros.node.topics import Topics
 
 Answer = list[Any]
 
 
-def slave_methods(node: Node) -> Mapping[str, Callable[..., Answer]]:
+class Host(Protocol):
+    """What the slave API asks of the node that it speaks for."""
+
+    name: str
+    host: str
+    log: logging.Logger
+    params: Parameters
+    topics: Topics
+
+    def end_soon(self, reason: str) -> None: ...
+
+
+def slave_methods(node: Host, master_uri: str) -> Mapping[str, Callable[..., Answer]]:
     """The table of the methods that `node` answers."""
-    api = SlaveApi(node)
+    api = SlaveApi(node, master_uri)
     return {
         "getBusInfo": api.get_bus_info,
         "getBusStats": api.get_bus_stats,
@@ -49,8 +65,10 @@ def on_bad_arity(method: str, params: tuple[Any, ...]) -> Answer:
 class SlaveApi:
     """Answers for one node. Runs in the node's event loop and never blocks."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Host, master_uri: str) -> None:
         self._node = node
+        self._master_uri = master_uri
+        self._master_addresses: frozenset[object] = frozenset()
 
     def get_bus_stats(self, caller_id: str) -> Answer:
         del caller_id
@@ -110,7 +128,7 @@ class SlaveApi:
 
     def get_master_uri(self, caller_id: str) -> Answer:
         del caller_id
-        return [1, self._node.master.uri, self._node.master.uri]
+        return [1, self._master_uri, self._master_uri]
 
     def get_name(self, caller_id: str) -> Answer:
         del caller_id
@@ -182,10 +200,16 @@ class SlaveApi:
     def _distrust(self, caller_id: str, request: str) -> str | None:
         """Why a request is refused that only the master and this machine may make; None when it is not."""
         peer = caller_address.get()
-        if is_loopback(peer) or self._node.is_address_of_master(peer):
+        if is_loopback(peer) or peer in self._addresses_of_master():
             return None
-        self._node.refused_requests += 1
         self._node.log.warning(
             "refused %s of [%s] from %s, which is not the master", request, caller_id, peer
         )
         return f"ERROR: {request} is accepted from the master and this machine only, not from {peer}"
+
+    def _addresses_of_master(self) -> frozenset[object]:
+        if not self._master_addresses:
+            with contextlib.suppress(OSError, PiprosError):
+                host, _ = split_master_uri(self._master_uri)
+                self._master_addresses = frozenset(info[4][0] for info in socket.getaddrinfo(host, None))
+        return self._master_addresses

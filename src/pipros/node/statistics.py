@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from pipros.msg import load_message_class
 from pipros.msg.time import Duration, Time
 from pipros.node.clock import NS_PER_S
+from pipros.node.publisher import Publisher
 from pipros.node.traffic import TrafficMeter, Window, WindowLimits
-
-if TYPE_CHECKING:
-    from pipros.node.node import Node
 
 #: Topics that nobody measures: measuring them would bring about more of the same.
 UNMEASURED = ("/statistics", "/clock")
@@ -21,13 +19,20 @@ UNMEASURED = ("/statistics", "/clock")
 class StatisticsPublisher:
     """Measures every link of a node's subscriptions, once `Node.enable_statistics` was called."""
 
-    def __init__(self, node: Node, limits: WindowLimits) -> None:
-        self._node = node
+    def __init__(
+        self,
+        node_name: str,
+        advertise: Callable[..., Publisher],
+        now_ns: Callable[[], int],
+        limits: WindowLimits,
+    ) -> None:
+        self._node_name = node_name
+        self._now_ns = now_ns
         self._limits = limits
         self._meters: dict[tuple[str, str], TrafficMeter] = {}
         self._lock = threading.Lock()
         self._class: Any = load_message_class("rosgraph_msgs/TopicStatistics")
-        self._publisher = node.advertise("/statistics", self._class, queue_size=10)
+        self._publisher = advertise("/statistics", self._class, queue_size=10)
 
     def arrived(self, topic: str, header: Mapping[str, str], size: int, message: Any) -> None:
         """Takes over an arrival, in the thread of its link."""
@@ -39,7 +44,7 @@ class StatisticsPublisher:
             sequence, stamp_ns = message.header.seq, message.header.stamp.to_nsec()
         with self._lock:
             meter = self._meters.setdefault((topic, publisher), TrafficMeter(self._limits))
-            window = meter.add(self._node.clock.now_ns(), size, sequence, stamp_ns)
+            window = meter.add(self._now_ns(), size, sequence, stamp_ns)
         if window is not None:
             self._publisher.publish(self._message(topic, publisher, window))
 
@@ -47,7 +52,7 @@ class StatisticsPublisher:
         return self._class(
             topic=topic,
             node_pub=publisher,
-            node_sub=self._node.name,
+            node_sub=self._node_name,
             window_start=_time(window.start_ns),
             window_stop=_time(window.stop_ns),
             delivered_msgs=window.delivered,

@@ -1,0 +1,62 @@
+"""What a node is called, by its own word, the command line and the environment."""
+
+from __future__ import annotations
+
+import os
+import re
+
+import pytest
+
+from pipros.env import Environment
+from pipros.errors import InvalidName
+from pipros.node.identity import Identity
+
+
+def settle(
+    *argv: str, name: str = "talker", anonymous: bool = False, environment: Environment | None = None
+) -> Identity:
+    return Identity.settle(name, anonymous=anonymous, argv=argv, environment=environment or Environment())
+
+
+def test_a_node_stands_in_the_namespace_of_the_environment() -> None:
+    identity = settle(environment=Environment(namespace="/robot/arm/"))
+    assert (identity.name, identity.namespace) == ("/robot/arm/talker", "/robot/arm/")
+
+
+def test_the_command_line_wins() -> None:
+    identity = settle(
+        "__name:=other", "__ns:=a/b", anonymous=True, environment=Environment(namespace="/robot/")
+    )
+    assert (identity.name, identity.namespace) == ("/a/b/other", "/a/b/")
+
+
+def test_an_anonymous_name_is_unique_and_legal() -> None:
+    assert re.fullmatch(rf"/talker_{os.getpid()}_\d{{13}}", settle(anonymous=True).name)
+
+
+def test_names_are_resolved_and_remapped() -> None:
+    identity = settle("chat:=/talk", "~rate:=fast", environment=Environment(namespace="/ns/"))
+    assert [identity.resolve(name) for name in ("chat", "/ns/chat", "/chat", "~rate", "x", "~x", "")] == [
+        "/talk",
+        "/talk",
+        "/chat",
+        "/ns/fast",
+        "/ns/x",
+        "/ns/talker/x",
+        "/ns/",
+    ]
+
+
+def test_master_and_address_can_be_given() -> None:
+    told = Environment(hostname="robot", ip="10.0.0.1")
+    assert settle("__master:=http://m:1", environment=told).environment.master_uri == "http://m:1"
+    by_ip = settle("__ip:=10.0.0.2", environment=told).environment
+    assert (by_ip.hostname, by_ip.ip) == (None, "10.0.0.2")
+    by_name = settle("__hostname:=arm", environment=told).environment
+    assert (by_name.hostname, by_name.ip) == ("arm", None)
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "/a"])
+def test_a_node_name_has_no_namespace(name: str) -> None:
+    with pytest.raises(InvalidName, match="must be a name without a namespace"):
+        settle(name=name)
