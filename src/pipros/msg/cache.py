@@ -25,7 +25,16 @@ if TYPE_CHECKING:
 
     Stamp = tuple[str, str, int, int]
 
-_COMPILER = ("compiler.py", "decode.py", "digest.py", "encode.py", "parse.py", "source.py", "spec.py")
+_COMPILER = (
+    "compiler.py",
+    "decode.py",
+    "digest.py",
+    "encode.py",
+    "parse.py",
+    "shape.py",
+    "source.py",
+    "spec.py",
+)
 _MAGIC = b"pipros message 1\n"
 
 

@@ -10,13 +10,11 @@ from __future__ import annotations
 
 import struct
 
-from pipros.msg.digest import Lookup, embedded_types
+from pipros.msg.digest import Lookup
+from pipros.msg.shape import INLINE_ARRAY_LIMIT, Shapes
 from pipros.msg.source import Names, Source, python_name, struct_layout
-from pipros.msg.spec import BUILTINS, NUMBERS, OCTETS, TIMES, FieldType, MessageSpec
+from pipros.msg.spec import NUMBERS, OCTETS, TIMES, FieldType, MessageSpec
 from pipros.msg.time import NANOSECONDS
-
-INLINE_ARRAY_LIMIT = 64
-"""Fixed arrays up to this length are unpacked together with their neighbours."""
 
 
 def deserialize_body(
@@ -53,11 +51,11 @@ class _Decoder(Source):
         self._base = ""
         self._delta = 0
         self._is_end_checked = True
-        self._takers: dict[str, bool] = {}
+        self._shapes = Shapes(lookup)
 
     def begin(self, spec: MessageSpec) -> None:
         """Octets are cut out of a view as they are; all else is read quicker from `bytes`."""
-        self._keeps_view = self._has_octets(spec) or self._is_numpy
+        self._keeps_view = self._shapes.has_octets(spec) or self._is_numpy
         self.emit(
             "data = str" if self._keeps_view else "data = str if str.__class__ is bytes else bytes(str)"
         )
@@ -69,8 +67,12 @@ class _Decoder(Source):
     def finish(self) -> None:
         self._flush()
         if not self._is_end_checked:
-            with self.block(f"if {self._offset()} > len(data):"):
-                self.emit("raise _struct.error(_TOO_SHORT)")
+            self._check_end()
+
+    def _check_end(self) -> None:
+        with self.block(f"if {self._offset()} > len(data):"):
+            self.emit("raise _struct.error(_TOO_SHORT)")
+        self._is_end_checked = True
 
     def _field(self, kind: FieldType, target: str, within: MessageSpec) -> None:
         if not kind.is_array:
@@ -80,7 +82,7 @@ class _Decoder(Source):
         elif kind.base in NUMBERS:
             self._number_array(kind, target, within)
         else:
-            self._loop(kind, target, within)
+            self._array(kind, target, within)
 
     def _single(self, base: str, target: str, within: MessageSpec) -> None:
         if base in NUMBERS:
@@ -91,8 +93,9 @@ class _Decoder(Source):
             self.emit(f"{target} = {self._text(self._slice(self._length()))}")
         else:
             inner = self.embedded(base, within)
-            message = self.local("m")
-            self.emit(f"{message} = {target} = _new({self.names.message_class(base)})")
+            message = target if target.isidentifier() else self.local("m")
+            both = target if message == target else f"{message} = {target}"
+            self.emit(f"{both} = _new({self.names.message_class(base)})")
             self.fields(inner, message)
 
     def _text(self, octets: str) -> str:
@@ -139,36 +142,69 @@ class _Decoder(Source):
         self._advance(count if size == 1 else f"{count} * {size}")
         self._is_end_checked = True
 
-    def _loop(self, kind: FieldType, target: str, within: MessageSpec) -> None:
-        if kind.length is None:
-            count = self._length()
-            if not self._takes_bytes(kind.base):
-                self.emit(f"_check_empty_elements({count})")
-        else:
-            count = str(kind.length)
+    def _array(self, kind: FieldType, target: str, within: MessageSpec) -> None:
+        """An array of strings, times or messages."""
+        count = self._count(kind)
         self._flush()
-        offset = self.assign("o", self._offset())
-        was_checked = self._is_end_checked
-        array, element = self.local("a"), self.local("e")
-        self.emit(f"{array} = []")
+        offset, array = self.assign("o", self._offset()), self.assign("a", "[]")
         self._base, self._delta = offset, 0
+        if kind.base == "string":
+            self._strings(count, offset, array, within)
+        elif self._shapes.is_one_unpack(kind.base) and not self._is_numpy:
+            self._records(kind.base, count, array, within)
+        else:
+            self._elements(kind.base, count, offset, array, within)
+        self.emit(f"{target} = {array}")
+
+    def _count(self, kind: FieldType) -> str:
+        if kind.length is not None:
+            return str(kind.length)
+        count = self._length()
+        if not self._shapes.takes_bytes(kind.base):
+            self.emit(f"_check_empty_elements({count})")
+        return count
+
+    def _strings(self, count: str, offset: str, array: str, within: MessageSpec) -> None:
         with self.loop(f"for _ in range({count}):", within):
-            if kind.base == "string":
-                length = self._length()
-                self.emit(f"{offset} += 4")
-                self.emit(
-                    f"{array}.append({self._text(f'data[{offset} : ({offset} := {offset} + {length})]')})"
-                )
-                self._is_end_checked = False
-            else:
-                self._single(kind.base, element, within)
-                self._flush()
-                self.emit(f"{array}.append({element})")
-                if self._offset() != offset:
-                    self.emit(f"{offset} = {self._offset()}")
+            length = self._length()
+            self.emit(f"{offset} += 4")
+            text = self._text(f"data[{offset} : ({offset} := {offset} + {length})]")
+            self.emit(f"{array}.append({text})")
+        self._base, self._delta, self._is_end_checked = offset, 0, False
+
+    def _records(self, base: str, count: str, array: str, within: MessageSpec) -> None:
+        """Elements of one size: all of them are unpacked by one iterator."""
+        element = self.local("e")
+        with self.captured() as body:
+            self._single(base, element, within)
+        layout = struct_layout(self._codes)
+        start = self._offset()
+        self._advance(f"{count} * {struct.calcsize(layout)}")
+        self._check_end()
+        values = [target if target.isidentifier() else self.local("x") for target in self._targets]
+        iterate = self.names.struct_method(layout, "iter_unpack")
+        with self.loop(f"for ({', '.join(values)},) in {iterate}(data[{start} : {self._offset()}]):", within):
+            for line in body:
+                self.emit(line)
+            for target, value in zip(self._targets, values, strict=True):
+                if target != value:
+                    self.emit(f"{target} = {value}")
+            for line in self._afterwards:
+                self.emit(line)
+            self.emit(f"{array}.append({element})")
+        self._codes, self._targets, self._afterwards = [], [], []
+
+    def _elements(self, base: str, count: str, offset: str, array: str, within: MessageSpec) -> None:
+        element = self.local("e")
+        was_checked = self._is_end_checked
+        with self.loop(f"for _ in range({count}):", within):
+            self._single(base, element, within)
+            self._flush()
+            self.emit(f"{array}.append({element})")
+            if self._offset() != offset:
+                self.emit(f"{offset} = {self._offset()}")
         self._base, self._delta = offset, 0
         self._is_end_checked = self._is_end_checked and was_checked
-        self.emit(f"{target} = {array}")
 
     def _scalar(self, code: str, target: str) -> None:
         self._codes.append(code)
@@ -208,24 +244,3 @@ class _Decoder(Source):
     def _advance(self, size: str) -> None:
         self._base = self.assign("o", f"{self._offset()} + {size}")
         self._delta = 0
-
-    def _has_octets(self, spec: MessageSpec) -> bool:
-        """True when a variable array of octets is anywhere in the message."""
-        inner = embedded_types(spec, self.lookup).values()
-        return any(
-            field.type.base in OCTETS and field.type.is_array and field.type.length is None
-            for part in (spec, *inner)
-            for field in part.fields
-        )
-
-    def _takes_bytes(self, base: str) -> bool:
-        """False for a type whose values take no bytes at all: an array of them never runs out."""
-        if base in BUILTINS:
-            return True
-        if base not in self._takers:
-            self._takers[base] = any(
-                (field.type.is_array and field.type.length is None)
-                or (field.type.length != 0 and self._takes_bytes(field.type.base))
-                for field in self.lookup(base).fields
-            )
-        return self._takers[base]

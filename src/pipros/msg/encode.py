@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from pipros.msg.arrays import SIZES
 from pipros.msg.digest import Lookup
+from pipros.msg.shape import Shapes
 from pipros.msg.source import Names, Source, python_name, struct_layout
 from pipros.msg.spec import NUMBERS, OCTETS, TIMES, FieldType, MessageSpec
 
@@ -37,6 +38,7 @@ class _Encoder(Source):
         self._list: str | None = None
         self._stretches: list[str] = []
         self._is_looping = False
+        self._shapes = Shapes(lookup)
 
     def fields(self, spec: MessageSpec, owner: str) -> None:
         for field in spec.fields:
@@ -71,7 +73,7 @@ class _Encoder(Source):
         else:
             inner = self.embedded(base, within)
             if inner.fields:
-                self.fields(inner, self.assign("m", value))
+                self.fields(inner, value if value.isidentifier() else self.assign("m", value))
 
     def _numbers_array(self, kind: FieldType, value: str) -> None:
         code = _pack_code(kind.base)
@@ -101,6 +103,13 @@ class _Encoder(Source):
         else:
             with self.block(f"if len({array}) != {kind.length}:"):
                 self.emit(_WRONG_LENGTH)
+        code = self._shapes.only_code(kind.base)
+        if code is not None:
+            names = [python_name(field.name) for field in self.embedded(kind.base, within).fields]
+            parts = ", ".join(f"e.{name}" for name in names)
+            layout = f"f'<{{len({array}) * {len(names)}}}{code}'"
+            self._piece(f"_struct.pack({layout}, *[v for e in {array} for v in ({parts},)])")
+            return
         self._flush()
         self._append_pieces()
         was_looping, self._is_looping = self._is_looping, True

@@ -74,6 +74,14 @@ class Source:
         yield
         self._indent -= 1
 
+    @contextmanager
+    def captured(self) -> Iterator[list[str]]:
+        """Keeps lines back, without their indentation, to be emitted later."""
+        kept, indent = self.lines, self._indent
+        self.lines, self._indent = [], 0
+        yield self.lines
+        self.lines, self._indent = kept, indent
+
     def embedded(self, type_name: str, within: MessageSpec) -> MessageSpec:
         """The definition of an embedded message; counts its fields.
 
