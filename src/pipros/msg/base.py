@@ -30,13 +30,19 @@ struct_I = struct.Struct("<I")  # noqa: N816 # genuine generated modules import 
 class MessageException(PiprosError):
     """Something is wrong with a message."""
 
+    __module__ = "genpy.message"  # the name that people know it by, as for the classes below
+
 
 class SerializationError(MessageException):
     """A field of a message holds what its type cannot carry."""
 
+    __module__ = "genpy.message"
+
 
 class DeserializationError(MessageException):
     """Bytes are no message of the type that they should be."""
+
+    __module__ = "genpy.message"
 
 
 class Buffers(list[Buffer]):

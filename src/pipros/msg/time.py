@@ -20,6 +20,8 @@ NANOSECONDS = 1_000_000_000
 class TVal:
     """What a point in time and a span of time have in common."""
 
+    __module__ = "genpy.rostime"  # where pickles, here and on genuine ROS, look for it
+
     __slots__: ClassVar[list[str]] = ["secs", "nsecs"]  # noqa: RUF023 # the order of the wire
     _slot_types: ClassVar[list[str]] = ["int32", "int32"]
 
@@ -130,6 +132,8 @@ class Time(TVal):
         TypeError: for a time before zero, also as the result of arithmetic.
     """
 
+    __module__ = "genpy.rostime"
+
     __slots__: ClassVar[list[str]] = ["secs", "nsecs"]  # noqa: RUF023 # the order of the wire
 
     def __init__(self, secs: Any = 0, nsecs: Any = 0) -> None:
@@ -161,6 +165,8 @@ class Time(TVal):
 
 class Duration(TVal):
     """A span of time, negative too: -0.1 s is secs -1, nsecs 900000000."""
+
+    __module__ = "genpy.rostime"
 
     __slots__: ClassVar[list[str]] = ["secs", "nsecs"]  # noqa: RUF023 # the order of the wire
 
