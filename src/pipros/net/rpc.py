@@ -50,10 +50,10 @@ class RpcClient:
         Raises:
             ValueError: when `uri` is no such URI.
         """
+        self._idle: list[_Connection] = []
         self.uri = uri
         self.timeout_s = timeout_s
         self._host, self._port, self._path = split_uri(uri)
-        self._idle: list[_Connection] = []
         self._lock = threading.Lock()
         self._is_closed = False
 
@@ -82,6 +82,10 @@ class RpcClient:
             self._is_closed = True
             idle, self._idle = self._idle, []
         for connection in idle:
+            connection.close()
+
+    def __del__(self) -> None:
+        for connection in self._idle:
             connection.close()
 
     def __enter__(self) -> RpcClient:

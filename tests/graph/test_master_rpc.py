@@ -1,0 +1,331 @@
+"""The XML-RPC server and its clients, over real sockets."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import threading
+import xmlrpc.client
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from pipros.errors import ProtocolError, Unreachable
+from pipros.net.loop import BackgroundLoop
+from pipros.net.rpc import RpcClient
+from pipros.net.rpc_async import AsyncRpcClient, call_async
+from pipros.net.rpc_server import RpcLimits, RpcServer, caller_address
+from pipros.wire.http import build_request
+from pipros.wire.xmlrpc import Fault, encode_call
+from tests.support.waiting import wait_until
+
+
+class Serving:
+    """A server on a loop of its own, with a few methods to call."""
+
+    def __init__(self, **options: Any) -> None:
+        self.loop = BackgroundLoop("rpc test")
+        self.loop.start()
+        self.gate = asyncio.Event()
+        methods = {
+            "echo": lambda value: value,
+            "add": lambda a, b=1: a + b,
+            "fail": self.fail,
+            "wait": self.wait,
+            "caller": lambda: caller_address.get(),
+            "nothing": lambda: None,
+        }
+        self.server = RpcServer(methods, **options)
+        self.loop.run(self.server.start())
+        self.uri = f"http://127.0.0.1:{self.server.port}/"
+
+    @staticmethod
+    def fail() -> None:
+        raise ValueError("on purpose")
+
+    async def wait(self) -> str:
+        await self.gate.wait()
+        return "waited"
+
+    def open_gate(self) -> None:
+        self.loop.call(self.gate.set)
+
+    def connect(self) -> socket.socket:
+        return socket.create_connection(("127.0.0.1", self.server.port), 10)
+
+    def close(self) -> None:
+        self.loop.run(self.server.stop())
+        self.loop.stop()
+
+
+@pytest.fixture
+def serving() -> Iterator[Serving]:
+    found = Serving()
+    yield found
+    found.close()
+
+
+def request(method: str, *params: Any) -> bytes:
+    return build_request("h", "/", encode_call(method, params))
+
+
+def read_to_end(peer: socket.socket) -> bytes:
+    received = b""
+    while data := peer.recv(65536):
+        received += data
+    return received
+
+
+def test_methods_are_called_and_answered(serving: Serving) -> None:
+    with RpcClient(serving.uri, timeout_s=10) as client:
+        assert client.call("echo", {"a": [1, 2.5, True, "ü"]}) == {"a": [1, 2.5, True, "ü"]}
+        assert client.call("add", 1) == 2
+        assert client.call("caller") == "127.0.0.1"
+    assert serving.server.calls["add"] == 1
+
+
+def test_python_clients_of_genuine_ros_are_served(serving: Serving) -> None:
+    with xmlrpc.client.ServerProxy(serving.uri) as proxy:
+        assert proxy.add(2, 3) == 5
+        multi = xmlrpc.client.MultiCall(proxy)
+        multi.add(1)
+        multi.echo("x")
+        assert list(multi()) == [2, "x"]
+
+
+@pytest.mark.parametrize(
+    ("method", "text"),
+    [
+        ("nosuch", "<class 'Exception'>:method \"nosuch\" is not supported"),
+        ("__init__", "<class 'Exception'>:method \"__init__\" is not supported"),
+        ("fail", "<class 'ValueError'>:on purpose"),
+        ("nothing", "<class 'TypeError'>:cannot marshal None unless allow_none is enabled"),
+    ],
+)
+def test_what_cannot_be_answered_is_a_fault_in_the_words_of_pythons_server(
+    serving: Serving, method: str, text: str
+) -> None:
+    with RpcClient(serving.uri) as client, pytest.raises(Fault) as caught:
+        client.call(method)
+    assert (caught.value.code, caught.value.text) == (1, text)
+
+
+def test_a_wrong_number_of_parameters_is_an_answer_of_the_ros_kind(serving: Serving) -> None:
+    with RpcClient(serving.uri) as client:
+        for params in ((), (1, 2, 3)):
+            assert client.call("add", *params) == [-1, "Error: bad call arity", 0]
+
+
+def test_pipelined_calls_are_answered_in_order_also_behind_one_that_waits(serving: Serving) -> None:
+    with serving.connect() as peer:
+        peer.sendall(request("echo", "first") + request("wait") + request("echo", "last"))
+        serving.open_gate()
+        peer.shutdown(socket.SHUT_WR)
+        answers = read_to_end(peer)
+    assert answers.index(b"first") < answers.index(b"waited") < answers.index(b"last")
+
+
+def test_a_call_that_waits_holds_up_only_its_own_connection(serving: Serving) -> None:
+    with RpcClient(serving.uri, timeout_s=10) as client:
+        answer: list[Any] = []
+        waiting = threading.Thread(target=lambda: answer.append(client.call("wait")))
+        waiting.start()
+        wait_until(lambda: serving.server.calls["wait"])
+        assert client.call("echo", 1) == 1
+        assert not answer
+        serving.open_gate()
+        waiting.join(10)
+        assert answer == ["waited"]
+
+
+def test_large_values_go_both_ways_and_small_calls_pass_them(serving: Serving) -> None:
+    value = {f"key_{number}": [number, "x" * 50] for number in range(20_000)}
+    with RpcClient(serving.uri, timeout_s=30) as client:
+        assert client.call("echo", value) == value
+
+
+def test_http_1_0_clients_are_served_and_closed(serving: Serving) -> None:
+    body = encode_call("echo", ("old",))
+    with serving.connect() as peer:
+        peer.sendall(b"POST / HTTP/1.0\r\nContent-Length: %d\r\n\r\n" % len(body) + body)
+        answer = read_to_end(peer)
+    assert b"old" in answer
+    assert b"Connection: close" in answer
+
+
+def test_a_client_that_asks_to_continue_is_told_to(serving: Serving) -> None:
+    body = encode_call("echo", ("x",))
+    with serving.connect() as peer:
+        head = b"POST / HTTP/1.1\r\nExpect: 100-continue\r\nConnection: close\r\nContent-Length: %d\r\n\r\n"
+        peer.sendall(head % len(body))
+        assert peer.recv(100) == b"HTTP/1.1 100 Continue\r\n\r\n"
+        peer.sendall(body)
+        assert b"200 OK" in read_to_end(peer)
+
+
+@pytest.mark.parametrize(
+    ("sent", "status"),
+    [
+        (b"GET / HTTP/1.1\r\n\r\n", b"405"),
+        (b"\x00\x01garbage\r\n\r\n", b"400"),
+        (b"POST / HTTP/1.1\r\nContent-Length: 1000000000\r\n\r\n", b"413"),
+        (b"POST / HTTP/1.1\r\nContent-Length: 1\r\nContent-Encoding: gzip\r\n\r\n", b"415"),
+        (b"POST / HTTP/1.1\r\nX: " + b"y" * 20_000, b"431"),
+    ],
+)
+def test_what_is_no_request_is_refused_by_its_status_counted_and_closed(
+    serving: Serving, sent: bytes, status: bytes, caplog: pytest.LogCaptureFixture
+) -> None:
+    for _ in range(2):
+        with serving.connect() as peer:
+            peer.sendall(sent)
+            assert read_to_end(peer).startswith(b"HTTP/1.1 " + status)
+    assert serving.server.refusals.by_peer() == {"127.0.0.1": 2}
+    assert caplog.text.count("refused 127.0.0.1") == 1
+
+
+def test_a_peer_that_takes_too_long_over_a_request_is_closed() -> None:
+    serving = Serving(limits=RpcLimits(request_s=0.1))
+    with serving.connect() as slow, serving.connect() as idle:
+        slow.sendall(b"POST / HTT")
+        assert read_to_end(slow) == b""
+        idle.sendall(request("echo", "still here"))
+        assert b"still here" in idle.recv(65536)
+    serving.close()
+
+
+def test_a_peer_that_does_not_read_its_answers_is_closed() -> None:
+    serving = Serving(limits=RpcLimits(request_s=0.3))
+    with serving.connect() as deaf:
+        deaf.settimeout(30)
+        call = request("echo", "x" * 60_000)
+
+        def talk() -> None:
+            while True:
+                deaf.sendall(call)
+
+        with pytest.raises((ConnectionResetError, BrokenPipeError)):
+            talk()
+    serving.close()
+
+
+def test_the_connection_idle_longest_gives_way_to_a_new_one() -> None:
+    serving = Serving(limits=RpcLimits(connections=3))
+    peers = [serving.connect() for _ in range(3)]
+    wait_until(lambda: len(serving.server.connections) == 3)
+    for peer in (peers[0], peers[2]):
+        peer.sendall(request("echo", "used"))
+        assert b"used" in peer.recv(65536)
+    with serving.connect() as late:
+        late.sendall(request("echo", "in"))
+        assert b"in" in late.recv(65536)
+    assert peers[1].recv(1) == b""
+    for peer in peers:
+        peer.close()
+    serving.close()
+
+
+def test_idle_connections_are_closed_after_their_time_and_clients_do_not_notice() -> None:
+    serving = Serving(limits=RpcLimits(idle_s=0.05))
+    with RpcClient(serving.uri, timeout_s=10) as client:
+        assert client.call("echo", 1) == 1
+        wait_until(lambda: len(serving.server.connections) == 0)
+        assert client.call("echo", 2) == 2
+    serving.close()
+
+
+def test_peers_that_are_not_admitted_are_closed_and_counted() -> None:
+    serving = Serving(admits=lambda _: False)
+    with RpcClient(serving.uri, timeout_s=10) as client, pytest.raises(Unreachable):
+        client.call("echo", 1)
+    assert serving.server.refusals.total >= 1
+    serving.close()
+
+
+def test_many_threads_share_a_client(serving: Serving) -> None:
+    with RpcClient(serving.uri, timeout_s=30) as client:
+        answers: list[int] = []
+
+        def work(start: int) -> None:
+            for number in range(start, start + 50):
+                assert client.call("echo", number) == number
+                answers.append(number)
+
+        threads = [threading.Thread(target=work, args=(start * 50,)) for start in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    assert sorted(answers) == list(range(400))
+
+
+def test_nobody_there_is_unreachable_and_says_why() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+    with pytest.raises(Unreachable) as caught:
+        RpcClient(f"http://127.0.0.1:{port}/").call("echo")
+    assert caught.value.reason == "Connection refused"
+    assert isinstance(caught.value.__cause__, ConnectionRefusedError)
+
+
+def test_a_server_that_is_silent_is_unreachable_when_the_time_is_over() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        uri = f"http://127.0.0.1:{listener.getsockname()[1]}/"
+        with pytest.raises(Unreachable, match="no answer in time"):
+            RpcClient(uri, timeout_s=0.1).call("echo")
+        with pytest.raises(Unreachable, match="no answer in time"):
+            asyncio.run(call_async(uri, "echo", timeout_s=0.1))
+
+
+@pytest.mark.parametrize(
+    ("answer", "error"),
+    [
+        (b"SSH-2.0-OpenSSH_9\r\n\r\n", ProtocolError),
+        (b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n", ProtocolError),
+        (b"HTTP/1.1 200 OK\r\nContent-Length: 5\r\n\r\nhello", ProtocolError),
+        (b"HTTP/1.1 200 OK\r\nContent-Length: 500\r\n\r\nhello", Unreachable),
+        (b"", Unreachable),
+    ],
+)
+def test_what_answers_but_is_no_xml_rpc_server_is_told_apart(answer: bytes, error: type[Exception]) -> None:
+    def serve(listener: socket.socket) -> None:
+        for _ in range(2):
+            peer, _ = listener.accept()
+            peer.recv(65536)
+            peer.sendall(answer)
+            peer.close()
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        uri = f"http://127.0.0.1:{listener.getsockname()[1]}/"
+        thread = threading.Thread(target=serve, args=(listener,))
+        thread.start()
+        with pytest.raises(error):
+            RpcClient(uri, timeout_s=10).call("echo")
+        with pytest.raises(error):
+            asyncio.run(call_async(uri, "echo", timeout_s=10))
+        thread.join()
+
+
+def test_the_asyncio_client_keeps_its_connection_and_replaces_a_closed_one(serving: Serving) -> None:
+    async def calls() -> list[Any]:
+        client = AsyncRpcClient(serving.uri)
+        answers = [await client.call("echo", number, timeout_s=10) for number in range(3)]
+        assert serving.server.connections.accepted == 1
+        serving.loop.call(serving.server.connections.close_all)
+        answers.append(await client.call("echo", 3, timeout_s=10))
+        client.close()
+        return answers
+
+    assert asyncio.run(calls()) == [0, 1, 2, 3]
+    assert serving.server.connections.accepted == 2
+
+
+def test_a_multicall_whose_answers_are_too_large_together_is_cut_short() -> None:
+    serving = Serving(limits=RpcLimits(multicall_answer_bytes=10_000))
+    with RpcClient(serving.uri, timeout_s=10) as client:
+        call = {"methodName": "echo", "params": ["x" * 4000]}
+        *good, bad = client.call("system.multicall", [call] * 3)
+    assert good == [["x" * 4000]] * 2
+    assert "too large together" in bad["faultString"]
+    serving.close()

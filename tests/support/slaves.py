@@ -1,0 +1,79 @@
+"""Nodes of which only the XML-RPC API is real, for tests of the master."""
+
+from __future__ import annotations
+
+import os
+import socket
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from pipros.net.loop import BackgroundLoop
+from pipros.net.rpc_server import RpcServer
+
+
+class FakeSlave:
+    """The API of a node; writes down what the master tells it.
+
+    Attributes:
+        told: method and parameters of each notice, in order.
+    """
+
+    def __init__(
+        self, *, name: str = "", pid: int | None = None, on_notice: Callable[[], Any] | None = None
+    ) -> None:
+        self.told: list[tuple[Any, ...]] = []
+        self._on_notice = on_notice
+        self._loop = BackgroundLoop("fake slave")
+        self._loop.start()
+        self._server = RpcServer(
+            {
+                "publisherUpdate": lambda *params: self._note("publisherUpdate", *params),
+                "paramUpdate": lambda *params: self._note("paramUpdate", *params),
+                "shutdown": lambda *params: self._note("shutdown", *params),
+                "getPid": lambda _: [1, "", pid or os.getpid()],
+                "getName": lambda _: [1, "", name] if name else [0, "", 0],
+            }
+        )
+        self._loop.run(self._server.start())
+        self.api = f"http://127.0.0.1:{self._server.port}/"
+        self.port = self._server.port
+
+    def _note(self, *notice: Any) -> Any:
+        self.told.append(notice)
+        if self._on_notice:
+            return self._on_notice()
+        return [1, "", 0]
+
+    def publishers(self) -> list[list[str]]:
+        """The publisher lists that it was told, in order."""
+        return [notice[3] for notice in self.told if notice[0] == "publisherUpdate"]
+
+    def stop(self) -> None:
+        """From now on connections to it are refused."""
+        self._loop.run(self._server.stop())
+        self._loop.stop()
+
+
+class SilentSlave:
+    """Accepts connections and never says anything, as a node that hangs."""
+
+    def __init__(self) -> None:
+        self._listener = socket.create_server(("127.0.0.1", 0), backlog=100)
+        self.api = f"http://127.0.0.1:{self._listener.getsockname()[1]}/"
+        self.connections: list[socket.socket] = []
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                connection, _ = self._listener.accept()
+            except OSError:
+                return
+            self.connections.append(connection)
+
+    def stop(self) -> None:
+        self._listener.shutdown(socket.SHUT_RDWR)
+        self._listener.close()
+        for connection in self.connections:
+            connection.close()
