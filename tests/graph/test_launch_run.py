@@ -278,8 +278,7 @@ def test_roscore_says_what_noetic_says_and_who_can_connect(ros: RosSystem) -> No
         f"\033[1mprocess[master]: started with pid [{pid}]\033[0m",
         f"\033[1mROS_MASTER_URI={ros.master_uri}/\033[0m",
         f"\033]2;roscore {ros.master_uri}/\007",
-        "master is bound to 127.0.0.1: only this computer can connect "
-        "(set ROS_IP or ROS_HOSTNAME, or use roscore --bind, to open it)",
+        "master listens on 127.0.0.1, for this computer only",
         f"\033[1msetting /run_id to {run_id[1]}\033[0m",
         f"\033[1mprocess[rosout-1]: started with pid [{pid}]\033[0m",
         "started core service [/rosout]",
@@ -295,7 +294,7 @@ def test_roscore_says_what_noetic_says_and_who_can_connect(ros: RosSystem) -> No
 def test_a_master_can_be_opened_to_the_network_on_purpose(ros: RosSystem) -> None:
     open_to_all = "0.0.0.0"  # noqa: S104
     core = ros.pipros.start("roscore", "-p", str(ros.port), "--bind", open_to_all, ROS_HOSTNAME="localhost")
-    core.wait_for("master is bound to 0.0.0.0: every computer that reaches this address can connect")
+    core.wait_for("master listens on 0.0.0.0, open to everybody who can reach this computer")
 
 
 def test_the_pid_file_is_there_while_it_runs(ros: RosSystem, package: Path) -> None:

@@ -33,6 +33,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         help="network that may connect when the master is open, such as 10.0.0.0/8; may be repeated. "
         "Without it all may.",
     )
+    parser.add_option(
+        "--resume",
+        action="store_true",
+        default=False,
+        help="bring back parameters and the nodes that still run from before the last end of this master",
+    )
     parser.set_defaults(
         core=True,
         run_id=None,

@@ -164,6 +164,8 @@ def session_options(options: Values) -> SessionOptions:
         port=options.port,
         bind=getattr(options, "bind", None),
         allow=tuple(getattr(options, "allow", None) or ()),
+        store=_store(options),
+        notice_timeout_s=options.timeout,
         run_id=options.run_id,
         has_summary=not options.no_summary,
         checks_log_folder=not options.skip_log_check,
@@ -175,6 +177,16 @@ def session_options(options: Values) -> SessionOptions:
             sigterm_timeout_s=SIGTERM_TIMEOUT_S if sigterm is None else sigterm,
         ),
     )
+
+
+def _store(options: Values) -> Path | None:
+    """The file in which `roscore --resume` keeps what it knows: one for each port."""
+    if not getattr(options, "resume", False):
+        return None
+    from pipros.env import DEFAULT_MASTER_PORT, Environment
+
+    home = Environment.from_os().ros_home.expanduser()
+    return home / "pipros" / f"master-{options.port or DEFAULT_MASTER_PORT}.sqlite"
 
 
 def _wait_for_master(console: Console) -> None:

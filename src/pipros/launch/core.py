@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -46,6 +46,9 @@ class Core:
         log_folder: Path | None = None,
         environment: Environment | None = None,
         allow: Sequence[str] = (),
+        store: Path | None = None,
+        notice_timeout_s: float | None = None,
+        on_shutdown: Callable[[str], None] | None = None,
     ) -> None:
         """Nothing is opened yet.
 
@@ -56,7 +59,7 @@ class Core:
             run_id: made up when not given.
             rosout: whether the `/rosout` node runs.
             log_folder: where that node keeps `rosout.log`; None for no file.
-            allow: networks that may connect, as of `Master`.
+            allow, store, notice_timeout_s, on_shutdown: as of `Master`.
         """
         self._environment = environment or Environment.from_os()
         self.run_id = run_id or new_run_id()
@@ -65,6 +68,9 @@ class Core:
         self._wants_rosout = rosout
         self._log_folder = log_folder
         self._allow = allow
+        self._store = store
+        self._notice_timeout_s = notice_timeout_s
+        self._on_shutdown = on_shutdown
         self._master: Master | None = None
         self._rosout: RosoutAggregator | None = None
 
@@ -76,11 +82,11 @@ class Core:
         return self._master.uri
 
     @property
-    def bound_to(self) -> str:
-        """The address that the master listens on: `127.0.0.1` is this computer only."""
+    def binding(self) -> str:
+        """Who can connect, in words: `listens on 127.0.0.1, for this computer only`."""
         if self._master is None:
             raise RuntimeError("the core is not running; call start() first")
-        return self._master.host
+        return self._master.binding
 
     def start(self) -> None:
         """Starts the master, then `/rosout`.
@@ -105,6 +111,9 @@ class Core:
             port=self._port,
             environment=self._environment,
             allow=self._allow,
+            store=self._store,
+            notice_timeout_s=self._notice_timeout_s,
+            on_shutdown=self._on_shutdown,
             parameters={**STANDARD_PARAMETERS, "/run_id": self.run_id},
         )
         master.start()

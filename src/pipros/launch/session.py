@@ -11,6 +11,7 @@ import socket
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 from pipros.env import DEFAULT_MASTER_PORT, Environment, split_master_uri
 from pipros.errors import PiprosError, Refused, Unreachable
@@ -41,6 +42,7 @@ class SessionOptions:
         is_core: whether this is `roscore`: no files, and a master must not be there yet.
         port: where to start the master, when the environment's choice is not wanted.
         bind: the address that a master of ours listens on, when the environment's choice is not wanted.
+        allow, store, notice_timeout_s: for that master, as of `Core`.
         run_id: the run to belong to; by default that of the running master, or a new one.
     """
 
@@ -48,6 +50,8 @@ class SessionOptions:
     port: int | None = None
     bind: str | None = None
     allow: tuple[str, ...] = ()
+    store: Path | None = None
+    notice_timeout_s: float | None = None
     run_id: str | None = None
     has_summary: bool = True
     checks_log_folder: bool = True
@@ -218,6 +222,9 @@ class Session:
             log_folder=self._logs.path,
             environment=self._environment,
             allow=self._options.allow,
+            store=self._options.store,
+            notice_timeout_s=self._options.notice_timeout_s,
+            on_shutdown=lambda _reason: self.request_stop(),
         )
         try:
             core.start_master()
@@ -229,7 +236,7 @@ class Session:
         self._core = core
         self._console.bold(f"process[master]: started with pid [{os.getpid()}]")
         self._announce_master()
-        self._console.say(_who_can_connect(core.bound_to))
+        self._console.say(f"master {core.binding}")
         self._console.bold(f"setting /run_id to {self.run_id}")
 
     def _warn_about_port(self, port: int) -> None:
@@ -332,12 +339,3 @@ def _is_here(host: str) -> bool:
     except OSError:
         return False
     return True
-
-
-def _who_can_connect(bound_to: str) -> str:
-    if address.is_loopback(bound_to):
-        return (
-            f"master is bound to {bound_to}: only this computer can connect "
-            "(set ROS_IP or ROS_HOSTNAME, or use roscore --bind, to open it)"
-        )
-    return f"master is bound to {bound_to}: every computer that reaches this address can connect"

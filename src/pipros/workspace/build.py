@@ -116,7 +116,7 @@ class _Build:
         native_names = closure(packages, {package.name for package in natives}) if natives else set()
         for package in packages:
             if package.name in self._result.projects and not self._is_blocked(package):
-                self._build_package(package, native_names)
+                self._build_package(package, definitions, native_names)
         self._build_natives(packages, natives, native_names)
         underlays = underlays_of_build(self._variables, self._layout.devel)
         write_setup_files(self._layout.devel, [self._layout.source], underlays)
@@ -199,14 +199,18 @@ class _Build:
                 return True
         return False
 
-    def _build_package(self, package: SourcePackage, native_names: set[str]) -> None:
+    def _build_package(
+        self, package: SourcePackage, definitions: Definitions, native_names: set[str]
+    ) -> None:
         project = self._result.projects[package.name]
         digest = self._digest(package, project)
         if self._state.get(package.name) == digest and package.name not in native_names:
             self._result.unchanged.append(package.name)
             return
         try:
-            write_devel_files(project, self._layout, package.name in native_names, self._say)
+            write_devel_files(
+                project, self._layout, definitions, self._say, is_native=package.name in native_names
+            )
         except PiprosError as error:
             self._fail(package, str(error))
             return

@@ -7,6 +7,10 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+from pipros.errors import NotFound
+from pipros.msg.definitions import Definitions
+from pipros.msg.spec import DefinitionError
+from pipros.msg.stubs import package_stubs
 from pipros.workspace.layout import Layout
 from pipros.workspace.project import PYTHON_DESTINATION, Installation, Project
 from pipros.workspace.setup_files import write_if_changed
@@ -50,7 +54,9 @@ def python_sources(project: Project) -> list[str]:
     return [setup] if project.has_python_setup else []
 
 
-def write_devel_files(project: Project, layout: Layout, is_native: bool, say: Say) -> None:
+def write_devel_files(
+    project: Project, layout: Layout, definitions: Definitions, say: Say, *, is_native: bool
+) -> None:
     """Makes a package's part of the devel space.
 
     Args:
@@ -63,6 +69,8 @@ def write_devel_files(project: Project, layout: Layout, is_native: bool, say: Sa
     setup = read_setup_py(project.folder) if project.has_python_setup else None
     if not is_native:
         _write_python_packages(project, setup, layout.devel, say)
+        if project.interfaces:
+            _write_stubs(project, definitions, layout.devel)
     relayed = [one.source for one in project.installations if one.is_python]
     relayed += list(setup.scripts) if setup else []
     for script in relayed:
@@ -89,6 +97,16 @@ def _write_python_packages(project: Project, setup: PythonSetup | None, devel: P
     if project.interfaces:
         say(f"Generating Python msg __init__.py for {project.name}")
         say(f"[100%] Built target {project.name}_generate_messages")
+
+
+def _write_stubs(project: Project, definitions: Definitions, devel: Path) -> None:
+    """Tells editors and type checkers what the classes look like that are made when they are imported."""
+    try:
+        stubs = package_stubs(project.name, definitions)
+    except (DefinitionError, NotFound):
+        return  # a file beside those that the package lists is broken
+    for path, text in stubs.items():
+        write_if_changed(devel / PYTHON_DESTINATION / project.name / path, text)
 
 
 def install_package(project: Project, layout: Layout, say: Say) -> None:
