@@ -44,6 +44,31 @@ class Definitions:
             self._services[type_name] = parse_service(_read(file), type_name, file)
         return self._services[type_name]
 
+    def mistakes(self, package: str) -> list[DefinitionError]:
+        """All mistakes in the definitions of a package, those of types they embed among them.
+
+        Raises:
+            NotFound: there is no such package.
+        """
+        found: dict[str, DefinitionError] = {}
+        for kind, source in (("msg", self._message_source), ("srv", self._service_source)):
+            for name in self.files.names(kind, package):
+                try:
+                    source(f"{package}/{name}")
+                except DefinitionError as mistake:
+                    found |= {str(each): each for each in (mistake, *mistake.others)}
+        return list(found.values())
+
+    def _message_source(self, type_name: str) -> object:
+        from pipros.msg.compiler import message_source
+
+        return message_source(self.message(type_name), self.message)
+
+    def _service_source(self, type_name: str) -> object:
+        from pipros.msg.compiler import service_source
+
+        return service_source(self.service(type_name), self.message)
+
 
 def _read(file: str) -> str:
     try:

@@ -8,7 +8,7 @@ string constant, which reaches to the end of its line.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from pipros.msg.spec import (
     BUILTINS,
@@ -56,7 +56,7 @@ def parse_message(text: str, type_name: str, file: str | None = None, *, first_l
         first_line: the number of the text's first line within the file.
 
     Raises:
-        DefinitionError: with file, line and column of the first mistake.
+        DefinitionError: with file, line and column of the first mistake; the others hang on it.
     """
     file = file or f"<definition of {type_name}>"
     if not is_full_type_name(type_name):
@@ -64,16 +64,23 @@ def parse_message(text: str, type_name: str, file: str | None = None, *, first_l
     package = type_name.partition("/")[0]
     fields: list[Field] = []
     constants: list[Constant] = []
+    mistakes: list[DefinitionError] = []
     for number, line in enumerate(text.split("\n"), first_line):
         declaration = line.partition("#")[0].strip()
         if not declaration:
             continue
         reader = _Line(line, declaration, number, file)
-        if "=" in declaration:
-            constants.append(reader.constant())
-        else:
-            fields.append(reader.field(package))
-    _refuse_duplicates(fields, constants, file)
+        try:
+            if "=" in declaration:
+                constants.append(reader.constant())
+            else:
+                fields.append(reader.field(package))
+        except DefinitionError as mistake:
+            mistakes.append(mistake)
+    mistakes += _duplicates(fields, constants, file)
+    if mistakes:
+        mistakes[0].others = tuple(mistakes[1:])
+        raise mistakes[0]
     return MessageSpec(type_name, tuple(fields), tuple(constants), text, file)
 
 
@@ -141,21 +148,19 @@ def _sections(text: str, count: int, file: str, what: str) -> list[tuple[str, in
     return [("".join(f"{line}\n" for line in lines), first) for lines, first in parts]
 
 
-def _refuse_duplicates(fields: Iterable[Field], constants: Iterable[Constant], file: str) -> None:
+def _duplicates(
+    fields: Iterable[Field], constants: Iterable[Constant], file: str
+) -> Iterator[DefinitionError]:
     seen: set[str] = set()
     for field in fields:
         if field.name in seen:
-            raise DefinitionError(
-                f"there is already a field named {field.name}",
-                file=file,
-                line=field.line,
-                column=field.column,
-            )
+            reason = f"there is already a field named {field.name}"
+            yield DefinitionError(reason, file=file, line=field.line, column=field.column)
         seen.add(field.name)
     for constant in constants:
         if constant.name in seen:
             # genmsg lets this pass, but no Python or C++ class can carry both.
-            raise DefinitionError(f"{constant.name} is both a field and a constant", file=file)
+            yield DefinitionError(f"{constant.name} is both a field and a constant", file=file)
 
 
 class _Line:

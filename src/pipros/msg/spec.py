@@ -45,6 +45,7 @@ class DefinitionError(PiprosError):
         file: the path of the definition, or what stands for it.
         line: counted from 1; 0 when the error concerns the file as a whole.
         column: counted from 1; 0 likewise.
+        others: further mistakes in the same file.
     """
 
     def __init__(self, reason: str, *, file: str, line: int = 0, column: int = 0) -> None:
@@ -52,6 +53,7 @@ class DefinitionError(PiprosError):
         self.file = file
         self.line = line
         self.column = column
+        self.others: tuple[DefinitionError, ...] = ()
         place = f"{file}:{line}:{column}" if line else file
         super().__init__(f"{place}: {reason}")
 
