@@ -22,7 +22,7 @@ HERE = Path(__file__).parent
 DEADLINE_S = 8
 sys.path.insert(0, str(HERE.parents[2]))
 
-from tests.golden.cli.scenes import MASKS, stage_for  # noqa: E402
+from tests.golden.cli.scenes import MASKS, stage_for, wants_sources  # noqa: E402
 from tests.golden.cli.transcript import Command, Outcome, mask_outcome, render, split  # noqa: E402
 
 
@@ -59,6 +59,22 @@ def genuine_master(home: Path) -> Iterator[dict[str, str]]:
         master.wait()
 
 
+@contextlib.contextmanager
+def genuine_sources(environment: dict[str, str]) -> Iterator[None]:
+    """Runs the node that publishes, until all its topics are there."""
+    node = subprocess.Popen(
+        ["/usr/bin/python3", HERE / "sources.py"], env=environment, stdout=subprocess.DEVNULL
+    )
+    try:
+        with ServerProxy(environment["ROS_MASTER_URI"]) as master:
+            while "/diagnostics" not in str(master.getPublishedTopics("/record", "")):
+                time.sleep(0.05)
+        yield
+    finally:
+        node.terminate()
+        node.wait()
+
+
 def run(command: Command, environment: dict[str, str], folder: Path) -> Outcome:
     stdin = (folder / command.stdin_file).read_bytes() if command.stdin_file else b""
     done = subprocess.run(
@@ -81,6 +97,8 @@ def record(path: Path) -> None:
         with genuine_master(home) as environment, contextlib.ExitStack() as stack:
             text = path.read_text()
             stack.enter_context(stage_for(text, environment["ROS_MASTER_URI"]))
+            if wants_sources(text):
+                stack.enter_context(genuine_sources(environment))
             masks = {str(folder): "FOLDER", os.uname().nodename: "HOST", **MASKS}
             blocks = []
             for block, line in split(text):

@@ -11,6 +11,9 @@ MASKS = {
     r"(127\.0\.0\.1|localhost):(?!1\b)\d+": r"\1:PORT",
     r"time=[\d.]+ms": "time=N ms",
     r"average: [\d.]+ms": "average: N ms",
+    r"seq: +\d+": "seq: N",  # genuine ROS counts a latched message anew for each subscriber
+    r"\b1[78]\d{17}\b": "NOW",
+    r"(?m)^(NOW|1000000000005|0),\d+,(?=1000000000005|0,)": r"\1,N,",
 }
 
 
@@ -25,3 +28,8 @@ def stage_for(transcript: str, master_uri: str) -> Iterator[None]:
         yield
     finally:
         stage.close()
+
+
+def wants_sources(transcript: str) -> bool:
+    """True for `stage: sources`: a real node that publishes what `sources.py` tells."""
+    return transcript.startswith("stage: sources\n")

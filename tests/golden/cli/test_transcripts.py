@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import io
 import os
 import shutil
+from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
+from difflib import unified_diff
 from pathlib import Path
 
 import pytest
 
+from pipros.env import Environment
 from pipros.master.server import Master
-from tests.golden.cli.scenes import MASKS, stage_for
+from pipros.node import Node
+from tests.golden.cli.scenes import MASKS, stage_for, wants_sources
+from tests.golden.cli.sources import messages
 from tests.golden.cli.transcript import Command, Outcome, mask_outcome, render, split
 
 HERE = Path(__file__).parent
@@ -38,12 +44,24 @@ def run(command: Command, folder: Path) -> Outcome:
     return Outcome(stdout.getvalue(), stderr.getvalue(), code)
 
 
+@contextlib.contextmanager
+def sources_for(transcript: str, master_uri: str) -> Iterator[None]:
+    """A node of pipros that publishes what transcripts about messages show, if this is one of them."""
+    if not wants_sources(transcript):
+        yield
+        return
+    with Node("source", environment=Environment(master_uri=master_uri)) as node:
+        for topic, message in messages().items():
+            node.advertise(topic, type(message), latch=True).publish(message)
+        yield
+
+
 @pytest.mark.parametrize("name", sorted(path.stem for path in (HERE / "transcripts").glob("*.txt")))
 def test_commands_do_what_genuine_ros_did(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = shutil.copytree(HERE / "files", tmp_path / "work")
     transcript = (HERE / "transcripts" / f"{name}.txt").read_text()
     masks = {str(folder): "FOLDER", os.uname().nodename: "HOST", **MASKS}
-    with Master(port=0) as master, stage_for(transcript, master.uri):
+    with Master(port=0) as master, stage_for(transcript, master.uri), sources_for(transcript, master.uri):
         monkeypatch.setenv("ROS_MASTER_URI", master.uri)
         monkeypatch.setenv("ROS_IP", "127.0.0.1")
         monkeypatch.setenv("COLUMNS", "80")
@@ -55,7 +73,12 @@ def test_commands_do_what_genuine_ros_did(name: str, tmp_path: Path, monkeypatch
             command = Command.parse(line)
             outcome = mask_outcome(run(command, folder), masks)
             blocks.append(_as_recorded(block, command, outcome))
-    assert "".join(blocks) == transcript
+    assert difference(transcript, "".join(blocks)) == ""
+
+
+def difference(recorded: str, now: str) -> str:
+    """The lines that differ, with some around them; pytest's own report of long texts stops too early."""
+    return "\n".join(unified_diff(recorded.splitlines(), now.splitlines(), "genuine", "pipros", lineterm=""))
 
 
 def _as_recorded(block: str, command: Command, outcome: Outcome) -> str:

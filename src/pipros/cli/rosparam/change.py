@@ -70,9 +70,9 @@ def parse_value(text: str, name: str) -> Any:
     Raises:
         YamlError: it is no YAML, or more than plain data.
     """
-    from pipros.safe import yaml
+    from pipros.safe.yaml import load
 
-    return yaml.load(text, f"the value of {name}") if text else ""
+    return load(text, f"the value of {name}") if text else ""
 
 
 def _contents(file: str) -> bytes:

@@ -8,7 +8,7 @@ from typing import Any
 
 from pipros.cli.program import CommandError
 from pipros.names import is_private, join
-from pipros.safe import yaml
+from pipros.safe.yaml import load_all
 
 NAMESPACE_KEY = "_ns"
 """A key of a document that says into which namespace, below the one asked for, its values go."""
@@ -30,7 +30,7 @@ def read_file(file: str, ns: str) -> list[tuple[Any, str]]:
 def read_text(text: str, file: str, ns: str) -> list[tuple[Any, str]]:
     """As `read_file`; `file` only names the text in errors."""
     documents = []
-    for document in yaml.load_all(text, file):
+    for document in load_all(text, file):
         own_ns = document.pop(NAMESPACE_KEY, None) if isinstance(document, dict) else None
         if document is not None:
             documents.append((document, ns if own_ns is None else _below(ns, str(own_ns))))

@@ -47,8 +47,7 @@ def list_topics(argv: Sequence[str]) -> int:
         print("\n".join(_lines(picture, types, sections, options.verbose)))
     for host, part in parts:
         print(f"Host [{host}]:")
-        lines = _lines(part, types, sections, options.verbose)
-        print("\n".join(f"  {line}" if line else "" for line in lines))
+        print(_indented(_lines(part, types, sections, options.verbose)))
     return 0
 
 
@@ -80,6 +79,12 @@ def _lines(
             lines.append(f" * {topic} [{types.get(topic, 'unknown type')}] {len(nodes)} {role}{plural}")
         lines.append("")
     return lines
+
+
+def _indented(lines: Sequence[str]) -> str:
+    """The lines two blanks to the right, as Noetic has it: also the empty ones, but the first and the last."""
+    last = len(lines) - 1
+    return "\n".join(f"  {line}" if line or 0 < at < last else "" for at, line in enumerate(lines))
 
 
 class _Hosts:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from pipros.errors import NotFound
 from pipros.net.master import MasterClient
-
-_PARTS_OF_TIME: Mapping[str, str] = {"secs": "int32", "nsecs": "int32"}
 
 
 def topic_type(master: MasterClient, name: str) -> tuple[str | None, str]:
@@ -31,20 +29,11 @@ def field_type(type_name: str, path: Sequence[str]) -> str:
     Raises:
         NotFound: no such field, or no such message type.
     """
+    from pipros.cli.rostopic.fields import fields_of
+
     for name in path:
-        fields = _fields(type_name)
+        fields = fields_of(type_name)
         if name not in fields:
             raise NotFound(f"{type_name} has no field [{name}]")
         type_name = fields[name]
     return type_name
-
-
-def _fields(type_name: str) -> Mapping[str, str]:
-    if type_name in ("time", "duration"):
-        return _PARTS_OF_TIME
-    if "/" not in type_name or type_name.endswith("]"):
-        return {}
-    from pipros.msg import load_message_class
-
-    message_class = load_message_class(type_name)
-    return dict(zip(message_class.__slots__, message_class._slot_types, strict=True))

@@ -1,0 +1,47 @@
+"""The node behind a command that publishes, listens or calls."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from types import FrameType
+
+from pipros.errors import PiprosError
+from pipros.node import Node
+
+
+@contextlib.contextmanager
+def command_node(name: str, argv: Sequence[str] = (), *, wall_time: bool = False) -> Iterator[Node]:
+    """A started node with a unique name, that leaves the graph in good order however the command ends.
+
+    SIGTERM ends the command the way Ctrl-C does.
+
+    Args:
+        argv: the command line; its remapping arguments name the node and its topics.
+        wall_time: keep to the machine's clock, even when the system's time is simulated.
+    """
+    node = Node(name, anonymous=True, argv=argv)
+    with _sigterm_as_ctrl_c(), node:
+        if not wall_time:
+            with contextlib.suppress(PiprosError):
+                if node.params.get("/use_sim_time") is True:
+                    node.use_simulated_time()
+        yield node
+
+
+@contextlib.contextmanager
+def _sigterm_as_ctrl_c() -> Iterator[None]:
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _interrupt(_signal: int, _frame: FrameType | None) -> None:
+    raise KeyboardInterrupt

@@ -1,0 +1,73 @@
+"""`rostopic bw`."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from pipros.cli.program import Surroundings, option_parser
+from pipros.cli.rostopic.samples import Bandwidth, Figures, as_bytes
+from pipros.names import parse_arguments
+
+if TYPE_CHECKING:
+    from pipros.cli.rostopic.raw import RawMessage
+
+DEFAULT_WINDOW = 100
+REPORT_PERIOD_S = 1.0
+
+
+def measure_bandwidth(argv: Sequence[str]) -> int:
+    parser = option_parser("rostopic", "bw /topic")
+    parser.add_option(
+        "-w",
+        "--window",
+        dest="window",
+        metavar="WINDOW",
+        help="window size, in # of messages, for calculating rate",
+    )
+    options, arguments = parser.parse_args(list(parse_arguments(argv).rest))
+    if not arguments:
+        parser.error("topic must be specified")
+    if len(arguments) > 1:
+        parser.error("you may only specify one input topic")
+    try:
+        window = DEFAULT_WINDOW if options.window is None else int(options.window)
+    except ValueError:
+        parser.error("window size must be an integer")
+    from pipros.cli.command_node import command_node
+    from pipros.cli.rostopic.listening import Listening, wait_for_source
+
+    with Surroundings("rostopic") as here:
+        topic = wait_for_source(here.master, here.resolve(arguments[0])).topic
+    bandwidth, lock = Bandwidth(window), threading.Lock()
+
+    def count(raw: RawMessage) -> None:
+        with lock:
+            bandwidth.add(time.monotonic(), len(raw.body))
+
+    def report() -> None:
+        with lock:
+            figures = bandwidth.figures(time.monotonic())
+        if figures is not None:
+            print(describe(*figures), flush=True)
+
+    with command_node("rostopic", argv) as node:
+        listening = Listening(node)
+        listening.subscribe(topic, count)
+        print(f"subscribed to [{topic}]", flush=True)
+        try:
+            while not listening.wait(REPORT_PERIOD_S):
+                report()
+        except KeyboardInterrupt:
+            report()
+    return 0
+
+
+def describe(bytes_a_second: float, sizes: Figures) -> str:
+    return (
+        f"average: {as_bytes(bytes_a_second)}/s\n"
+        f"\tmean: {as_bytes(sizes.mean)} min: {as_bytes(sizes.minimum)} max: {as_bytes(sizes.maximum)}"
+        f" window: {sizes.count}"
+    )

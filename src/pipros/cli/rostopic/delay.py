@@ -1,0 +1,99 @@
+"""`rostopic delay`: how old messages are when they arrive, by the stamp in their header."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from pipros.cli.program import Surroundings
+from pipros.cli.rostopic.samples import DEFAULT_WINDOW, Figures, Samples
+from pipros.names import parse_arguments
+
+if TYPE_CHECKING:
+    from pipros.cli.rostopic.raw import RawMessage
+
+REPORT_PERIOD_S = 1.0
+
+
+def measure_delay(argv: Sequence[str]) -> int:
+    from argparse import ArgumentParser
+
+    # Noetic parses this one subcommand with argparse, so that help and mistakes look different.
+    parser = ArgumentParser(prog="rostopic", usage="rostopic delay [options] /topic")
+    parser.add_argument("topic", help="topic name to be calcurated the delay")
+    parser.add_argument(
+        "-w",
+        "--window",
+        dest="window_size",
+        default=DEFAULT_WINDOW,
+        type=int,
+        help="window size, in # of messages, for calculating rate",
+    )
+    parser.add_argument(
+        "--tcpnodelay",
+        dest="tcp_nodelay",
+        action="store_true",
+        help="use the TCP_NODELAY transport hint when subscribing to topics",
+    )
+    options = parser.parse_args(list(parse_arguments(argv).rest))
+    from pipros.cli.command_node import command_node
+    from pipros.cli.rostopic.listening import Listening, wait_for_source
+
+    with Surroundings("rostopic") as here:
+        topic = wait_for_source(here.master, here.resolve(options.topic)).topic
+    with command_node("rostopic", argv) as node:
+        listening = Listening(node)
+        delays = Delays(options.window_size)
+        clock = node.clock
+        listening.subscribe(
+            topic, lambda raw: delays.add(raw, clock.now_ns()), tcp_nodelay=options.tcp_nodelay
+        )
+        print(f"subscribed to [{topic}]", flush=True)
+        try:
+            while not listening.wait(REPORT_PERIOD_S):
+                delays.report()
+        except KeyboardInterrupt:
+            delays.report()
+    return 0
+
+
+class Delays:
+    """Collects delays in any thread, and prints what is new."""
+
+    def __init__(self, window: int = DEFAULT_WINDOW) -> None:
+        from pipros.cli.rostopic.raw import MessageClasses
+
+        self._classes = MessageClasses()
+        self._delays_s = Samples(window)
+        self._lock = threading.Lock()
+        self._has_news = False
+        self._is_told = False
+
+    def add(self, raw: RawMessage, now_ns: int) -> None:
+        """Takes over a message that arrived at `now_ns`; one without a header is complained about, once."""
+        message = self._classes.decode(raw)
+        if not message._has_header:
+            if not self._is_told:
+                self._is_told = True
+                print(f"[ERROR] [{now_ns / 1e9:.6f}]: msg does not have header", file=sys.stderr, flush=True)
+            return
+        with self._lock:
+            self._delays_s.add((now_ns - message.header.stamp.to_nsec()) / 1e9)
+            self._has_news = True
+
+    def report(self) -> None:
+        with self._lock:
+            has_news, self._has_news = self._has_news, False
+            figures = self._delays_s.figures()
+        if has_news and figures is not None and figures.count > 1:
+            print(describe(figures), flush=True)
+
+
+def describe(figures: Figures) -> str:
+    return (
+        f"average delay: {figures.mean:.3f}\n"
+        f"\tmin: {figures.minimum:.3f}s max: {figures.maximum:.3f}s"
+        f" std dev: {figures.deviation:.5f}s window: {figures.count}"
+    )

@@ -1,0 +1,93 @@
+"""Listening on behalf of a command: it waits for topics, subscribes, and ends when the command does."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pipros.cli.rostopic.fields import InvalidIndex, Step, has_field, parse_path
+from pipros.cli.rostopic.raw import RawMessage, installed_class
+from pipros.cli.rostopic.types import topic_type
+from pipros.net.master import MasterClient
+from pipros.node import Node
+
+LOOK_PERIOD_S = 0.1
+"""How often the master is asked again for a topic that is not there yet."""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A topic, and the part of its messages that is asked for."""
+
+    topic: str
+    path: tuple[Step, ...]
+
+
+def wait_for_source(master: MasterClient, name: str) -> Source:
+    """The topic that `name` means, as soon as the master knows it; says so once when it has to wait.
+
+    Blocks until then; Ctrl-C ends it.
+    """
+    is_told = False
+    while True:
+        type_name, topic = topic_type(master, name.partition("[")[0])
+        if type_name is not None:
+            source = Source(topic, _parse(name[len(topic) :]))
+            message_class = installed_class(type_name)
+            if message_class is None or has_field(message_class, source.path):
+                return source
+        if not is_told:
+            is_told = True
+            print(f"WARNING: topic [{name}] does not appear to be published yet", file=sys.stderr, flush=True)
+        time.sleep(LOOK_PERIOD_S)
+
+
+def _parse(path: str) -> tuple[Step, ...]:
+    try:
+        return tuple(parse_path(path))
+    except InvalidIndex as error:  # Noetic then shows the whole message
+        print(error, file=sys.stderr)
+        return ()
+
+
+class Listening:
+    """The subscriptions of a command, and the end that its callbacks and its waiting agree on."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._is_over = threading.Event()
+        self._error: BaseException | None = None
+        node.at_end(self._is_over.set)
+
+    def subscribe(
+        self, topic: str, callback: Callable[[RawMessage], object], *, tcp_nodelay: bool = False
+    ) -> None:
+        """Has `callback` called with each message, undecoded. An exception in it ends the command."""
+
+        def guarded(message: RawMessage) -> None:
+            if self._is_over.is_set():
+                return
+            try:
+                callback(message)
+            except BaseException as error:  # it is raised again where the command waits
+                self._error = error
+                self._is_over.set()
+
+        self._node.subscribe(topic, RawMessage, guarded, tcp_nodelay=tcp_nodelay)
+
+    def finish(self) -> None:
+        """Ends the waiting. No callback is called any more."""
+        self._is_over.set()
+
+    def wait(self, timeout_s: float | None = None) -> bool:
+        """Waits until the command is to end; False when the time is over first.
+
+        Raises whatever a callback raised.
+        """
+        is_over = self._is_over.wait(timeout_s)
+        if self._error is not None:
+            raise self._error
+        return is_over

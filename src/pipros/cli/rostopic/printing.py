@@ -1,0 +1,93 @@
+"""Prints the messages of `rostopic echo`, one after the other, in the form that its options ask for."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from pipros.cli.rostopic.brief import Briefing
+from pipros.cli.rostopic.echo import CLEAR_SCREEN, EchoOptions
+from pipros.cli.rostopic.fields import Part, extract
+from pipros.cli.rostopic.filters import MessageFilter
+from pipros.cli.rostopic.listening import Source
+from pipros.cli.rostopic.plot import Plot
+from pipros.cli.rostopic.raw import MessageClasses, RawMessage
+from pipros.errors import NotFound
+from pipros.msg.text import strify_message
+from pipros.msg.time import Time
+from pipros.node.clock import Clock
+
+
+class MessagePrinter:
+    """Shows messages until it has shown enough."""
+
+    def __init__(
+        self, options: EchoOptions, source: Source, clock: Clock, finish: Callable[[], object]
+    ) -> None:
+        """`finish` is called when the last message that is wanted has been shown."""
+        self._options = options
+        self._source = source
+        self._clock = clock
+        self._finish = finish
+        self._classes = MessageClasses()
+        self._left = options.count
+        self._filter = MessageFilter(options.expression) if options.expression else None
+        self._plot = Plot(no_arrays=options.no_arrays, no_texts=options.no_texts)
+        self._briefing = Briefing(no_arrays=options.no_arrays, no_texts=options.no_texts)
+        self._is_brief = options.no_arrays or options.no_texts
+        self._has_heading = False
+        if self._left is not None and self._left <= 0:
+            finish()
+
+    def show(self, raw: RawMessage) -> None:
+        """Prints a message, or the part of it that is asked for; one without that part is skipped, aloud."""
+        message = self._classes.decode(raw)
+        if self._filter is not None and not self._filter(message, self._source.topic):
+            return
+        try:
+            part = extract(message, self._source.path)
+        except NotFound as error:
+            print(error, file=sys.stderr)
+            return
+        except IndexError as error:
+            print(f"{error}: {self._described_path()}", file=sys.stderr)
+            return
+        text = self._as_row(message, part) if self._options.plot else self._as_text(part)
+        sys.stdout.write(text)
+        sys.stdout.flush()
+        if self._left is not None:
+            self._left -= 1
+            if self._left <= 0:
+                self._finish()
+
+    def _as_text(self, part: Part) -> str:
+        value = self._briefing.of(part) if self._is_brief else _readable(part)
+        now = _time(self._clock.now_ns()) if self._options.offset else None
+        text = strify_message(value, time_offset=now, fixed_numeric_width=self._options.width)
+        return (CLEAR_SCREEN if self._options.clear else "") + text + "\n---\n"
+
+    def _as_row(self, message: Any, part: Part) -> str:
+        now_ns = self._clock.now_ns()
+        is_stamped = part.value is message and message._has_header
+        time_ns = message.header.stamp.to_nsec() if is_stamped else now_ns
+        heading = ""
+        if not self._has_heading:
+            self._has_heading = True
+            heading = self._plot.heading(part) + "\n"
+        return heading + self._plot.row(part, time_ns, now_ns if self._options.offset else 0) + "\n"
+
+    def _described_path(self) -> str:
+        steps = self._source.path
+        return "".join(f"/{step.name}" + ("" if step.index is None else f"[{step.index}]") for step in steps)
+
+
+def _readable(part: Part) -> Any:
+    """The octets of a `uint8[]` field as numbers, as they are inside of a message."""
+    if isinstance(part.value, (bytes, bytearray)) and (part.type_name or "").startswith("uint8["):
+        return list(part.value)
+    return part.value
+
+
+def _time(nanoseconds: int) -> Time:
+    return Time(*divmod(nanoseconds, 1_000_000_000))

@@ -1,0 +1,251 @@
+"""`rostopic pub`."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from optparse import OptionParser
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipros.cli.program import CommandError, Surroundings, option_parser
+from pipros.names import parse_arguments
+
+if TYPE_CHECKING:
+    from pipros.msg.base import Message
+    from pipros.node import Node, Publisher
+
+ONCE_S = 3.0
+"""How long a message that is published once stays available."""
+DOCUMENTS_RATE_HZ = 10.0
+LINK_DEADLINE_S = 1.0
+"""How long to wait for the links to subscribers that are there already, so that they miss nothing."""
+LOOK_PERIOD_S = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class PubOptions:
+    """What is published, and how often.
+
+    Attributes:
+        topic, type_name: as typed.
+        words: the values on the command line, as YAML; none when they come from a file or a pipe.
+        file: YAML documents, one a message.
+        rate_hz: None when it was not given.
+        once: end after one message.
+        latch: keep the first message for later subscribers.
+        verbose: print each message.
+        substitute: `now` and `auto` mean each message's own time.
+        ros_time: those times follow a simulated clock.
+    """
+
+    topic: str
+    type_name: str
+    words: tuple[str, ...]
+    file: str | None
+    rate_hz: float | None
+    once: bool
+    latch: bool
+    verbose: bool
+    substitute: bool
+    ros_time: bool
+
+
+def publish(argv: Sequence[str]) -> int:
+    parser, options = _parse(list(parse_arguments(argv).rest))
+    with Surroundings("rostopic") as here:
+        here.master.get_pid()  # without a master there is nobody to publish to
+    from pipros.cli.command_node import command_node
+    from pipros.cli.rostopic.values import Template, message_class_of, read_values
+
+    message_class = message_class_of(options.type_name)
+    values = read_values(parser, options.words)
+    if not values and options.file is None:
+        if not message_class.__slots__:
+            values = []
+        elif sys.stdin.isatty():
+            parser.error("Please specify message values")
+    template = Template(message_class)
+    with command_node("rostopic", argv) as node:
+        now_ns = node.clock.now_ns if options.ros_time else time.time_ns
+        run = _Run(node, options, message_class)
+        if values is not None:
+            run.publish_values(lambda: template.fill(values, now_ns()))
+        else:
+            run.publish_documents(
+                template.fill([document], now_ns()) for document in _documents(options.file)
+            )
+    return 0
+
+
+class _Run:
+    """One publishing command at work."""
+
+    def __init__(self, node: Node, options: PubOptions, message_class: type[Message]) -> None:
+        self._node = node
+        self._options = options
+        self._message_class = message_class
+
+    def publish_values(self, make: Callable[[], Message]) -> None:
+        """Publishes what the command line says: latched, or again and again."""
+        options, first = self._options, make()
+        if options.rate_hz is None:
+            publisher = self._advertise(latch=True)
+            self._announce(first)
+            publisher.publish(first)
+            self._node.wait_for_shutdown(ONCE_S if options.once else None)
+            return
+        publisher = self._advertise(latch=options.latch)
+        message = first
+        for _ in self._beats(options.rate_hz):
+            self._say(message)
+            publisher.publish(message)
+            if options.substitute:
+                message = make()
+
+    def publish_documents(self, messages: Iterable[Message]) -> None:
+        """Publishes one message after the other; with `once` or `latch` only the first."""
+        options = self._options
+        is_single = options.once or options.latch
+        publisher = self._advertise(latch=is_single)
+        beats = self._beats(options.rate_hz or DOCUMENTS_RATE_HZ)
+        for message in messages:
+            if is_single:
+                self._announce(message)
+                publisher.publish(message)
+                self._node.wait_for_shutdown(ONCE_S if options.once else None)
+                return
+            if next(beats, None) is None:
+                return
+            self._say(message)
+            publisher.publish(message)
+
+    def _advertise(self, *, latch: bool) -> Publisher:
+        """Advertises the topic, and waits a little for the subscribers that it has already."""
+        publisher = self._node.advertise(
+            self._options.topic, self._message_class, queue_size=100, latch=latch
+        )
+        expected = dict(self._node.master.get_system_state()[1]).get(publisher.topic, [])
+        deadline = time.monotonic() + LINK_DEADLINE_S
+        while publisher.connection_count < len(expected) and time.monotonic() < deadline:
+            self._node.wait_for_shutdown(LOOK_PERIOD_S)
+        return publisher
+
+    def _beats(self, rate_hz: float) -> Iterator[None]:
+        """Yields at once, and then at the given rate, until the node ends."""
+        clock, period_s = self._node.clock, 1.0 / rate_hz
+        due = time.monotonic()
+        while not self._node.is_shutdown:
+            yield
+            due += period_s
+            if clock.is_simulated and self._options.ros_time:
+                clock.sleep(period_s)
+            else:
+                self._node.wait_for_shutdown(max(due - time.monotonic(), 0))
+
+    def _announce(self, message: Message) -> None:
+        shown = f"[{message}]" if self._options.verbose else "message"
+        end = f" for {ONCE_S} seconds" if self._options.once else ". Press ctrl-C to terminate"
+        print(f"publishing and latching {shown}{end}", flush=True)
+
+    def _say(self, message: Message) -> None:
+        if self._options.verbose:
+            print(f"publishing {message}", flush=True)
+
+
+def _documents(file: str | None) -> Iterator[Any]:
+    """The YAML documents of a file, or of standard input as they arrive; empty ones are left out."""
+    from pipros.safe.yaml import load, load_all
+
+    if file is not None:
+        yield from (document for document in load_all(Path(file).read_text("utf-8"), file, angles=False))
+        return
+    lines: list[str] = []
+    for line in sys.stdin:
+        if line.strip() != "---":
+            lines.append(line)
+            continue
+        if document := load("".join(lines), "standard input", angles=False):
+            yield document
+        lines.clear()
+    if document := load("".join(lines), "standard input", angles=False):
+        yield document
+
+
+def _parse(argv: list[str]) -> tuple[OptionParser, PubOptions]:
+    parser = option_parser("rostopic", "pub /topic type [args...]")
+    add = parser.add_option
+    add("-v", dest="verbose", action="store_true", default=False, help="print verbose output")
+    add(
+        "-r",
+        "--rate",
+        dest="rate",
+        metavar="RATE",
+        help="publishing rate (hz).  For -f and stdin input, this defaults to 10.  Otherwise it is not set.",
+    )
+    add("-1", "--once", dest="once", action="store_true", default=False, help="publish one message and exit")
+    add("-f", "--file", dest="file", metavar="FILE", help="read args from YAML file (Bagy)")
+    add(
+        "-l",
+        "--latch",
+        dest="latch",
+        action="store_true",
+        default=False,
+        help="enable latching for -f, -r and piped input.  This latches the first message.",
+    )
+    add(
+        "-s",
+        "--substitute-keywords",
+        dest="substitute",
+        action="store_true",
+        default=False,
+        help="When publishing with a rate, performs keyword ('now' or 'auto') substitution for each message",
+    )
+    add(
+        "--use-rostime",
+        dest="ros_time",
+        action="store_true",
+        default=False,
+        help="use rostime for time stamps, else walltime is used",
+    )
+    options, arguments = parser.parse_args(argv)
+    rate_hz = _rate(parser, options.rate)
+    if rate_hz is not None and options.once:
+        parser.error("You cannot select both -r and -1 (--once)")
+    if not arguments:
+        parser.error("/topic must be specified")
+    if len(arguments) == 1:
+        parser.error("topic type must be specified")
+    topic, type_name, *words = arguments
+    if "/" not in type_name:
+        raise CommandError(f"invalid topic type: {type_name}")
+    if options.file and words:
+        parser.error("args conflict with -f setting")
+    if options.file and not Path(options.file).is_file():
+        raise CommandError(f"file does not exist: {options.file}")
+    return parser, PubOptions(
+        topic,
+        type_name,
+        tuple(words),
+        options.file,
+        rate_hz,
+        options.once,
+        options.latch,
+        options.verbose,
+        options.substitute,
+        options.ros_time,
+    )
+
+
+def _rate(parser: OptionParser, text: str | None) -> float | None:
+    if text is None:
+        return None
+    try:
+        rate_hz = float(text)
+    except ValueError:
+        parser.error("rate must be a number")
+    if rate_hz <= 0:
+        parser.error("rate must be greater than zero")
+    return rate_hz
