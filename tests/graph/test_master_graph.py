@@ -1,0 +1,259 @@
+"""A running master: notices, vanished nodes, duplicate names, a restart with its store."""
+
+from __future__ import annotations
+
+import os
+import socket
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipros.env import Environment
+from pipros.errors import Refused, Unreachable
+from pipros.master import liveness, notifier
+from pipros.master.server import Master
+from pipros.master.statistics import describe
+from pipros.net import address
+from pipros.net.master import MasterClient
+from tests.support.slaves import FakeSlave, SilentSlave
+from tests.support.waiting import wait_until
+
+
+@pytest.fixture
+def master() -> Iterator[Master]:
+    with Master(port=0) as running:
+        yield running
+
+
+@pytest.fixture
+def slave() -> Iterator[FakeSlave]:
+    found = FakeSlave()
+    yield found
+    found.stop()
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A master that makes up its mind in a moment."""
+    monkeypatch.setattr(liveness, "CONFIRMATION_PAUSE_S", 0.02)
+    monkeypatch.setattr(liveness, "ROUND_S", 0.1)
+    monkeypatch.setattr(liveness, "ANSWER_S", 0.3)
+
+
+def client(master: Master, name: str) -> MasterClient:
+    return MasterClient(master.uri, name, timeout_s=10)
+
+
+def figures(master: Master) -> Any:
+    return client(master, "/test").call("pipros.getStatistics")
+
+
+def test_the_master_answers_as_soon_as_it_is_started_and_no_more_when_it_is_stopped() -> None:
+    with Master(port=0, parameters={"/run_id": "abc", "/a/b": 1}) as master:
+        me = client(master, "/me")
+        assert me.get_uri() == master.uri
+        assert me.get_pid() == os.getpid()
+        assert me.get_param("/") == {"run_id": "abc", "a": {"b": 1}}
+    with pytest.raises(Unreachable, match="Is roscore running"):
+        me.get_uri()
+    master.stop()
+
+
+def test_a_port_that_is_taken_is_an_error_and_leaves_nothing_behind(master: Master) -> None:
+    threads = threading.active_count()
+    with pytest.raises(OSError, match=r"in use"):
+        Master(port=master.port).start()
+    assert threading.active_count() == threads
+
+
+def test_what_the_master_refuses_is_raised_with_its_words(master: Master) -> None:
+    with pytest.raises(Refused) as caught:
+        client(master, "/me").get_param("/nope")
+    assert (caught.value.code, caught.value.text) == (-1, "Parameter [/nope] is not set")
+
+
+def test_subscribers_are_told_of_publishers_that_come_and_go(master: Master, slave: FakeSlave) -> None:
+    client(master, "/s").register_subscriber("/t", "x/Y", slave.api)
+    talker = client(master, "/p")
+    assert talker.register_publisher("/t", "x/Y", "http://127.0.0.1:9/") == [slave.api]
+    wait_until(lambda: slave.publishers() == [["http://127.0.0.1:9/"]])
+    talker.unregister_publisher("/t", "http://127.0.0.1:9/")
+    wait_until(lambda: slave.publishers()[-1] == [])
+    assert slave.told[0][:3] == ("publisherUpdate", "/master", "/t")
+
+
+def test_parameter_changes_arrive_in_order(master: Master, slave: FakeSlave) -> None:
+    client(master, "/s").subscribe_param(slave.api, "/count")
+    me = client(master, "/me")
+    for number in range(200):
+        me.set_param("/count", number)
+    wait_until(lambda: slave.told and slave.told[-1] == ("paramUpdate", "/master", "/count/", 199))
+    heard = [notice[3] for notice in slave.told]
+    assert heard == sorted(heard)
+
+
+def test_a_node_that_hangs_delays_nobody_and_hears_the_present_state_afterwards(
+    master: Master, slave: FakeSlave
+) -> None:
+    hanging = [SilentSlave() for _ in range(notifier.TURNS_AT_A_TIME * 2)]
+    for number, found in enumerate(hanging):
+        client(master, f"/hangs_{number}").register_subscriber("/t", "x/Y", found.api)
+    client(master, "/s").register_subscriber("/t", "x/Y", slave.api)
+    talker = client(master, "/p")
+    for number in range(1, 51):
+        talker.register_publisher("/t", "x/Y", f"http://127.0.0.1:{number}/")
+    wait_until(lambda: slave.publishers() and slave.publishers()[-1] == ["http://127.0.0.1:50/"], timeout_s=8)
+    found = figures(master)
+    assert set(found["slow_nodes"]) == {slave.api for slave in hanging}
+    assert found["notices_dropped"] == 0
+    assert all(count <= 3 for count in found["slow_nodes"].values())
+    for found in hanging:
+        found.stop()
+
+
+def test_a_duplicate_name_shuts_the_former_node_down(master: Master) -> None:
+    former, successor = FakeSlave(name="/n"), FakeSlave(name="/n")
+    client(master, "/n").register_publisher("/t", "x/Y", former.api)
+    client(master, "/n").register_publisher("/u", "x/Y", successor.api)
+    wait_until(lambda: former.told)
+    reason = "[/n] Reason: new node registered with same name"
+    assert former.told == [("shutdown", "/master", reason)]
+    assert client(master, "/x").get_system_state()[0] == [["/u", ["/n"]]]
+    assert successor.told == []
+    former.stop()
+    successor.stop()
+
+
+def test_another_node_that_got_the_address_of_the_former_one_is_left_alone(master: Master) -> None:
+    """ros_comm#2241, #2067: the port of a vanished node was given to another one meanwhile."""
+    innocent, successor, watcher = FakeSlave(name="/innocent"), FakeSlave(name="/n"), FakeSlave()
+    client(master, "/w").register_subscriber("/t", "x/Y", watcher.api)
+    client(master, "/n").register_publisher("/t", "x/Y", innocent.api)
+    client(master, "/n").register_publisher("/t", "x/Y", successor.api)
+    wait_until(lambda: watcher.publishers() and watcher.publishers()[-1] == [successor.api])
+    wait_until(lambda: figures(master)["notices_waiting"] == 0)
+    assert innocent.told == []
+    for found in (innocent, successor, watcher):
+        found.stop()
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_node_that_vanished_is_removed_and_its_subscribers_are_told(
+    master: Master, slave: FakeSlave
+) -> None:
+    gone = FakeSlave()
+    client(master, "/s").register_subscriber("/t", "x/Y", slave.api)
+    client(master, "/gone").register_publisher("/t", "x/Y", gone.api)
+    client(master, "/gone").register_service("/srv", "rosrpc://127.0.0.1:9", gone.api)
+    wait_until(lambda: slave.publishers() == [[gone.api]])
+    gone.stop()
+    wait_until(lambda: slave.publishers()[-1] == [])
+    assert client(master, "/x").get_system_state() == [[], [["/t", ["/s"]]], []]
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_node_that_is_only_silent_is_kept_and_shown_as_unreachable(master: Master) -> None:
+    silent = SilentSlave()
+    client(master, "/silent").register_publisher("/t", "x/Y", silent.api)
+    wait_until(lambda: figures(master)["unreachable_nodes"] == ["/silent"])
+    assert client(master, "/x").lookup_node("/silent") == silent.api
+    assert "Unreachable nodes:\n * /silent" in describe(master.uri, figures(master))
+    silent.stop()
+
+
+def test_statistics_tell_what_the_master_has_done(master: Master, slave: FakeSlave) -> None:
+    client(master, "/s").register_subscriber("/t", "x/Y", slave.api)
+    client(master, "/s").set_param("/a", {"b": 1, "c": 2})
+    with socket.create_connection(("127.0.0.1", master.port)) as stranger:
+        stranger.sendall(b"GET / HTTP/1.0\r\n\r\n")
+        assert stranger.recv(100)
+    found = figures(master)
+    assert (found["nodes"], found["topics_subscribed"], found["parameters"]) == (1, 1, 2)
+    assert found["calls_by_method"]["setParam"] == 1
+    assert found["refused_by_peer"] == {"127.0.0.1": 1}
+    text = describe(master.uri, found)
+    assert "Nodes: 1, topics published: 0, subscribed: 1, services: 0, parameters: 2" in text
+    assert " * 127.0.0.1 1" in text
+
+
+# ---- guards
+
+
+@pytest.mark.parametrize(
+    ("variables", "host", "who"),
+    [
+        ({}, "127.0.0.1", "for this computer only"),
+        ({"ROS_IP": "127.0.0.1"}, "127.0.0.1", "for this computer only"),
+        ({"ROS_HOSTNAME": "robot"}, address.ANY, "open to everybody who can reach this computer"),
+        (
+            {"ROS_MASTER_URI": "http://robot:11311"},
+            address.ANY,
+            "open to everybody who can reach this computer",
+        ),
+    ],
+)
+def test_only_loopback_is_bound_unless_the_environment_opens_it(
+    variables: dict[str, str], host: str, who: str
+) -> None:
+    master = Master(port=0, environment=Environment.from_os(variables))
+    assert (master.host, master.binding) == (host, f"listens on {host}, {who}")
+
+
+def test_an_open_master_lets_in_the_allowed_networks_and_this_computer_only() -> None:
+    master = Master(port=0, host=address.ANY, allow=["10.0.0.0/8", "192.168.1.7"])
+    assert master.binding == "listens on 0.0.0.0, open to 10.0.0.0/8, 192.168.1.7/32"
+    with master:
+        assert client(master, "/me").get_pid()
+    admitted = {peer: master._admits(peer) for peer in ("10.1.2.3", "::ffff:10.1.2.3", "127.0.0.1", "::1")}
+    assert all(admitted.values())
+    assert not any(master._admits(peer) for peer in ("11.0.0.1", "192.168.1.8", "fe80::1%eth0", "nonsense"))
+
+
+def test_a_network_that_is_none_is_refused() -> None:
+    with pytest.raises(ValueError, match="nonsense"):
+        Master(port=0, allow=["nonsense"])
+
+
+def test_the_master_ends_on_request_of_this_computer() -> None:
+    asked = threading.Event()
+    with Master(port=0, on_shutdown=lambda _: asked.set()) as master:
+        client(master, "/me").call("shutdown", "bye")
+        assert asked.wait(10)
+
+
+# ---- resuming
+
+
+def test_a_restarted_master_remembers_parameters_and_the_nodes_that_are_still_there(tmp_path: Path) -> None:
+    store = tmp_path / "master.db"
+    here, gone, other = FakeSlave(name="/here"), FakeSlave(name="/gone"), FakeSlave(name="/somebody_else")
+    silent = SilentSlave()
+    with Master(port=0, store=store, parameters={"/run_id": "first"}) as master:
+        client(master, "/here").register_publisher("/t", "x/Y", here.api)
+        client(master, "/here").register_service("/srv", "rosrpc://127.0.0.1:9", here.api)
+        client(master, "/gone").register_publisher("/t", "x/Y", gone.api)
+        client(master, "/replaced").register_publisher("/t", "x/Y", other.api)
+        client(master, "/silent").register_publisher("/t", "x/Y", silent.api)
+        client(master, "/x").set_param("/robot", {"name": "r", "gains": [1.5, 2]})
+        client(master, "/x").delete_param("/robot/name")
+    gone.stop()
+    with Master(port=0, store=store, parameters={"/run_id": "second"}) as master:
+        me = client(master, "/x")
+        assert me.get_param("/") == {"robot": {"gains": [1.5, 2]}, "run_id": "second"}
+        assert me.get_system_state() == [[["/t", ["/here", "/silent"]]], [], [["/srv", ["/here"]]]]
+        assert me.lookup_service("/srv") == "rosrpc://127.0.0.1:9"
+        assert me.get_topic_types() == [["/t", "x/Y"]]
+    assert here.told == []
+    for found in (here, other, silent):
+        found.stop()
+
+
+def test_a_store_that_is_none_is_set_aside_and_the_master_starts_all_the_same(tmp_path: Path) -> None:
+    store = tmp_path / "master.db"
+    store.write_text("my diary")
+    with Master(port=0, store=store) as master:
+        assert client(master, "/x").get_param_names() == []
+    assert (tmp_path / "master.db.unusable-1").read_text() == "my diary"
