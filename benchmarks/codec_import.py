@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""How long the first use of a message type takes in a fresh process: pipros beside genuine genpy.
+
+    benchmarks/codec_import.py [--rounds 10]
+
+Cold is the first process that uses a type at all, warm any later one: the type comes from the cache
+of compiled types. Like in codec.py both run in the Python that genuine ROS belongs to, by turns.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+
+PYTHON = "/usr/bin/python3"
+SOURCES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "src")
+PROGRAM = """
+import time
+start = time.perf_counter()
+{imports}
+from sensor_msgs.msg import Image
+Image()
+print((time.perf_counter() - start) * 1e3)
+"""
+HOOK = "import pipros.startup"
+TARGETS_MS = {"cold": 30, "warm": 5}
+
+
+def milliseconds(options, imports, **variables):
+    """What one fresh process says of the import."""
+    environment = {"PATH": "/usr/bin:/bin", **variables}
+    command = [PYTHON, *options, "-c", PROGRAM.format(imports=imports)]
+    answer = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)  # noqa: S603
+    return float(answer.stdout)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=10)
+    rounds = parser.parse_args().rounds
+    best = dict.fromkeys(("genuine", "cold", "warm"), float("inf"))
+    with tempfile.TemporaryDirectory() as modules:
+        for _ in range(rounds):
+            with tempfile.TemporaryDirectory() as home:
+                ours = {"PYTHONPATH": SOURCES, "PYTHONPYCACHEPREFIX": modules, "ROS_HOME": home}
+                times = {
+                    "genuine": milliseconds([], ""),
+                    "cold": milliseconds(["-S"], HOOK, **ours),
+                    "warm": milliseconds(["-S"], HOOK, **ours),
+                }
+            best.update({name: min(best[name], time) for name, time in times.items()})
+    print("| first use of sensor_msgs/Image | ms | wanted |")
+    print("| --- | ---: | ---: |")
+    print(f"| genuine | {best['genuine']:.1f} | |")
+    for name, target in TARGETS_MS.items():
+        print(
+            f"| pipros, {name} | {best[name]:.1f} | {target} {'ok' if best[name] <= target else 'MISSED'} |"
+        )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
