@@ -20,7 +20,8 @@ LAYERS: list[set[str]] = [
     {"net", "workspace"},
     {"master", "node"},
     {"launch", "graph"},
-    {"testing", "cli"},
+    {"testing"},
+    {"cli"},
 ]
 LEVEL = {room: level for level, rooms in enumerate(LAYERS) for room in rooms}
 

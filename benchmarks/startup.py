@@ -1,0 +1,206 @@
+#!/usr/bin/env python3
+"""How long a person waits: commands and launches of pipros beside genuine ROS, in one run.
+
+    benchmarks/startup.py [--rounds 5] [--only rostopic,roslaunch]
+
+Both worlds take turns, each against a master of its own, and the median counts. Without genuine ROS 1 only
+pipros is measured. Other work on the machine disturbs the figures: the ratio is what to look at.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import socket
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from xmlrpc.client import ServerProxy
+
+EXAMPLE = Path(__file__).resolve().parents[1] / "examples" / "catkin_ws" / "src"
+READY_WITHIN_S = 30.0
+
+
+class World:
+    """One implementation: how its programs are started. A folder of its own is its home."""
+
+    def __init__(self, name: str, path: str, home: Path, **variables: str) -> None:
+        self.name = name
+        home.mkdir()
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            self.port = probe.getsockname()[1]
+        self.environment = {
+            "PATH": path,
+            "HOME": str(home),
+            "ROS_HOME": str(home / ".ros"),
+            "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
+            "ROS_PACKAGE_PATH": str(EXAMPLE),
+            "ROS_IP": "127.0.0.1",
+            "LANG": "C.UTF-8",
+            "PYTHONUNBUFFERED": "1",
+            **variables,
+        }
+
+    def run(self, *argv: str) -> float:
+        """Seconds from start to end of a command that must succeed."""
+        began = time.perf_counter()
+        ended = subprocess.run(argv, env=self.environment, capture_output=True, text=True, check=False)
+        seconds = time.perf_counter() - began
+        if ended.returncode:
+            raise SystemExit(f"{self.name}: {' '.join(argv)} failed:\n{ended.stdout}{ended.stderr}")
+        return seconds
+
+    def run_until(self, line: str, *argv: str) -> tuple[float, float]:
+        """Seconds until a line with that text, and from Ctrl-C to the end of everything."""
+        began = time.perf_counter()
+        process = subprocess.Popen(
+            argv,
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
+        assert process.stdout
+        printed = []
+        for printed_line in process.stdout:
+            printed.append(printed_line)
+            if line in printed_line:
+                break
+        else:
+            raise SystemExit(f"{self.name}: {' '.join(argv)} ended without '{line}':\n{''.join(printed)}")
+        seen = time.perf_counter()
+        os.killpg(process.pid, signal.SIGINT)
+        process.stdout.read()
+        process.wait()
+        return seen - began, time.perf_counter() - seen
+
+    @contextmanager
+    def master(self) -> Iterator[None]:
+        core = subprocess.Popen(
+            ["roscore", "-p", str(self.port)],
+            env=self.environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        try:
+            self._wait_for_rosout()
+            yield
+        finally:
+            core.send_signal(signal.SIGINT)
+            core.wait()
+
+    def _wait_for_rosout(self) -> None:
+        deadline = time.monotonic() + READY_WITHIN_S
+        while time.monotonic() < deadline:
+            try:
+                with ServerProxy(self.environment["ROS_MASTER_URI"]) as master:
+                    if master.lookupNode("/benchmark", "/rosout")[0] == 1:  # type: ignore[index]
+                        return
+            except OSError:
+                pass
+            time.sleep(0.02)
+        raise SystemExit(f"{self.name}: no roscore within {READY_WITHIN_S} s")
+
+
+def commands(world: World) -> dict[str, float]:
+    with world.master():
+        return {
+            "rostopic list": world.run("rostopic", "list"),
+            "rosnode list": world.run("rosnode", "list"),
+            "rosparam get /rosversion": world.run("rosparam", "get", "/rosversion"),
+        }
+
+
+def imports(world: World) -> dict[str, float]:
+    return {"import rospy": world.run("python3", "-c", "import rospy")}
+
+
+def core(world: World) -> dict[str, float]:
+    up, down = world.run_until("started core service", "roscore", "-p", str(world.port))
+    return {"roscore: up": up, "roscore: gone after Ctrl-C": down}
+
+
+def node(world: World) -> dict[str, float]:
+    with world.master():
+        up, down = world.run_until("%25", "rosrun", "composiv_tryouts", "composiv_talker.py")
+    return {"rosrun talker: first line": up, "rosrun talker: gone after Ctrl-C": down}
+
+
+def launch(world: World) -> dict[str, float]:
+    argv = ("roslaunch", "--screen", "composiv_tryouts", "composiv_tryout.launch")
+    up, down = world.run_until("Battery level of vehicle", *argv)
+    return {"roslaunch: first message heard": up, "roslaunch: gone after Ctrl-C": down}
+
+
+def test(world: World) -> dict[str, float]:
+    return {"rostest": world.run("rostest", "composiv_tryouts", "composiv_tryout.launch")}
+
+
+SCENES: dict[str, Callable[[World], dict[str, float]]] = {
+    "rostopic": commands,
+    "import": imports,
+    "roscore": core,
+    "rosrun": node,
+    "roslaunch": launch,
+    "rostest": test,
+}
+
+
+@contextmanager
+def generated_messages(folder: Path) -> Iterator[Path | None]:
+    """What genuine ROS needs before it can run the example: its messages, generated. None without it."""
+    generator = Path("/usr/lib/genpy/genmsg_py.py")
+    if not Path("/usr/bin/roslaunch").exists() or not generator.exists():
+        yield None
+        return
+    package = folder / "composiv_tryouts"
+    messages = package / "msg"
+    messages.mkdir(parents=True)
+    (package / "__init__.py").touch()
+    definition = EXAMPLE / "composiv_tryouts" / "msg" / "BatteryLevel.msg"
+    options = ("-p", "composiv_tryouts", "-o", str(messages))
+    for what in ([str(definition), *options], ["--initpy", *options]):
+        subprocess.run(["/usr/bin/python3", str(generator), *what], check=True, env={"PATH": "/usr/bin:/bin"})
+    yield folder
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--only", default=",".join(SCENES), help="comma-separated: " + ", ".join(SCENES))
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        worlds = [World("pipros", f"{Path(sys.executable).parent}:/usr/bin:/bin", folder / "pipros")]
+        with generated_messages(folder / "generated") as generated:
+            if generated:
+                path = f"{EXAMPLE}:/usr/share"
+                more = {"PYTHONPATH": str(generated), "ROS_PACKAGE_PATH": path}
+                worlds.append(World("genuine", "/usr/bin:/bin", folder / "genuine", **more))
+            measured: dict[str, dict[str, list[float]]] = {}
+            for _ in range(arguments.rounds):
+                for scene in arguments.only.split(","):
+                    for world in worlds:
+                        for what, seconds in SCENES[scene](world).items():
+                            measured.setdefault(what, {}).setdefault(world.name, []).append(seconds)
+    print(f"{'seconds, median of ' + str(arguments.rounds):36}{'pipros':>9}{'genuine':>9}{'ratio':>9}")
+    for what, by_world in measured.items():
+        ours = statistics.median(by_world["pipros"])
+        line = f"{what:36}{ours:9.3f}"
+        if "genuine" in by_world:
+            theirs = statistics.median(by_world["genuine"])
+            line += f"{theirs:9.3f}{theirs / ours:8.1f}x"
+        print(line)
+
+
+if __name__ == "__main__":
+    main()
