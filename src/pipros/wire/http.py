@@ -139,6 +139,8 @@ class _Reader:
         if not self._searched:  # blank lines before a start line are to be skipped (RFC 9112, 2.2)
             while buffer and buffer[0] in b"\r\n":
                 del buffer[0]
+            if buffer and not 0x41 <= buffer[0] <= 0x5A:  # TLS, say: no need to wait for more of it
+                raise HttpError(400, f"no HTTP message: it begins with {bytes(buffer[:20])!r}")
         end = _END_OF_HEAD.search(buffer, max(0, self._searched - 3))
         if (end.start() if end else len(buffer)) > self._head_limit:
             raise HttpLimitExceeded(431, f"an HTTP head of more than {self._head_limit} bytes")

@@ -81,7 +81,8 @@ def test_bare_newlines_and_blank_lines_before_a_request_are_borne() -> None:
 @pytest.mark.parametrize(
     ("stream", "status"),
     [
-        (b"\x16\x03\x01\x02\x00\x01\r\n\r\n", 400),
+        (b"\x16\x03\x01", 400),
+        (b"HELO\r\n\r\n", 400),
         (request(start="GET / HTTP/1.1"), 405),
         (request(start="POST / HTTP/2.0"), 505),
         (request(start="POST  / HTTP/1.1"), 400),

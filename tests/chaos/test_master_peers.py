@@ -1,0 +1,246 @@
+"""Hostile, silent and broken peers of the master: it goes on answering everybody else.
+
+The master runs in a process of its own, so that what the peers cost the test is not counted. Each
+attack goes on while a bystander asks; every answer has to come within a second, which a healthy
+master misses by a factor of a hundred (`benchmarks/master.py` has the figures) and a stuck one by
+far more.
+"""
+
+from __future__ import annotations
+
+import resource
+import socket
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+import pytest
+
+from pipros.errors import Unreachable
+from pipros.net.master import MasterClient
+from pipros.wire.http import build_request
+from pipros.wire.xmlrpc import Fault, encode_call
+from tests.support.ports import ClaimedPort
+from tests.support.processes import Processes
+from tests.support.slaves import FakeSlave, SilentSlave
+from tests.support.waiting import wait_until
+
+ANSWER_S = 1.0
+BOMB = (
+    b'<?xml version="1.0"?><!DOCTYPE b [<!ENTITY a "aaaaaaaaaa">'
+    + b"".join(b'<!ENTITY a%d "%s">' % (n, b"&a%s;" % (b"%d" % (n - 1) if n else b"") * 10) for n in range(9))
+    + b"]><methodCall><methodName>&a8;</methodName></methodCall>"
+)
+
+
+class RunningMaster:
+    def __init__(self, port: int) -> None:
+        self.port = port
+        self.client = MasterClient(f"http://127.0.0.1:{port}/", "/bystander", timeout_s=ANSWER_S)
+
+    def connect(self) -> socket.socket:
+        return socket.create_connection(("127.0.0.1", self.port), 20)
+
+    def is_up(self) -> bool:
+        try:
+            return self.client.get_pid() > 0
+        except Unreachable:
+            return False
+
+    @contextmanager
+    def answering_meanwhile(self) -> Iterator[None]:
+        """Asks all the time until the block ends; fails if an answer was late."""
+        end = threading.Event()
+        failures: list[Exception] = []
+        asked = threading.Semaphore(0)
+
+        def ask() -> None:
+            while not end.is_set():
+                try:
+                    self.client.set_param("/bystander", 1)
+                    assert self.client.get_param("/bystander") == 1
+                except Exception as error:
+                    failures.append(error)
+                    return
+                finally:
+                    asked.release()
+
+        bystander = threading.Thread(target=ask)
+        bystander.start()
+        asked.acquire()
+        try:
+            yield
+            for _ in range(3):  # answers after the attack count too
+                asked.acquire(timeout=5)
+        finally:
+            end.set()
+            bystander.join()
+        assert not failures, failures
+
+
+@pytest.fixture
+def master(processes: Processes, claimed_port: ClaimedPort) -> RunningMaster:
+    processes.start(sys.executable, "-m", "pipros.cli.rosmaster", "--core", "-p", str(claimed_port.number))
+    running = RunningMaster(claimed_port.number)
+    wait_until(running.is_up)
+    return running
+
+
+def read_to_end(peer: socket.socket) -> bytes:
+    received = b""
+    with suppress(ConnectionResetError):
+        while data := peer.recv(65536):
+            received += data
+    return received
+
+
+def send_until_refused(peer: socket.socket, piece: bytes, count: int) -> int:
+    """How many pieces were taken before the master closed the connection."""
+    for sent in range(count):
+        try:
+            peer.sendall(piece)
+        except (ConnectionResetError, BrokenPipeError):
+            return sent
+    return count
+
+
+def test_connections_that_stay_half_open(master: RunningMaster) -> None:
+    pieces = [
+        b"",
+        b"POST",
+        b"POST / HTTP/1.1\r\nContent-Length: 100\r\n",
+        b"POST / HTTP/1.1\r\nContent-Length: 9\r\n\r\n<",
+    ]
+    with master.answering_meanwhile():
+        peers = [master.connect() for _ in range(200)]
+        for number, peer in enumerate(peers):
+            peer.sendall(pieces[number % len(pieces)])
+    for peer in peers:
+        peer.close()
+
+
+def test_a_request_that_comes_byte_by_byte_is_answered_in_the_end(master: RunningMaster) -> None:
+    with master.answering_meanwhile(), master.connect() as peer:
+        peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        for byte in build_request("h", "/", encode_call("getUri", ("/slow",))):
+            peer.sendall(bytes([byte]))
+        assert b"200 OK" in peer.recv(65536)
+
+
+def test_thousands_of_idle_connections(master: RunningMaster) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = 10_200
+    if hard != resource.RLIM_INFINITY and hard < wanted:
+        pytest.skip(f"only {hard} descriptors may be open here")
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, wanted), hard))
+    peers = []
+    try:
+        with master.answering_meanwhile():
+            peers += [master.connect() for _ in range(10_000)]
+    finally:
+        for peer in peers:
+            peer.close()
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    with master.answering_meanwhile():
+        pass
+
+
+def test_a_body_of_a_gigabyte_announced_is_refused_before_it_comes(master: RunningMaster) -> None:
+    with master.answering_meanwhile(), master.connect() as peer:
+        peer.sendall(b"POST / HTTP/1.1\r\nContent-Length: 1000000000\r\n\r\n")
+        assert read_to_end(peer).startswith(b"HTTP/1.1 413")
+
+
+def test_a_body_of_a_gigabyte_sent_in_chunks_is_cut_off_at_the_limit(master: RunningMaster) -> None:
+    megabyte = b"100000\r\n" + b"x" * 0x100000 + b"\r\n"
+    with master.answering_meanwhile(), master.connect() as peer:
+        peer.sendall(b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n")
+        assert send_until_refused(peer, megabyte, 1000) < 100
+
+
+def test_a_value_as_large_as_the_limit_allows(master: RunningMaster) -> None:
+    large = MasterClient(f"http://127.0.0.1:{master.port}/", "/large", timeout_s=30)
+    with master.answering_meanwhile():
+        large.set_param("/large", [{"name": "x" * 10, "value": number} for number in range(60_000)])
+        assert len(large.get_param("/large")) == 60_000
+        large.delete_param("/large")
+
+
+@pytest.mark.parametrize(
+    "document",
+    [
+        BOMB,
+        b"<methodCall><methodName>m</methodName><params><param>" + b"<value><array><data>" * 200_000,
+        b"<methodCall>" + b" " * 1_000_000,
+        b"<methodCall><methodName>m</methodName><params><param><value>" + b"\n" * 5_000_000 + b"<int>1</int>",
+        b"<" * 1_000_000,
+        b"\xff" * 1_000_000,
+        encode_call("system.multicall", ([{"methodName": "getSystemState", "params": ["/x"]}] * 20_000,)),
+        encode_call("system.multicall", ([{"methodName": "nosuch", "params": []}] * 50_000,)),
+    ],
+    ids=["entities", "depth", "blanks", "blanks in a value", "angles", "no text", "multicall", "faults"],
+)
+def test_documents_that_are_meant_to_keep_it_busy(master: RunningMaster, document: bytes) -> None:
+    with master.answering_meanwhile(), master.connect() as peer:
+        peer.sendall(build_request("h", "/", document))
+        peer.shutdown(socket.SHUT_WR)
+        assert read_to_end(peer).startswith(b"HTTP/1.1 200")
+
+
+def test_garbage(master: RunningMaster) -> None:
+    with master.answering_meanwhile():
+        for seed in range(100):
+            with master.connect() as peer, suppress(OSError):
+                peer.sendall(bytes((seed * 7 + at * at) % 256 for at in range(5000)))
+                peer.shutdown(socket.SHUT_WR)
+                read_to_end(peer)
+
+
+def test_a_peer_that_asks_for_much_and_never_reads(master: RunningMaster) -> None:
+    master.client.set_param("/much", "x" * 500_000)
+    call = build_request("h", "/", encode_call("getParam", ("/deaf", "/much"))) * 100
+    with master.answering_meanwhile(), master.connect() as peer:
+        peer.settimeout(0.5)
+        with suppress(TimeoutError, ConnectionError):
+            for _ in range(1000):
+                peer.sendall(call)
+
+
+def told_after(master: RunningMaster, disturb: Callable[[], None]) -> None:
+    """A subscriber is told of a new publisher although the master is disturbed."""
+    slave = FakeSlave()
+    try:
+        subscriber = MasterClient(f"http://127.0.0.1:{master.port}/", "/s", timeout_s=ANSWER_S)
+        subscriber.register_subscriber("/t", "x/Y", slave.api)
+        disturb()
+        subscriber.register_publisher("/t", "x/Y", slave.api)
+        wait_until(lambda: slave.publishers() and slave.api in slave.publishers()[-1])
+    finally:
+        slave.stop()
+
+
+def test_nodes_whose_api_hangs_or_is_no_api(master: RunningMaster) -> None:
+    hanging = [SilentSlave() for _ in range(20)]
+    odd = [
+        "http://127.0.0.1:1/",
+        "http://no.such.host.invalid:1/",
+        "http://",
+        f"http://127.0.0.1:{master.port}/",
+    ]
+
+    def register_them() -> None:
+        for number, api in enumerate([*(found.api for found in hanging), *odd]):
+            node = MasterClient(f"http://127.0.0.1:{master.port}/", f"/odd_{number}", timeout_s=ANSWER_S)
+            node.register_subscriber("/t", "x/Y", api)
+
+    with master.answering_meanwhile():
+        told_after(master, register_them)
+    for found in hanging:
+        found.stop()
+
+
+def test_methods_are_a_table_and_no_attributes(master: RunningMaster) -> None:
+    for name in ("__class__", "_registry", "methods", "methods.__class__", "getUri.__globals__", ""):
+        with pytest.raises(Fault, match="not supported"):
+            master.client.call(name)
