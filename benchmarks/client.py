@@ -1,0 +1,429 @@
+#!/usr/bin/env python3
+"""How quick rospy is: pipros beside genuine rospy, in one run.
+
+    benchmarks/client.py [--only flow,trip] [--rounds 3] [--seconds 2]
+
+Every workload is one script on the public rospy API, run in the Python of each world in turn; the
+median of the rounds counts. The ratio says how many times better pipros is. A "window" is the
+lossless sustained rate: at most so many messages are under way. Nothing else should run meanwhile:
+what others used of the machine is printed, and above some 5 % the figures mean little.
+Without genuine ROS only pipros is measured.
+"""
+
+import argparse
+import contextlib
+import json
+import os
+import signal
+import socket
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+GENUINE_PYTHON = "/usr/bin/python3"
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+# ---- workers: in a process of their own, on the public rospy API only
+
+
+def message(kind):
+    import rospy
+
+    if kind == "string":
+        from std_msgs.msg import String
+
+        return String(data="x" * 16)
+    if kind == "imu":
+        from sensor_msgs.msg import Imu
+
+        imu = Imu()
+        imu.header.frame_id, imu.header.stamp, imu.orientation.w = "imu_link", rospy.Time(1, 2), 1.0
+        return imu
+    if kind == "image":
+        from sensor_msgs.msg import Image
+
+        return Image(height=1024, width=1024, encoding="mono8", step=1024, data=os.urandom(1 << 20))
+    from sensor_msgs.msg import PointCloud2
+
+    return PointCloud2(width=1 << 18, point_step=16, row_step=1 << 22, data=os.urandom(1 << 22))
+
+
+def init(name):
+    import rospy
+
+    rospy.init_node(name, anonymous=True, disable_signals=True)
+    return rospy
+
+
+def worker_source(kind, queue, window, seconds, peers):
+    """Publishes for a while; prints how many calls it made."""
+    rospy = init("source")
+    from std_msgs.msg import Empty, Int32
+
+    msg, acked, more = message(kind), [0], threading.Event()
+    publisher = rospy.Publisher("flow", type(msg), queue_size=queue)
+    end = rospy.Publisher("end", Empty, queue_size=1, latch=True)
+
+    def on_ack(ack):
+        acked[0] = ack.data
+        more.set()
+
+    rospy.Subscriber("ack", Int32, on_ack, tcp_nodelay=True)
+    while publisher.get_num_connections() < peers or end.get_num_connections() < peers:
+        time.sleep(0.01)
+    time.sleep(0.3)
+    sent, stop, cpu = 0, time.monotonic() + seconds, time.process_time()
+    while time.monotonic() < stop:
+        count = min(10, window - (sent - acked[0])) if window else 10
+        if count <= 0:
+            more.clear()
+            if window - (sent - acked[0]) <= 0:
+                more.wait(0.2)
+            continue
+        for _ in range(count):
+            publisher.publish(msg)
+        sent += count
+    cpu = time.process_time() - cpu
+    end.publish()
+    time.sleep(1.0)
+    say(sent=sent, cpu=cpu)
+
+
+def worker_sink(kind, window):
+    """Counts what arrives until the source says that it has ended."""
+    rospy = init("sink")
+    from std_msgs.msg import Empty, Int32
+
+    seen, first, last, ended = [0], [0.0], [0.0], threading.Event()
+    ack = rospy.Publisher("ack", Int32, queue_size=10)
+    step = max(1, window // 4)
+
+    def on_message(_):
+        now = time.monotonic()
+        if not seen[0]:
+            first[0] = now
+        seen[0] += 1
+        last[0] = now
+        if window and seen[0] % step == 0:
+            ack.publish(seen[0])
+
+    rospy.Subscriber("end", Empty, lambda _: ended.set())
+    rospy.Subscriber("flow", type(message(kind)), on_message, tcp_nodelay=True)
+    cpu = time.process_time()
+    ended.wait()
+    count = -1
+    while count != seen[0]:
+        count = seen[0]
+        time.sleep(0.2)
+    span = max(last[0] - first[0], 1e-9)
+    say(seen=seen[0], rate=(seen[0] - 1) / span, cpu=time.process_time() - cpu)
+
+
+def worker_echo(kind, queue):
+    rospy = init("echo")
+    msg = message(kind)
+    back = rospy.Publisher("back", type(msg), queue_size=queue)
+    rospy.Subscriber("forth", type(msg), back.publish, tcp_nodelay=True)
+    sys.stdin.read()
+
+
+def worker_trip(kind, queue, seconds):
+    """Sends a message forth and back, the next when the last has returned; prints the median."""
+    rospy = init("trip")
+    msg, returned, times = message(kind), threading.Event(), []
+    publisher = rospy.Publisher("forth", type(msg), queue_size=queue)
+    rospy.Subscriber("back", type(msg), lambda _: returned.set(), tcp_nodelay=True)
+    while not returned.is_set():
+        publisher.publish(msg)
+        returned.wait(0.1)
+    time.sleep(0.3)
+    stop = time.monotonic() + seconds
+    while time.monotonic() < stop:
+        returned.clear()
+        began = time.perf_counter()
+        publisher.publish(msg)
+        returned.wait(1)
+        times.append(time.perf_counter() - began)
+    say(median=statistics.median(times))
+
+
+def worker_server():
+    rospy = init("server")
+    from std_srvs.srv import Empty
+
+    rospy.Service("empty", Empty, lambda _: [])
+    say(ready=True)
+    sys.stdin.read()
+
+
+def worker_caller(persistent, seconds):
+    rospy = init("caller")
+    from std_srvs.srv import Empty
+
+    rospy.wait_for_service("empty")
+    proxy, times = rospy.ServiceProxy("empty", Empty, persistent=persistent), []
+    proxy()
+    stop = time.monotonic() + seconds
+    while time.monotonic() < stop:
+        began = time.perf_counter()
+        proxy()
+        times.append(time.perf_counter() - began)
+    say(median=statistics.median(times))
+
+
+def worker_many():
+    """200 topics published and subscribed in one process."""
+    rospy = init("many")
+    from std_msgs.msg import String
+
+    publishers = [rospy.Publisher(f"topic_{n}", String, queue_size=1) for n in range(200)]
+    for n in range(200):
+        rospy.Subscriber(f"topic_{n}", String, lambda _: None)
+    while not all(one.get_num_connections() for one in publishers):
+        time.sleep(0.05)
+    time.sleep(0.5)
+    say(**status())
+
+
+def worker_start():
+    began = time.perf_counter()
+    import rospy
+
+    imported = time.perf_counter()
+    rospy.init_node("start", anonymous=True)
+    say(imported=imported - began, initialised=time.perf_counter() - imported)
+
+
+def worker_talker():
+    from std_msgs.msg import String
+
+    import rospy
+
+    rospy.init_node("talker")
+    publisher = rospy.Publisher("chat", String, queue_size=10)
+    rate, said = rospy.Rate(10), False
+    while not rospy.is_shutdown():
+        publisher.publish("hello")
+        if not said:
+            said = True
+            say(**status())
+        rate.sleep()
+
+
+def status():
+    with open("/proc/self/status") as file:
+        fields = dict(line.split(":", 1) for line in file)
+    return {"threads": int(fields["Threads"]), "mb": int(fields["VmRSS"].split()[0]) / 1024}
+
+
+def say(**values):
+    print("@@" + json.dumps(values), flush=True)
+
+
+# ---- the driver
+
+
+class World:
+    """One implementation: its Python, its master, and the processes started in it."""
+
+    def __init__(self, name, python):
+        self.name, self.python = name, python
+        self.home = tempfile.TemporaryDirectory()
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            self.port = probe.getsockname()[1]
+        self.environment = {
+            "HOME": self.home.name,
+            "ROS_HOME": self.home.name,
+            "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
+            "ROS_IP": "127.0.0.1",
+            "PATH": os.path.dirname(python) + ":/usr/bin:/bin",
+        }
+        self.master = self.spawn([self.find("rosmaster"), "--core", "-p", str(self.port)])
+        while True:
+            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", self.port), 1):
+                break
+            time.sleep(0.02)
+
+    def find(self, command):
+        return os.path.join(os.path.dirname(self.python), command)
+
+    def spawn(self, argv):
+        return subprocess.Popen(
+            argv,
+            env=self.environment,
+            cwd=self.home.name,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+
+    def work(self, role, *arguments):
+        return self.spawn(
+            [self.python, os.path.join(HERE, "client.py"), "--worker", json.dumps([role, *arguments])]
+        )
+
+    def close(self):
+        self.master.send_signal(signal.SIGINT)
+        self.master.communicate()
+        self.home.cleanup()
+
+
+def answer(process):
+    for line in process.stdout:
+        if line.startswith("@@"):
+            return json.loads(line[2:])
+    raise SystemExit(f"{process.args} ended without a result")
+
+
+def finish(process):
+    with contextlib.suppress(BrokenPipeError):
+        process.stdin.close()
+    process.terminate()
+    process.stdout.close()
+    process.wait()
+
+
+def flow(world, seconds, kind, queue, window, peers=1):
+    sinks = [world.work("sink", kind, window) for _ in range(peers)]
+    source = world.work("source", kind, queue, window, seconds, peers)
+    answer(source)
+    rates = [answer(sink)["rate"] for sink in sinks]
+    for process in (source, *sinks):
+        finish(process)
+    return sum(rates)
+
+
+def trip(world, seconds, kind, queue):
+    echo, measuring = world.work("echo", kind, queue), world.work("trip", kind, queue, seconds)
+    median = answer(measuring)["median"]
+    finish(measuring)
+    finish(echo)
+    return median * 1e6
+
+
+def service(world, seconds, persistent):
+    server = world.work("server")
+    answer(server)
+    caller = world.work("caller", persistent, seconds)
+    median = answer(caller)["median"]
+    finish(caller)
+    finish(server)
+    return median * 1e6
+
+
+def many(world, _seconds, what):
+    process = world.work("many")
+    value = answer(process)[what]
+    finish(process)
+    return value
+
+
+def start(world, _seconds, what):
+    process = world.work("start")
+    value = answer(process)[what]
+    finish(process)
+    return value * 1e3
+
+
+def imports(world, _seconds):
+    began = time.perf_counter()
+    subprocess.run([world.python, "-c", "import rospy"], env=world.environment, check=True)
+    return (time.perf_counter() - began) * 1e3
+
+
+def leave(world, _seconds):
+    """From Ctrl-C to the end of a talker's process."""
+    talker = world.work("talker")
+    answer(talker)
+    time.sleep(0.35)
+    began = time.perf_counter()
+    talker.send_signal(signal.SIGINT)
+    talker.wait()
+    took = time.perf_counter() - began
+    finish(talker)
+    return took * 1e3
+
+
+def memory(world, _seconds):
+    talker = world.work("talker")
+    value = answer(talker)["mb"]
+    finish(talker)
+    return value
+
+
+MORE, LESS = True, False
+WORKLOADS = (
+    ("flow", "String 16 B, queue_size=1000, window 500: messages/s", flow, ("string", 1000, 500), MORE, 14.0),
+    ("flow", "Imu, queue_size=1000, window 500: messages/s", flow, ("imu", 1000, 500), MORE, 9.0),
+    ("flow", "String 16 B, queue_size=None: messages/s", flow, ("string", None, 0), MORE, 1.0),
+    ("flow", "Imu, queue_size=None: messages/s", flow, ("imu", None, 0), MORE, 1.0),
+    ("flow", "Image 1 MB, queue_size=50, window 8: messages/s", flow, ("image", 50, 8), MORE, 5.0),
+    ("flow", "Image 1 MB, queue_size=None: messages/s", flow, ("image", None, 0), MORE, 4.7),
+    ("flow", "PointCloud2 4 MB, queue_size=None: messages/s", flow, ("cloud", None, 0), MORE, 4.7),
+    ("trip", "round trip 16 B, queue_size=10: us", trip, ("string", 10), LESS, 81 / 62),
+    ("trip", "round trip 16 B, queue_size=None: us", trip, ("string", None), LESS, 1.0),
+    ("trip", "round trip 1 MB, queue_size=10: us", trip, ("image", 10), LESS, 1330 / 410),
+    ("fan", "1 to 10 processes, 16 B, queue_size=None: messages/s", flow, ("string", None, 0, 10), MORE, 1.0),
+    ("fan", "1 to 10 processes, 16 B, queue_size=1000: messages/s", flow, ("string", 1000, 0, 10), MORE, 8.0),
+    ("service", "service call: us", service, (False,), LESS, 606 / 250),
+    ("service", "service call, persistent: us", service, (True,), LESS, 1.0),
+    ("many", "200 topics both ways: threads", many, ("threads",), LESS, 405 / 210),
+    ("many", "200 topics both ways: MB", many, ("mb",), LESS, 1.0),
+    ("start", "init_node: ms", start, ("initialised",), LESS, 110 / 35),
+    ("start", "import rospy, whole process: ms", imports, (), LESS, 2.0),
+    ("start", "end after Ctrl-C: ms", leave, (), LESS, 4.0),
+    ("start", "talker resident: MB", memory, (), LESS, 1.0),
+)
+
+
+def busy():
+    """Jiffies that all processors spent working, and in all."""
+    with open("/proc/stat") as file:
+        ticks = [int(value) for value in file.readline().split()[1:9]]
+    return sum(ticks) - ticks[3] - ticks[4], sum(ticks)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--only", default="", help="flow,trip,fan,service,many,start")
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--seconds", type=float, default=2.0)
+    parser.add_argument("--worker", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.worker:
+        role, *arguments = json.loads(options.worker)
+        globals()[f"worker_{role}"](*arguments)
+        return
+    worked, ticks = busy()
+    time.sleep(1.0)
+    worked_after, ticks_after = busy()
+    print(f"others use {100 * (worked_after - worked) / (ticks_after - ticks):.0f} % of the machine\n")
+    worlds = [World("pipros", sys.executable)]
+    if os.path.exists("/usr/lib/python3/dist-packages/rospy"):
+        worlds.insert(0, World("genuine", GENUINE_PYTHON))
+    chosen = [row for row in WORKLOADS if not options.only or row[0] in options.only.split(",")]
+    print("| workload | " + " | ".join(world.name for world in worlds) + " | ratio | goal |")
+    print("| --- |" + " ---: |" * (len(worlds) + 2))
+    try:
+        for _, label, measure, arguments, more_is_better, goal in chosen:
+            values = [[] for _ in worlds]
+            for _ in range(options.rounds):
+                for world, taken in zip(worlds, values, strict=True):
+                    taken.append(measure(world, options.seconds, *arguments))
+            medians = [statistics.median(taken) for taken in values]
+            ratio = medians[-1] / medians[0] if more_is_better else medians[0] / medians[-1]
+            figures = " | ".join(f"{median:,.0f}" if median >= 100 else f"{median:.3g}" for median in medians)
+            print(f"| {label} | {figures} | {ratio:.2f} x | {goal:.2g} x |", flush=True)
+    finally:
+        for world in worlds:
+            world.close()
+
+
+if __name__ == "__main__":
+    main()
