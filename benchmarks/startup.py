@@ -21,6 +21,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO, cast
 from xmlrpc.client import ServerProxy
 
 EXAMPLE = Path(__file__).resolve().parents[1] / "examples" / "catkin_ws" / "src"
@@ -51,7 +52,9 @@ class World:
     def run(self, *argv: str) -> float:
         """Seconds from start to end of a command that must succeed."""
         began = time.perf_counter()
-        ended = subprocess.run(argv, env=self.environment, capture_output=True, text=True, check=False)
+        ended = subprocess.run(  # noqa: S603
+            argv, env=self.environment, capture_output=True, text=True, check=False
+        )
         seconds = time.perf_counter() - began
         if ended.returncode:
             raise SystemExit(f"{self.name}: {' '.join(argv)} failed:\n{ended.stdout}{ended.stderr}")
@@ -60,7 +63,7 @@ class World:
     def run_until(self, line: str, *argv: str) -> tuple[float, float]:
         """Seconds until a line with that text, and from Ctrl-C to the end of everything."""
         began = time.perf_counter()
-        process = subprocess.Popen(
+        process = subprocess.Popen(  # noqa: S603
             argv,
             env=self.environment,
             stdout=subprocess.PIPE,
@@ -68,9 +71,9 @@ class World:
             text=True,
             start_new_session=True,
         )
-        assert process.stdout
+        output = cast("IO[str]", process.stdout)
         printed = []
-        for printed_line in process.stdout:
+        for printed_line in output:
             printed.append(printed_line)
             if line in printed_line:
                 break
@@ -78,14 +81,14 @@ class World:
             raise SystemExit(f"{self.name}: {' '.join(argv)} ended without '{line}':\n{''.join(printed)}")
         seen = time.perf_counter()
         os.killpg(process.pid, signal.SIGINT)
-        process.stdout.read()
+        output.read()
         process.wait()
         return seen - began, time.perf_counter() - seen
 
     @contextmanager
     def master(self) -> Iterator[None]:
-        core = subprocess.Popen(
-            ["roscore", "-p", str(self.port)],
+        core = subprocess.Popen(  # noqa: S603
+            ["roscore", "-p", str(self.port)],  # noqa: S607
             env=self.environment,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -169,7 +172,8 @@ def generated_messages(folder: Path) -> Iterator[Path | None]:
     definition = EXAMPLE / "composiv_tryouts" / "msg" / "BatteryLevel.msg"
     options = ("-p", "composiv_tryouts", "-o", str(messages))
     for what in ([str(definition), *options], ["--initpy", *options]):
-        subprocess.run(["/usr/bin/python3", str(generator), *what], check=True, env={"PATH": "/usr/bin:/bin"})
+        argv = ["/usr/bin/python3", str(generator), *what]
+        subprocess.run(argv, check=True, env={"PATH": "/usr/bin:/bin"})  # noqa: S603
     yield folder
 
 
