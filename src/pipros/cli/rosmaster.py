@@ -119,8 +119,9 @@ def _log_to(file: Path, options: Values) -> None:
 
 
 def _serve(environment: Environment, port: int, timeout_s: float | None, options: Values) -> int:
-    from pipros.master.server import Master
+    from pipros.master.server import Master, devote_process
 
+    devote_process()
     end = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: end.set())

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import gc
 import ipaddress
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from pipros.env import DEFAULT_MASTER_PORT, Environment
 from pipros.master.serving import MasterServer
 from pipros.net import address
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_server import RpcLimits
+
+_DESCRIPTORS: Final = 65536
 
 Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 
@@ -136,6 +140,26 @@ class Master:
         mapped = ip.ipv4_mapped if isinstance(ip, ipaddress.IPv6Address) else None
         ip = mapped or ip
         return ip.is_loopback or any(ip in network for network in self._networks)
+
+
+def devote_process() -> None:
+    """Fits the process out to be a master before all else. For commands, not for libraries.
+
+    As many descriptors as it may have, because a robot has many nodes. Threads that take turns more
+    quickly, so that a large value that is decoded in one does not slow the answers to others. And a
+    garbage collector that does not stop everything to look through that value: a master makes next to
+    no reference cycles.
+    """
+    sys.setswitchinterval(0.001)
+    gc.set_threshold(50_000, 50, 100)
+    try:
+        import resource
+    except ImportError:  # Windows, where sockets do not count as files
+        return
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = _DESCRIPTORS if hard == resource.RLIM_INFINITY else min(hard, _DESCRIPTORS)
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
 
 
 def _advertised_host(host: str | None, environment: Environment) -> str:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger("pipros.rpc")
 
 _LARGE_BODY_BYTES: Final = 64 * 1024
-_LARGE_ANSWER_ELEMENTS: Final = 5_000
+LARGE_ANSWER_ELEMENTS: Final = 5_000
 """From here on bodies are decoded and answers encoded in a thread, so that the loop goes on answering
 others. Methods must therefore return values that nobody changes afterwards."""
 
@@ -166,7 +166,7 @@ class RpcConnection(asyncio.Protocol):
             if inspect.isawaitable(value):
                 self._answer_by_task(request, value)
                 return
-            document = encode_response(value, elements_limit=_LARGE_ANSWER_ELEMENTS)
+            document = encode_response(value, elements_limit=LARGE_ANSWER_ELEMENTS)
         except TooManyElements:
             self._answer_by_task(request, asyncio.to_thread(Encoded, value))
             return
@@ -191,7 +191,7 @@ class RpcConnection(asyncio.Protocol):
         try:
             value = await awaitable
             try:
-                document = encode_response(value, elements_limit=_LARGE_ANSWER_ELEMENTS)
+                document = encode_response(value, elements_limit=LARGE_ANSWER_ELEMENTS)
             except TooManyElements:
                 document = await asyncio.to_thread(encode_response, value)
         except Exception as error:

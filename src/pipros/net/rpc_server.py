@@ -10,7 +10,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import inspect
-import socket
 from collections.abc import Callable, Mapping
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -19,8 +18,9 @@ from typing import Any, Final
 from pipros.errors import LimitExceeded
 from pipros.net.address import LOOPBACK
 from pipros.net.connections import Connections, Refusals
-from pipros.net.rpc_connection import RpcConnection, UnknownMethod, fault_text
-from pipros.wire.xmlrpc import BODY_LIMIT_BYTES, Encoded
+from pipros.net.rpc_connection import LARGE_ANSWER_ELEMENTS, RpcConnection, UnknownMethod, fault_text
+from pipros.net.sockets import listen
+from pipros.wire.xmlrpc import BODY_LIMIT_BYTES, Encoded, TooManyElements
 
 Method = Callable[..., Any]
 """What stands behind a method's name: takes the decoded parameters, returns the value to encode.
@@ -32,6 +32,8 @@ caller_address: ContextVar[str] = ContextVar("caller_address", default="")
 """The IP address of the peer whose call is being answered, for methods that guard themselves."""
 
 
+_BACKLOG: Final = 1024
+_ACCEPTED_AT_A_TIME: Final = 16
 _TURN_S: Final = 0.005
 """How long a multicall may keep the loop for itself."""
 
@@ -56,7 +58,7 @@ class RpcLimits:
     connections: int | None = None
     connections_per_peer: int = 4096
     requests_ahead: int = 16
-    multicall_answer_bytes: int = 64 * 1024 * 1024
+    multicall_answer_bytes: int = 16 * 1024 * 1024
 
 
 class RpcServer:
@@ -124,11 +126,12 @@ class RpcServer:
             OSError: when the port is taken or the address is not of this machine.
         """
         loop = asyncio.get_running_loop()
-        family = socket.AF_INET6 if ":" in self._host else socket.AF_INET
+        listener = listen(self._host, self._port)
+        self._port = listener.getsockname()[1]
         self._server = await loop.create_server(
-            lambda: RpcConnection(self, loop), self._host, self._port, family=family, backlog=1024
+            lambda: RpcConnection(self, loop), sock=listener, backlog=_ACCEPTED_AT_A_TIME
         )
-        self._port = self._server.sockets[0].getsockname()[1]
+        listener.listen(_BACKLOG)  # to asyncio, the backlog is how many it accepts in one go
         self._sweeper = loop.call_later(1.0, self._sweep, loop)
 
     async def stop(self) -> None:
@@ -187,7 +190,7 @@ class RpcServer:
         for call in calls:
             try:
                 answer = self.call(call["methodName"], tuple(call["params"]), caller=caller)
-                encoded = Encoded([await answer if inspect.isawaitable(answer) else answer])
+                encoded = await _encoded([await answer if inspect.isawaitable(answer) else answer])
                 bytes_left -= len(encoded.text)
                 if bytes_left < 0:
                     raise LimitExceeded("the answers of a system.multicall are too large together")
@@ -198,6 +201,13 @@ class RpcServer:
                 await asyncio.sleep(0)
                 turn_ends = loop.time() + _TURN_S
         return answers
+
+
+async def _encoded(value: Any) -> Encoded:
+    try:
+        return Encoded(value, elements_limit=LARGE_ANSWER_ELEMENTS)
+    except TooManyElements:
+        return await asyncio.to_thread(Encoded, value)
 
 
 def _bad_arity(_name: str, _params: tuple[Any, ...]) -> list[Any]:
