@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import random
 import signal
 import socket
 import statistics
@@ -28,15 +29,22 @@ EXAMPLE = Path(__file__).resolve().parents[1] / "examples" / "catkin_ws" / "src"
 READY_WITHIN_S = 30.0
 
 
+def free_port() -> int:
+    """A port below those that the system hands out, so that no connection takes it before the master does."""
+    while True:
+        port = random.randrange(20_000, 30_000)  # noqa: S311
+        with socket.socket() as probe:
+            if probe.connect_ex(("127.0.0.1", port)):
+                return port
+
+
 class World:
     """One implementation: how its programs are started. A folder of its own is its home."""
 
     def __init__(self, name: str, path: str, home: Path, **variables: str) -> None:
         self.name = name
         home.mkdir()
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            self.port = probe.getsockname()[1]
+        self.port = free_port()
         self.environment = {
             "PATH": path,
             "HOME": str(home),
