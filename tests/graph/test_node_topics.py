@@ -122,10 +122,10 @@ def test_a_slow_callback_with_queue_size_1_sees_the_newest_message(
     subscriber = listener.subscribe("cloud", ByteArray, slow, queue_size=1)
     publisher = talker.advertise("cloud", ByteArray, queue_size=0)
     wait_until_connected(publisher)
-    publisher.publish(ByteArray(data=b"\0" * 20_000))
+    publisher.publish(ByteArray(data=b"\0" * 4_000))
     assert entered.wait(10)
     for value in range(1, 30):
-        publisher.publish(ByteArray(data=bytes([value]) * 20_000))
+        publisher.publish(ByteArray(data=bytes([value]) * 4_000))
     wait_until(lambda: publisher.statistics()["frames"] == 30)
     gate.set()
     assert [message.data[0] for message in inbox.wait(2)] == [0, 29]

@@ -24,6 +24,9 @@ from pipros.wire.frames import FRAME_LIMIT_BYTES, FrameBuffer
 #: A delivery longer than this is followed by a look at the socket. Less would cost fast callbacks.
 SLOW_DELIVERY_S = 0.001
 
+#: A frame that lacks this much is waited for in the kernel.
+LARGE_BYTES = 64 * 1024
+
 #: How long one look at the socket may go on when the peer sends faster than we can read.
 DRAIN_LIMIT_S = 0.1
 
@@ -91,7 +94,7 @@ class IncomingLink:
         error: Exception | None = None
         try:
             self._accept_first()
-            while count := self._sock.recv_into(self._buffer.room()):
+            while count := self._receive():
                 if self.queue_size:
                     self._accept(count)
                     self._deliver_waiting()
@@ -102,6 +105,13 @@ class IncomingLink:
         finally:
             self._sock.close()
             self._on_closed(self, error)
+
+    def _receive(self) -> int:
+        """Waits for the next bytes: whatever comes, or the whole rest of a large frame."""
+        room, missing = self._buffer.room(), self._buffer.missing_bytes
+        if missing < LARGE_BYTES:
+            return self._sock.recv_into(room)
+        return sockets.receive_whole(self._sock, room[:missing])
 
     def _deliver_all(self, count: int) -> None:
         """Delivers the frames that `count` received bytes complete, straight from the buffer."""

@@ -102,6 +102,11 @@ class OutgoingLink:
                 self._drop_oldest()
                 self._watch_writable()
 
+    def greet(self, header: bytes) -> None:
+        """Sends the answering connection header, before anything else. It counts as no frame."""
+        self.send((header,), len(header))
+        self.statistics = SendStatistics()
+
     def drain(self) -> None:
         """Waits until nothing waits, if `queue_size` is None; else returns at once."""
         if self.queue_size is not None or self._is_stalled:

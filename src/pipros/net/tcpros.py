@@ -6,13 +6,15 @@ What the headers say is decided in `wire/handshake.py`; here they only travel.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import socket
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from pipros.errors import ProtocolError, Unreachable
 from pipros.net import sockets
 from pipros.net.rpc import reason_of
+from pipros.wire.handshake import refuse
 from pipros.wire.header import HEADER_LIMIT_BYTES, HeaderReader, encode_header
 
 #: A peer that has not said who it is by then is not going to.
@@ -47,69 +49,96 @@ class TcprosServer:
 
     Peers that are silent, talk garbage or announce too much are closed without further words,
     as genuine nodes do. When too many are in their handshake, the one that has been longest gives
-    way to the new one, so silent ones lock nobody out.
+    way to the new one, so silent ones lock nobody out. Plain callbacks of the event loop, not
+    coroutines: a service call that is not persistent pays for all of this each time.
     """
 
-    def __init__(
-        self, host: str, port: int = 0, *, on_connection: Callable[[Connection], Awaitable[None]]
-    ) -> None:
+    def __init__(self, host: str, port: int = 0, *, on_connection: Callable[[Connection], None]) -> None:
+        """`on_connection` is called in the event loop and must not block."""
         self._server = sockets.listen(host, port)
         self.port: int = self._server.getsockname()[1]
         self._on_connection = on_connection
-        self._accepting: asyncio.Task[None] | None = None
-        self._greeting: dict[asyncio.Task[None], socket.socket] = {}  # in the order of arrival
+        self._greetings: dict[_Greeting, None] = {}  # in the order of arrival
+        self._loop: asyncio.AbstractEventLoop
 
-    async def start(self) -> None:
-        self._accepting = asyncio.ensure_future(self._accept())
+    def start(self) -> None:
+        """Begins to accept. Called in the event loop, as `stop` is."""
+        self._loop = asyncio.get_running_loop()
+        self._loop.add_reader(self._server, self._accept)
 
-    async def stop(self) -> None:
+    def stop(self) -> None:
         """Closes the port and every connection that is still in its handshake."""
+        self._loop.remove_reader(self._server)
         self._server.close()
-        tasks = [*self._greeting, *([self._accepting] if self._accepting is not None else [])]
-        while self._greeting:
-            self._dismiss_oldest()
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        for greeting in list(self._greetings):
+            greeting.dismiss()
 
-    async def _accept(self) -> None:
-        loop = asyncio.get_running_loop()
-        while True:
-            try:
-                sock, _ = await loop.sock_accept(self._server)
-            except OSError:  # out of descriptors: others go on, and it may pass
-                await asyncio.sleep(RETRY_ACCEPT_S)
-                continue
-            task = asyncio.ensure_future(self._greet(sock))
-            self._greeting[task] = sock
-            task.add_done_callback(lambda task: self._greeting.pop(task, None))
-            if len(self._greeting) > HANDSHAKE_LIMIT:
-                self._dismiss_oldest()
-
-    def _dismiss_oldest(self) -> None:
-        task, sock = next(iter(self._greeting.items()))
-        del self._greeting[task]
-        task.cancel()
-        task.add_done_callback(lambda _: sock.close())  # a task that never ran does not close it
-
-    async def _greet(self, sock: socket.socket) -> None:
+    def _accept(self) -> None:
         try:
-            sock.setblocking(False)
-            sockets.prepare(sock)
-            fields, rest = await asyncio.wait_for(_read_header(sock), HANDSHAKE_DEADLINE_S)
-        except (OSError, ProtocolError, asyncio.TimeoutError):
-            sock.close()
+            sock, _ = self._server.accept()
+        except (BlockingIOError, InterruptedError, ConnectionAbortedError):
             return
-        current = asyncio.current_task()
-        if current is not None:
-            self._greeting.pop(current, None)  # from here on it is somebody else's
+        except OSError:  # out of descriptors: others go on, and it may pass
+            self._loop.remove_reader(self._server)
+            self._loop.call_later(RETRY_ACCEPT_S, self._accept_again)
+            return
+        greeting = _Greeting(sock, self._loop, self._on_connection, self._forget)
+        self._greetings[greeting] = None
+        if len(self._greetings) > HANDSHAKE_LIMIT:
+            next(iter(self._greetings)).dismiss()
+
+    def _accept_again(self) -> None:
+        if self._server.fileno() >= 0:
+            self._loop.add_reader(self._server, self._accept)
+
+    def _forget(self, greeting: _Greeting) -> None:
+        self._greetings.pop(greeting, None)
+
+
+class _Greeting:
+    """A connection whose peer has not said yet who it is."""
+
+    def __init__(
+        self,
+        sock: socket.socket,
+        loop: asyncio.AbstractEventLoop,
+        on_connection: Callable[[Connection], None],
+        on_end: Callable[[_Greeting], None],
+    ) -> None:
+        self._sock = sock
+        self._loop = loop
+        self._on_connection = on_connection
+        self._on_end = on_end
+        self._reader = HeaderReader(HEADER_LIMIT_BYTES)
+        sock.setblocking(False)
+        loop.add_reader(sock, self._read)
+        self._deadline = loop.call_later(HANDSHAKE_DEADLINE_S, self.dismiss)
+
+    def dismiss(self) -> None:
+        """Closes the connection without a word."""
+        self._leave()
+        self._sock.close()
+
+    def _read(self) -> None:
         try:
-            await self._on_connection(Connection(sock, fields, rest))
-        except OSError:  # it left while it was being answered
-            sock.close()
-        except BaseException:
-            sock.close()
-            raise
+            data = self._sock.recv(_CHUNK_BYTES)
+            fields = self._reader.feed(data) if data else None
+        except (BlockingIOError, InterruptedError):
+            return
+        except (OSError, ProtocolError):
+            self.dismiss()
+            return
+        if not data:
+            self.dismiss()
+        elif fields is not None:
+            self._leave()
+            sockets.prepare(self._sock)
+            self._on_connection(Connection(self._sock, fields, self._reader.rest))
+
+    def _leave(self) -> None:
+        self._deadline.cancel()
+        self._loop.remove_reader(self._sock)
+        self._on_end(self)
 
 
 async def connect(host: str, port: int, fields: Mapping[str, str], *, no_delay: bool = True) -> Connection:
@@ -140,8 +169,11 @@ async def connect(host: str, port: int, fields: Mapping[str, str], *, no_delay: 
         raise Unreachable(f"{host}:{port}", reason_of(error)) from error
 
 
-async def send_header(sock: socket.socket, fields: Mapping[str, str]) -> None:
-    await asyncio.get_running_loop().sock_sendall(sock, encode_header(fields))
+def refuse_connection(sock: socket.socket, reason: str) -> None:
+    """Tells a peer why it is refused, if its socket takes so few bytes at once, and closes."""
+    with contextlib.suppress(OSError):
+        sock.send(encode_header(refuse(reason)))
+    sock.close()
 
 
 async def _connect_first(loop: asyncio.AbstractEventLoop, host: str, port: int) -> socket.socket:

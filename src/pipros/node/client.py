@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from pipros.msg.base import Message
 
 _pack_length = struct.Struct("<I").pack
+_unpack_length = struct.Struct("<I").unpack_from
+_CHUNK_BYTES = 64 * 1024
+_LARGEST_CHUNK_BYTES = 4 * 1024 * 1024
 
 
 class ServiceFailed(PiprosError):
@@ -203,7 +206,8 @@ class ServiceLink:
             )
             self.sock.settimeout(_remaining(deadline, HANDSHAKE_DEADLINE_S))
             self.sock.sendall(encode_header(header))
-            self.fields, self._rest = _read_header(self.sock)
+            self.fields, rest = _read_header(self.sock)
+            self._rest: bytes | bytearray = rest
             check_service_reply(self.fields, f"{host}:{port}")
         except Refused as error:
             self.sock.close()
@@ -225,9 +229,7 @@ class ServiceLink:
         try:
             self.sock.settimeout(_remaining(deadline))
             self.sock.sendall(b"".join((_pack_length(sum(map(len, body))), *body)))
-            ok = self._receive(1, deadline)[0]
-            (length,) = struct.unpack("<I", self._receive(4, deadline))
-            reply = self._receive(length, deadline)
+            ok, reply = self._receive_reply(deadline)
         except TimeoutError as error:
             self.close()
             raise CallTimeout(f"service [{service}] did not answer in time") from error
@@ -238,6 +240,25 @@ class ServiceLink:
             raise ServiceFailed(f"service [{service}] responded with an error: {reply!r}")
         return reply
 
+    def _receive_reply(self, deadline: float | None) -> tuple[bool, bytes]:
+        """The ok byte and the body; memory grows with what arrives, not with what was announced."""
+        data = self._rest
+        while len(data) < 5 or len(data) < 5 + _unpack_length(data, 1)[0]:
+            missing = 5 + _unpack_length(data, 1)[0] - len(data) if len(data) >= 5 else 0
+            if deadline is not None:
+                self.sock.settimeout(_remaining(deadline))
+            more = self.sock.recv(min(max(missing, _CHUNK_BYTES), _LARGEST_CHUNK_BYTES))
+            if not more:
+                raise ProtocolError("unable to receive data from sender, check sender's logs for details")
+            if not data:
+                data = more
+            else:
+                data = bytearray(data) if not isinstance(data, bytearray) else data
+                data += more
+        end = 5 + _unpack_length(data, 1)[0]
+        self._rest = bytes(data[end:])
+        return data[0] == 1, bytes(data[5:end])
+
     def interrupt(self) -> None:
         """Ends a call that another thread waits for."""
         sockets.abort(self.sock)
@@ -245,20 +266,6 @@ class ServiceLink:
     def close(self) -> None:
         sockets.abort(self.sock)
         self.sock.close()
-
-    def _receive(self, count: int, deadline: float | None) -> bytes:
-        """Exactly `count` bytes; memory grows with what arrives, not with what was announced."""
-        parts = [self._rest[:count]]
-        self._rest = self._rest[count:]
-        missing = count - len(parts[0])
-        while missing:
-            self.sock.settimeout(_remaining(deadline))
-            data = self.sock.recv(min(missing, 1 << 20))
-            if not data:
-                raise ProtocolError("unable to receive data from sender, check sender's logs for details")
-            parts.append(data)
-            missing -= len(data)
-        return b"".join(parts)
 
 
 def split_service_uri(uri: str) -> tuple[str, int]:

@@ -143,10 +143,10 @@ class Node:
             registrations=self._registrations,
             log=self.log,
         )
-        await self._tcpros.start()
+        self._tcpros.start()
 
     async def _close(self) -> None:
-        await self._tcpros.stop()
+        self._tcpros.stop()
         await self._rpc.stop()
 
     @property

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from pipros.net.loop import BackgroundLoop
 from pipros.net.outgoing import Buffer, Frame, OutgoingLink
-from pipros.net.tcpros import Connection, send_header
-from pipros.wire.handshake import Interface, accept_topic_link, check_topic_request, refuse
+from pipros.net.tcpros import Connection, refuse_connection
+from pipros.wire.handshake import Interface, accept_topic_link, check_topic_request
+from pipros.wire.header import encode_header
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -107,20 +108,20 @@ class Publication:
         with self._lock:
             peer.link.send(*self._frame(message))
 
-    async def attach(self, connection: Connection) -> None:
+    def attach(self, connection: Connection) -> None:
         """Answers a subscriber's header: links it and sends the latched message, or refuses it."""
         refusal = check_topic_request(connection.fields, self.interface)
+        if refusal:
+            self._log.warning(refusal)
         if refusal or self._is_closed:
-            await send_header(connection.sock, refuse(refusal or f"[{self.topic}] is being closed"))
-            connection.sock.close()
-            if refusal:
-                self._log.warning(refusal)
+            refuse_connection(connection.sock, refusal or f"[{self.topic}] is being closed")
             return
         answer = accept_topic_link(self.topic, self._caller_id, self.interface, latching=self.is_latching)
-        await send_header(connection.sock, {**self.headers, **answer})
+        header = encode_header({**self.headers, **answer})
         link = OutgoingLink(connection.sock, self._loop, queue_size=self.queue_size, on_closed=self._detach)
         peer = PublisherLink(connection.fields["callerid"], self._next_link_number(), link)
         with self._lock:
+            link.greet(header)
             self._send_latched(link)
             self.links = (*self.links, peer)
         self._tell_listeners(

@@ -9,21 +9,20 @@ from __future__ import annotations
 import logging
 import socket
 import struct
-import threading
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pipros.errors import ProtocolError
 from pipros.net import sockets
-from pipros.net.tcpros import Connection
+from pipros.net.tcpros import Connection, refuse_connection
 from pipros.node.publisher import encoder
 from pipros.node.subscriber import decoder
+from pipros.node.workers import Workers
 from pipros.wire.frames import FrameBuffer
 from pipros.wire.handshake import (
     Interface,
     accept_service_link,
     check_service_request,
-    refuse,
 )
 from pipros.wire.header import encode_header
 
@@ -61,6 +60,7 @@ class ServiceServer:
         *,
         caller_id: str,
         on_error: Callable[[BaseException], object],
+        workers: Workers,
         log: logging.Logger,
     ) -> None:
         self.name = name
@@ -70,6 +70,7 @@ class ServiceServer:
         self._handler = handler
         self._on_error = on_error
         self._caller_id = caller_id
+        self._workers = workers
         self._log = log
         self._decode = decoder(service_class._request_class)
         self._encode = encoder(service_class._response_class)
@@ -77,10 +78,33 @@ class ServiceServer:
         self._is_closed = False
 
     def attach(self, connection: Connection) -> None:
-        """Takes over a connection whose header names this service."""
-        threading.Thread(
-            target=self._serve, args=(connection,), name=f"service {self.name}", daemon=True
-        ).start()
+        """Takes over a connection whose header names this service: answers it, and has it served.
+
+        Called in the event loop, which answers at once, while a thread gets ready for the request.
+        """
+        refusal = check_service_request(connection.fields, self.interface)
+        if refusal or self._is_closed:
+            refuse_connection(connection.sock, refusal or f"[{self.name}] is being closed")
+            return
+        answer = encode_header(
+            accept_service_link(
+                self.name,
+                self._caller_id,
+                self.interface,
+                request_type=self.service_class._request_class._type,
+                response_type=self.service_class._response_class._type,
+            )
+        )
+        try:
+            sent = connection.sock.send(answer)
+        except OSError:  # it left while it was being answered
+            connection.sock.close()
+            return
+        if connection.fields.get("probe") == "1":
+            connection.sock.close()
+            return
+        self._open.add(connection.sock)
+        self._workers.run(self._serve, connection, answer[sent:])
 
     def close(self) -> None:
         """Ends all connections; a handler under way ends by itself."""
@@ -88,28 +112,11 @@ class ServiceServer:
         for sock in list(self._open):
             sockets.abort(sock)
 
-    def _serve(self, connection: Connection) -> None:
+    def _serve(self, connection: Connection, unsent: bytes) -> None:
         sock, fields = connection.sock, connection.fields
-        self._open.add(sock)
         try:
             sock.setblocking(True)
-            refusal = check_service_request(fields, self.interface)
-            if refusal or self._is_closed:
-                sock.sendall(encode_header(refuse(refusal or f"[{self.name}] is being closed")))
-                return
-            sock.sendall(
-                encode_header(
-                    accept_service_link(
-                        self.name,
-                        self._caller_id,
-                        self.interface,
-                        request_type=self.service_class._request_class._type,
-                        response_type=self.service_class._response_class._type,
-                    )
-                )
-            )
-            if fields.get("probe") == "1":
-                return
+            sock.sendall(unsent)
             for frame in receive_frames(sock, connection.rest):
                 if not self._answer(sock, frame, fields) or fields.get("persistent") != "1":
                     return

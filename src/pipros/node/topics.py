@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pipros.errors import PiprosError
 from pipros.net.address import uri
 from pipros.net.loop import BackgroundLoop
-from pipros.net.tcpros import Connection, send_header
+from pipros.net.tcpros import Connection, refuse_connection
 from pipros.node.publisher import Publication, Publisher
 from pipros.node.registration import (
     Entry,
@@ -29,7 +29,7 @@ from pipros.node.subscriber import (
     Subscriber,
     Subscription,
 )
-from pipros.wire.handshake import refuse
+from pipros.node.workers import Workers
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -65,6 +65,7 @@ class Topics:
         self._publications: dict[str, tuple[Publication, Entry]] = {}
         self._subscriptions: dict[str, tuple[Subscription, Entry]] = {}
         self._services: dict[str, tuple[ServiceServer, Entry]] = {}
+        self._workers = Workers(f"service of {node_name}")
         self._observer: Observer | None = None
         self._link_numbers = itertools.count(1)
         self._lock = threading.RLock()
@@ -247,6 +248,7 @@ class Topics:
                 handler,
                 caller_id=self._node_name,
                 on_error=on_error or self._log_handler_error,
+                workers=self._workers,
                 log=self._log,
             )
             entry = ServiceEntry(name, self._service_uri)
@@ -268,29 +270,22 @@ class Topics:
 
     # -- connections --------------------------------------------------------------------
 
-    async def attach(self, connection: Connection) -> None:
+    def attach(self, connection: Connection) -> None:
         """Hands a peer that has introduced itself to the topic or service that it asks for."""
         topic, service = connection.fields.get("topic"), connection.fields.get("service")
         if topic is not None:
-            publication = self.publication(topic)
-            if publication is not None:
-                await publication.attach(connection)
+            if publication := self.publication(topic):
+                publication.attach(connection)
                 return
             reason = f"[{self._node_name}] is not a publisher of [{topic}]"
         elif service is not None:
-            server = self.service(service)
-            if server is not None:
+            if server := self.service(service):
                 server.attach(connection)
                 return
             reason = f"[{self._node_name}] does not provide the service [{service}]"
         else:
             reason = "no topic or service name detected"
-        try:
-            await send_header(connection.sock, refuse(reason))
-        except OSError:
-            pass  # it did not wait for the answer
-        finally:
-            connection.sock.close()
+        refuse_connection(connection.sock, reason)
 
     def close(self) -> None:
         """Ends every link and every connection."""
@@ -300,6 +295,7 @@ class Topics:
             subscription.close()
         for server, _ in self._services.values():
             server.close()
+        self._workers.close()
 
     def _next_link_number(self) -> int:
         return next(self._link_numbers)

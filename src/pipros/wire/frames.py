@@ -14,7 +14,10 @@ from pipros.errors import LimitExceeded
 
 #: A frame's length field can claim 4 GiB; nothing sensible is above one.
 FRAME_LIMIT_BYTES = 1 << 30
-_INITIAL_BYTES = 64 * 1024
+
+#: Buffers start small, for nodes with hundreds of quiet topics, and grow to this under traffic.
+_INITIAL_BYTES = 4 * 1024
+_COMFORTABLE_BYTES = 128 * 1024
 
 _unpack_length = struct.Struct("<I").unpack_from
 
@@ -73,6 +76,8 @@ class FrameBuffer:
     def room(self) -> memoryview:
         """Memory to receive into, never empty. Frames handed out before become invalid."""
         pending = self._end - self._start
+        if self._end == len(self._store) < _COMFORTABLE_BYTES:
+            self._grow()  # the peer had more to say than there was room for
         if not pending:
             self._start = self._end = 0
         elif self._start and (
@@ -83,6 +88,11 @@ class FrameBuffer:
         if self._end == len(self._store):
             self._grow()
         return self._view[self._end :]
+
+    @property
+    def missing_bytes(self) -> int:
+        """How many bytes the frame under way still lacks, as far as is known; 0 between frames."""
+        return self._missing() if self._end > self._start else 0
 
     def received(self, count: int) -> Iterator[memoryview]:
         """Yields the frames completed by `count` more bytes.
