@@ -25,8 +25,9 @@ from pipros.wire.xmlrpc import Fault
 
 _log = logging.getLogger("rosmaster.master")
 
-ROUND_S: Final = 10.0
-"""How often every node is asked."""
+ROUND_S: Final = 3.0
+"""How often every node is asked, as long as that makes no more than `ASKED_PER_S` questions."""
+ASKED_PER_S: Final = 100
 ANSWER_S: Final = 3.0
 """How long a node may take to answer."""
 CONFIRMATIONS: Final = 3
@@ -104,7 +105,7 @@ class Liveness:
 
     async def _ask_rounds(self) -> None:
         while True:
-            await asyncio.sleep(ROUND_S)
+            await asyncio.sleep(max(ROUND_S, len(self._registry.nodes) / ASKED_PER_S))
             self._pids = {key: pid for key, pid in self._pids.items() if self._is_current(*key)}
             self._unreachable &= set(self._registry.nodes)
             places = asyncio.Semaphore(ASKED_AT_A_TIME)
