@@ -1,0 +1,112 @@
+"""`rosmaster` as people and roslaunch start it."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+
+from pipros.cli.rosmaster import main
+from pipros.errors import PiprosError
+from pipros.net.master import MasterClient
+from tests.support.ports import ClaimedPort
+from tests.support.processes import Process, Processes
+from tests.support.waiting import wait_until
+
+
+def start(processes: Processes, port: ClaimedPort, *options: str) -> Process:
+    command = ("-m", "pipros.cli.rosmaster", *options, "-p", str(port.number))
+    return processes.start(sys.executable, *command)
+
+
+def is_up(port: ClaimedPort) -> bool:
+    try:
+        return MasterClient(port.uri, "/test", timeout_s=5).get_pid() > 0
+    except PiprosError:
+        return False
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_serves_until_a_signal_and_ends_with_0(
+    processes: Processes, claimed_port: ClaimedPort, number: signal.Signals
+) -> None:
+    process = start(processes, claimed_port, "--core", "-w", "3", "-t", "5")
+    wait_until(lambda: is_up(claimed_port))
+    process.send_signal(number)
+    assert process.wait(10) == 0
+    assert process.output == ""
+
+
+def test_without_core_it_says_that_roscore_is_wanted_and_where_it_listens(
+    processes: Processes, claimed_port: ClaimedPort
+) -> None:
+    process = start(processes, claimed_port)
+    process.wait_for("Standalone zenmaster has been deprecated, please use 'roscore' instead")
+    process.wait_for(rf"http://127.0.0.1:{claimed_port.number}/ listens on 127.0.0.1, for this computer only")
+    process.press_ctrl_c()
+    assert process.wait(10) == 0
+
+
+def test_a_port_that_is_taken_is_told_in_one_line(processes: Processes, claimed_port: ClaimedPort) -> None:
+    start(processes, claimed_port, "--core")
+    wait_until(lambda: is_up(claimed_port))
+    second = start(processes, claimed_port, "--core")
+    assert second.wait(10) == 1
+    assert second.stderr == [
+        f"ERROR: Unable to start XML-RPC server, port {claimed_port.number} is already in use"
+    ]
+
+
+def test_it_ends_when_a_peer_on_this_computer_asks_it_to(
+    processes: Processes, claimed_port: ClaimedPort
+) -> None:
+    process = start(processes, claimed_port, "--core")
+    wait_until(lambda: is_up(claimed_port))
+    MasterClient(claimed_port.uri, "/test", timeout_s=5).call("shutdown", "end of the test")
+    assert process.wait(10) == 0
+
+
+def test_it_logs_where_roslaunch_tells_it_to(
+    processes: Processes, claimed_port: ClaimedPort, tmp_path: Path
+) -> None:
+    log = tmp_path / "logs" / "master.log"
+    process = start(processes, claimed_port, "--core", "--master-logger-level=debug", f"__log:={log}")
+    wait_until(lambda: is_up(claimed_port))
+    wait_until(log.exists)
+    process.press_ctrl_c()
+    assert process.wait(10) == 0
+
+
+@pytest.mark.parametrize(
+    ("argv", "text"),
+    [
+        (["--core", "foo"], "unrecognized arg: foo"),
+        (["--nope"], "no such option: --nope"),
+        (["-p", "x"], "invalid literal"),
+        (["-t", "x"], "could not convert"),
+    ],
+)
+def test_wrong_arguments_are_told_and_end_with_2(
+    argv: list[str], text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(argv)
+    assert caught.value.code == 2
+    assert text in capsys.readouterr().err
+
+
+def test_help_names_what_genuine_rosmaster_has(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    text = capsys.readouterr().out
+    assert text.startswith("Usage: zenmaster [options]")
+    for option in (
+        "--core",
+        "-p PORT, --port=PORT",
+        "-w NUM_WORKERS",
+        "-t TIMEOUT",
+        "--master-logger-level=",
+    ):
+        assert option in text

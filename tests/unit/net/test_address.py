@@ -1,0 +1,109 @@
+"""What to bind and what to advertise."""
+
+from __future__ import annotations
+
+import socket
+
+import pytest
+
+from pipros.env import Environment
+from pipros.net.address import (
+    ANY,
+    ANY_IPV6,
+    LOOPBACK,
+    advertised_host,
+    bind_host,
+    is_loopback,
+    split_uri,
+    uri,
+)
+
+MASTER_FAR = "http://robot:11311"
+
+
+@pytest.mark.parametrize(
+    ("variables", "bound", "advertised"),
+    [
+        ({}, LOOPBACK, LOOPBACK),
+        ({"ROS_MASTER_URI": "http://127.0.0.1:11311"}, LOOPBACK, LOOPBACK),
+        ({"ROS_MASTER_URI": "nonsense"}, LOOPBACK, LOOPBACK),
+        ({"ROS_IP": "10.0.0.5"}, ANY, "10.0.0.5"),
+        ({"ROS_HOSTNAME": "robot"}, ANY, "robot"),
+        ({"ROS_HOSTNAME": "robot", "ROS_IP": "127.0.0.1"}, ANY, "robot"),
+        ({"ROS_HOSTNAME": "localhost", "ROS_MASTER_URI": MASTER_FAR}, LOOPBACK, "localhost"),
+        ({"ROS_IP": "127.0.1.1"}, LOOPBACK, "127.0.1.1"),
+        ({"ROS_IP": "::1"}, "::1", "::1"),
+        ({"ROS_IP": "fd00::7"}, ANY_IPV6, "fd00::7"),
+    ],
+)
+def test_only_loopback_is_bound_until_the_environment_opens_it(
+    variables: dict[str, str], bound: str, advertised: str
+) -> None:
+    environment = Environment.from_os(variables)
+    assert bind_host(environment) == bound
+    assert advertised_host(environment) == advertised
+
+
+def test_with_a_master_elsewhere_this_machine_is_known_by_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    environment = Environment(master_uri=MASTER_FAR)
+    assert bind_host(environment) == ANY
+    monkeypatch.setattr(socket, "gethostname", lambda: "laptop")
+    assert advertised_host(environment) == "laptop"
+
+
+def test_a_machine_without_a_name_is_known_by_its_address_towards_the_master(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(socket, "gethostname", lambda: "localhost")
+    assert advertised_host(Environment(master_uri="http://no.such.host.invalid:1")) == LOOPBACK
+
+
+@pytest.mark.parametrize(
+    "host", ["localhost", "LOCALHOST", "127.0.0.1", "127.9.9.9", "::1", "[::1]", "a.localhost"]
+)
+def test_loopback_is_known_by_how_it_is_written(host: str) -> None:
+    assert is_loopback(host)
+
+
+@pytest.mark.parametrize(
+    "host", ["", "robot", "10.0.0.1", "128.0.0.1", "127.0.0", "127.evil.example.com", "::2"]
+)
+def test_other_hosts_are_not_loopback(host: str) -> None:
+    assert not is_loopback(host)
+
+
+def test_uris_are_written_as_ros_writes_them() -> None:
+    assert uri("robot", 1) == "http://robot:1/"
+    assert uri("fd00::7", 1, "rosrpc") == "rosrpc://[fd00::7]:1"
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("http://robot:11311", ("robot", 11311, "/")),
+        ("http://robot:11311/", ("robot", 11311, "/")),
+        ("HTTP://robot:1/a/b", ("robot", 1, "/a/b")),
+        ("http://[::1]:5/", ("::1", 5, "/")),
+        ("rosrpc://robot:5", ("robot", 5, "/")),
+    ],
+)
+def test_uris_are_taken_apart(text: str, parts: tuple[str, int, str]) -> None:
+    assert split_uri(text) == parts
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "robot:1",
+        "http://robot",
+        "http://robot:/",
+        "http://:1",
+        "https://r:1",
+        "http://r:99999",
+        "http://r:1²/",
+    ],
+)
+def test_what_is_no_uri_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="is no URI"):
+        split_uri(text)
