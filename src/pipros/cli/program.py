@@ -102,11 +102,11 @@ def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str,
     return subcommand(argv[1:])
 
 
-def run(body: Callable[[], int]) -> int:
+def run(body: Callable[[], int], *, error_code: int = 1) -> int:
     """Runs a command to its exit code, with the ends that all commands share.
 
-    An error is one line on standard error and code 1. Ctrl-C ends with 0 and without a traceback, as
-    Noetic's commands do. A reader that closed the pipe (`| head`) ends the command quietly.
+    An error is told on standard error and ends with `error_code`. Ctrl-C ends with 0 and without a traceback,
+    as Noetic's commands do. A reader that closed the pipe (`| head`) ends the command quietly.
     """
     try:
         code = body()
@@ -118,7 +118,7 @@ def run(body: Callable[[], int]) -> int:
     except PiprosError as error:
         _flush()
         print(f"ERROR: {_headline(error)}", file=sys.stderr)
-        return 1
+        return error_code
     return code
 
 

@@ -1,10 +1,11 @@
-"""The messages that the transcripts of `rostopic echo` show, one latched topic each.
+"""The messages that the transcripts of `rostopic echo` show, one latched topic each, and a few services.
 
 Run as a program, it is a node that publishes them, on genuine ROS and on pipros alike.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 
@@ -48,10 +49,28 @@ def messages() -> dict[str, Any]:
     }
 
 
+def services() -> dict[str, tuple[Any, Callable[[Any], Any]]]:
+    """The class and the handler of each service."""
+    from nav_msgs.srv import GetPlan, GetPlanResponse
+    from std_srvs.srv import Empty, EmptyResponse, SetBool, SetBoolResponse
+
+    def fail(_request: Any) -> Any:
+        raise ValueError("boom")
+
+    return {
+        "/served/empty": (Empty, lambda request: EmptyResponse()),
+        "/served/set": (SetBool, lambda request: SetBoolResponse(request.data, f"got {request.data}")),
+        "/served/plan": (GetPlan, lambda request: GetPlanResponse()),
+        "/served/fail": (Empty, fail),
+    }
+
+
 def main() -> None:
     import rospy
 
     rospy.init_node("source")
+    for service, (service_class, handler) in services().items():
+        rospy.Service(service, service_class, handler)
     publishers = []
     for topic, message in messages().items():
         publishers.append(rospy.Publisher(topic, type(message), latch=True, queue_size=1))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import io
+import logging
 import os
 import shutil
 from collections.abc import Iterator
@@ -18,7 +19,7 @@ from pipros.env import Environment
 from pipros.master.server import Master
 from pipros.node import Node
 from tests.golden.cli.scenes import MASKS, stage_for, wants_sources
-from tests.golden.cli.sources import messages
+from tests.golden.cli.sources import messages, services
 from tests.golden.cli.transcript import Command, Outcome, mask_outcome, render, split
 
 HERE = Path(__file__).parent
@@ -50,9 +51,12 @@ def sources_for(transcript: str, master_uri: str) -> Iterator[None]:
     if not wants_sources(transcript):
         yield
         return
-    with Node("source", environment=Environment(master_uri=master_uri)) as node:
+    quiet = logging.Logger("source", logging.CRITICAL)  # a failing service is a part of the scenery
+    with Node("source", environment=Environment(master_uri=master_uri), log=quiet) as node:
         for topic, message in messages().items():
             node.advertise(topic, type(message), latch=True).publish(message)
+        for service, (service_class, handler) in services().items():
+            node.serve(service, service_class, handler)
         yield
 
 

@@ -82,7 +82,7 @@ def _lines(
 
 
 def _indented(lines: Sequence[str]) -> str:
-    """The lines two blanks to the right, as Noetic has it: also the empty ones, but the first and the last."""
+    """The lines two blanks to the right, as Noetic has it: all but empty first and last ones."""
     last = len(lines) - 1
     return "\n".join(f"  {line}" if line or 0 < at < last else "" for at, line in enumerate(lines))
 

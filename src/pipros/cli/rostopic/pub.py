@@ -156,22 +156,14 @@ class _Run:
 
 
 def _documents(file: str | None) -> Iterator[Any]:
-    """The YAML documents of a file, or of standard input as they arrive; empty ones are left out."""
-    from pipros.safe.yaml import load, load_all
+    """The YAML documents of a file, or of standard input as they arrive."""
+    from pipros.cli.documents import documents_of
 
-    if file is not None:
-        yield from (document for document in load_all(Path(file).read_text("utf-8"), file, angles=False))
+    if file is None:
+        yield from documents_of(sys.stdin)
         return
-    lines: list[str] = []
-    for line in sys.stdin:
-        if line.strip() != "---":
-            lines.append(line)
-            continue
-        if document := load("".join(lines), "standard input", angles=False):
-            yield document
-        lines.clear()
-    if document := load("".join(lines), "standard input", angles=False):
-        yield document
+    with Path(file).open(encoding="utf-8") as lines:
+        yield from documents_of(lines, file)
 
 
 def _parse(argv: list[str]) -> tuple[OptionParser, PubOptions]:

@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from typing import Any
 
+from pipros.cli.documents import value_of
 from pipros.cli.program import CommandError
 from pipros.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.msg.base import Message, MessageException
 from pipros.msg.fill import fill_message_args, get_printable_message_args
 from pipros.msg.time import Time
-from pipros.safe.yaml import YamlError, load
+from pipros.safe.yaml import YamlError
 
 NS_PER_S = 1_000_000_000
 
@@ -39,7 +40,7 @@ def read_values(parser: OptionParser, words: Sequence[str]) -> list[Any] | None:
     if not words:
         return None
     try:
-        return [load(word, "argument", angles=False) if word else "" for word in words]
+        return [value_of(word) for word in words]
     except YamlError as error:
         parser.error(f"Argument error: {error}")
 

@@ -1,0 +1,118 @@
+"""The subcommands of `rosservice` that only ask."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from pipros.cli.program import Surroundings, option_parser
+from pipros.cli.rosservice.services import (
+    argument_names,
+    nodes_by_service,
+    service_class_of,
+    services_of_type,
+    type_of,
+    uri_of,
+)
+from pipros.graph.picture import is_below
+from pipros.names import parse_arguments
+
+
+def list_services(argv: Sequence[str]) -> int:
+    parser = option_parser("rosservice", "list [/namespace]")
+    parser.add_option(
+        "-n", "--nodes", dest="nodes", action="store_true", help="print nodes that provide service(s)"
+    )
+    options, arguments = parser.parse_args(list(parse_arguments(argv).rest))
+    if len(arguments) > 1:
+        parser.error("you may only specify one input namespace")
+    with Surroundings("rosservice") as here:
+        ns = here.resolve(arguments[0]) if arguments else "/"
+        for service, node in nodes_by_service(here.master).items():
+            if is_below(service, ns):
+                print(f"{service} {node}" if options.nodes else service)
+    return 0
+
+
+def show_type(argv: Sequence[str]) -> int:
+    name = _one_service("type", argv)
+    with Surroundings("rosservice") as here:
+        service = here.resolve(name)
+        type_name = type_of(here.master, service)
+    if type_name is None:
+        print(f"Unknown service [{service}]", file=sys.stderr)
+        return 1
+    print(type_name)
+    return 0
+
+
+def show_uri(argv: Sequence[str]) -> int:
+    name = _one_service("uri", argv)
+    with Surroundings("rosservice") as here:
+        service = here.resolve(name)
+        return _print_known(service, uri_of(here.master, service))
+
+
+def show_node(argv: Sequence[str]) -> int:
+    name = _one_service("node", argv)
+    with Surroundings("rosservice") as here:
+        service = here.resolve(name)
+        return _print_known(service, nodes_by_service(here.master).get(service))
+
+
+def _print_known(service: str, value: str | None) -> int:
+    if value is None:
+        print(f"Unknown service: {service}", file=sys.stderr)
+        return 1
+    print(value)
+    return 0
+
+
+def show_args(argv: Sequence[str]) -> int:
+    name = _one_service("args", argv)
+    with Surroundings("rosservice") as here:
+        print(argument_names(service_class_of(here.master, here.resolve(name))))
+    return 0
+
+
+def _one_service(subcommand: str, argv: Sequence[str]) -> str:
+    parser = option_parser("rosservice", f"{subcommand} /service")
+    _, arguments = parser.parse_args(list(parse_arguments(argv).rest))
+    if not arguments:
+        parser.error("service must be specified")
+    if len(arguments) > 1:
+        parser.error("you may only specify one input service")
+    return str(arguments[0])
+
+
+def show_info(argv: Sequence[str]) -> int:
+    parser = option_parser("rosservice", "info /service")
+    _, arguments = parser.parse_args(list(parse_arguments(argv).rest))
+    if not arguments:
+        parser.error("you must specify a service name")
+    if len(arguments) > 1:
+        parser.error("you may only specify one service")
+    with Surroundings("rosservice") as here:
+        service = here.resolve(arguments[0])
+        node = nodes_by_service(here.master).get(service)
+        if node is None:
+            print("ERROR: unknown service", file=sys.stderr)
+            return 1
+        print(f"Node: {node}")
+        print(f"URI: {uri_of(here.master, service)}")
+        service_class = service_class_of(here.master, service)
+    print(f"Type: {service_class._type}")
+    print(f"Args: {argument_names(service_class)}")
+    return 0
+
+
+def find_services(argv: Sequence[str]) -> int:
+    parser = option_parser("rosservice", "find msg-type")
+    _, arguments = parser.parse_args(list(parse_arguments(argv).rest))
+    if not arguments:
+        parser.error("please specify a message type")
+    if len(arguments) > 1:
+        parser.error("you may only specify one message type")
+    with Surroundings("rosservice") as here:
+        print("\n".join(services_of_type(here.master, arguments[0])))
+    return 0
