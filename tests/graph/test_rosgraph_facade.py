@@ -14,6 +14,7 @@ import rosgraph
 import rosgraph.masterapi
 import rosgraph.names
 import rosgraph.network
+import rosgraph.xmlrpc
 import rosmaster
 import rosmaster.master
 
@@ -156,7 +157,8 @@ def test_addresses_follow_the_environment(
     monkeypatch.setenv("ROS_HOSTNAME", "http://x")
     network.get_address_override()
     assert capsys.readouterr().err == (
-        "invalid ROS_IP (port should not be included)\ninvalid ROS_HOSTNAME (protocol should not be included)\n"
+        "invalid ROS_IP (port should not be included)\n"
+        "invalid ROS_HOSTNAME (protocol should not be included)\n"
     )
     assert network.is_local_address("localhost")
     assert not network.is_local_address("192.0.2.77")
@@ -178,3 +180,42 @@ def test_connection_headers_are_written_and_read() -> None:
         left.shutdown(socket.SHUT_WR)
         with pytest.raises(network.ROSHandshakeException, match="terminated before"):
             network.read_ros_handshake_header(right, io.BytesIO(), 100)
+
+
+class Greeter(rosgraph.xmlrpc.XmlRpcHandler):
+    def __init__(self) -> None:
+        self.events: list[str] = []
+
+    def _ready(self, uri: str) -> None:
+        self.events.append(f"ready at {uri}")
+
+    def _shutdown(self, reason: str) -> None:
+        self.events.append(f"ended: {reason}")
+
+    def greet(self, name: str) -> str:
+        return f"hello {name}"
+
+
+def test_own_xml_rpc_nodes_serve_the_public_methods_of_their_handler() -> None:
+    greeter = Greeter()
+    node = rosgraph.xmlrpc.XmlRpcNode(0, greeter)
+    node.start()
+    with xmlrpc.client.ServerProxy(str(node.uri)) as proxy:
+        assert proxy.greet("you") == "hello you"
+        for name in ("_ready", "events", "__init__"):
+            with pytest.raises(xmlrpc.client.Fault, match="not supported"):
+                proxy.__getattr__(name)()
+    node.shutdown("bye")
+    node.shutdown("again")
+    assert greeter.events == [f"ready at {node.uri}", "ended: bye"]
+
+
+def test_an_xml_rpc_node_whose_port_is_taken_tells_so() -> None:
+    first = rosgraph.xmlrpc.XmlRpcNode()
+    first.start()
+    errors: list[Exception] = []
+    rosgraph.xmlrpc.XmlRpcNode(first.port, on_run_error=errors.append).start()
+    assert isinstance(errors[0], OSError)
+    with pytest.raises(OSError, match="in use"):
+        rosgraph.xmlrpc.XmlRpcNode(first.port).start()
+    first.shutdown("end of the test")

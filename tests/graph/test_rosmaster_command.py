@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -77,6 +78,21 @@ def test_it_logs_where_roslaunch_tells_it_to(
     wait_until(log.exists)
     process.press_ctrl_c()
     assert process.wait(10) == 0
+
+
+def test_statistics_of_a_running_master_are_printed(
+    processes: Processes, claimed_port: ClaimedPort, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    start(processes, claimed_port, "--core")
+    wait_until(lambda: is_up(claimed_port))
+    monkeypatch.setenv("ROS_MASTER_URI", claimed_port.uri)
+    assert main(["--statistics"]) == 0
+    assert "Calls: " in capsys.readouterr().out
+
+
+def test_statistics_of_no_master_are_an_error_with_its_cure(capsys: Any) -> None:
+    assert main(["--statistics"]) == 1
+    assert "Is roscore running" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -43,9 +43,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         timeout_s = None if options.timeout is None else float(options.timeout)
     except ValueError as error:
         parser.error(str(error))
+    environment = Environment.from_os()
+    if options.statistics:
+        return _print_statistics(parsed.special.get("__master") or environment.master_uri)
     if not options.core:
         print(_DEPRECATED)
-    environment = Environment.from_os()
     environment = replace(
         environment,
         hostname=parsed.special.get("__hostname") or environment.hostname,
@@ -95,7 +97,29 @@ def _parser() -> OptionParser:
         metavar="FILE",
         help="keep parameters and registrations in FILE, and begin with what is there",
     )
+    parser.add_option(
+        "--statistics",
+        action="store_true",
+        default=False,
+        help="print what the master at ROS_MASTER_URI has done so far, and end",
+    )
     return parser
+
+
+def _print_statistics(uri: str) -> int:
+    from pipros.master.statistics import METHOD, describe
+    from pipros.net.master import MasterClient
+    from pipros.wire.xmlrpc import Fault
+
+    try:
+        print(describe(uri, MasterClient(uri, "/rosmaster", timeout_s=10).call(METHOD)))
+    except Fault:
+        print(f"ERROR: the master at {uri} is not one of pipros and keeps no statistics", file=sys.stderr)
+    except (PiprosError, ValueError) as error:
+        print(f"ERROR: {error}", file=sys.stderr)
+    else:
+        return 0
+    return 1
 
 
 def _log_to(file: Path, options: Values) -> None:

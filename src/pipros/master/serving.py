@@ -24,8 +24,6 @@ _log = logging.getLogger("rosmaster.master")
 RESUME_ANSWER_S: Final = 1.0
 """How long the nodes of a crashed master have to say that they are still there."""
 
-STATISTICS_METHOD: Final = "pipros.getStatistics"
-
 
 class MasterServer:
     """A master on the loop that `start()` is awaited on. Everything but making it happens there."""
@@ -62,7 +60,7 @@ class MasterServer:
         self._api = MasterApi(
             self.registry, self.params, notify=self.notifier.notify, shutdown=self._shutdown_asked
         )
-        methods = {**self._api.methods, STATISTICS_METHOD: self._statistics}
+        methods = {**self._api.methods, statistics.METHOD: self._statistics}
         self.rpc = RpcServer(methods, host=host, port=port, limits=limits, admits=admits)
         self._rate = statistics.CallRate()
         self._started_at = 0.0

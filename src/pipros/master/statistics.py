@@ -11,6 +11,9 @@ from pipros.master.params import ParamTree
 from pipros.master.registry import Registry, Role
 from pipros.net.rpc_server import RpcServer
 
+METHOD: Final = "pipros.getStatistics"
+"""What the method is called by which a master tells them; genuine masters have none."""
+
 _RATE_OVER_S: Final = 10
 
 

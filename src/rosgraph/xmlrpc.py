@@ -1,0 +1,90 @@
+"""An XML-RPC server for those who write their own nodes; a facade of `pipros.net.rpc_server`."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any
+
+from pipros.env import Environment
+from pipros.net import address as _address
+from pipros.net.loop import BackgroundLoop
+from pipros.net.rpc_server import RpcServer
+from rosgraph.network import get_host_name
+
+_log = logging.getLogger("xmlrpc")
+
+
+class XmlRpcHandler:
+    """What an `XmlRpcNode` serves: every public method of a subclass can be called by peers."""
+
+    def _ready(self, uri: str) -> None:
+        """Called with the URI when the server answers."""
+
+    def _shutdown(self, reason: str) -> None:
+        """Called when the server ends."""
+
+
+class XmlRpcNode:
+    """Serves a handler on a port. `uri` is where, once it has started.
+
+    Methods run one at a time, in the server's thread; they must not wait for each other.
+    """
+
+    def __init__(
+        self,
+        port: int | str = 0,
+        rpc_handler: XmlRpcHandler | None = None,
+        on_run_error: Callable[[Exception], None] | None = None,
+    ) -> None:
+        self.handler = rpc_handler
+        self.port = int(port or 0)
+        self.uri: str | None = None
+        self.server: RpcServer | None = None
+        self.on_run_error = on_run_error
+        self._loop = BackgroundLoop("xmlrpc node")
+
+    def start(self) -> None:
+        """Serves in a thread of its own; `uri` is set when this returns.
+
+        Raises:
+            OSError: when the port is taken and nobody asked to be told by `on_run_error`.
+        """
+        host = _address.bind_host(Environment.from_os())
+        self.server = RpcServer(_methods_of(self.handler), host=host, port=self.port)
+        self._loop.start()
+        try:
+            self._loop.run(self.server.start())
+        except OSError as error:
+            self._loop.stop()
+            self.server = None
+            if self.on_run_error is None:
+                raise
+            self.on_run_error(error)
+            return
+        self.port = self.server.port
+        own = _address.LOOPBACK if _address.is_loopback(host) else get_host_name()
+        self.set_uri(_address.uri(own, self.port))
+        if self.handler is not None and self.uri is not None:
+            self.handler._ready(self.uri)
+
+    def set_uri(self, uri: str) -> None:
+        """Tells the node by which URI it is known."""
+        self.uri = uri
+
+    def shutdown(self, reason: str) -> None:
+        """Ends the server. Harmless when repeated."""
+        server, self.server = self.server, None
+        if server is None:
+            return
+        _log.debug("ending %s: %s", self.uri, reason)
+        self._loop.run(server.stop())
+        self._loop.stop()
+        if self.handler is not None:
+            self.handler._shutdown(reason)
+
+
+def _methods_of(handler: XmlRpcHandler | None) -> dict[str, Callable[..., Any]]:
+    """The table of methods: taken once, so that peers cannot reach anything else."""
+    names = [] if handler is None else [name for name in dir(type(handler)) if not name.startswith("_")]
+    return {name: getattr(handler, name) for name in names if callable(getattr(handler, name))}

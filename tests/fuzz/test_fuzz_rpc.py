@@ -1,0 +1,20 @@
+"""The fuzz target of XML-RPC over HTTP on its corpus and on some mutations of it, the same in every run."""
+
+from __future__ import annotations
+
+import itertools
+
+from tests.fuzz import rpc
+from tests.fuzz.mutation import corpus, mutations
+
+
+def test_what_was_once_found_stays_fixed() -> None:
+    inputs = corpus("rpc")
+    assert inputs
+    for data in inputs:
+        rpc.target(data)
+
+
+def test_mutations_meet_the_promised_errors_only() -> None:
+    for data in itertools.islice(mutations(corpus("rpc"), seed=1, words=rpc.WORDS), 1000):
+        rpc.target(data)
