@@ -2,12 +2,14 @@
 
 Theory of operation. `send` is called by whatever thread publishes. While the socket keeps up, it
 writes there and then, without any hand-over. When the socket is full, the frame waits in the
-link's own queue; the publishing thread takes the queue along at its next call, and the event
-loop does when the publisher has gone quiet. A frame of which a part went out must follow whole,
-so only frames of which nothing went out are ever dropped: the oldest first, and counted.
+link's own queue; `settle` sees that it goes out: the publishing thread takes the queue along at its
+next call, and the event loop does when the publisher has gone quiet. A large frame rarely fits into
+a socket at once, but a peer that reads makes room within microseconds, so `settle` lingers that
+long before it hands over to the loop. A frame of which a part went out must follow whole, so only
+frames of which nothing went out are ever dropped: the oldest first, and counted.
 
 What `queue_size` means, as in rospy:
-    None  `drain` waits until the frame is in the socket's hands. A peer that takes nothing for
+    None  `settle` waits until the frame is in the socket's hands. A peer that takes nothing for
           STALL_LIMIT_S is treated as queue_size=1 until it moves again, so that a subscriber that
           hangs cannot stop a robot (genuine rospy waits for ever).
     0     unlimited.
@@ -32,6 +34,14 @@ from pipros.net.loop import BackgroundLoop
 STALL_LIMIT_S = 2.0
 
 Buffer = bytes | memoryview
+#: How long a publisher with a queue waits for a subscriber to make room for the rest of a large frame.
+#: One that makes none is not waited for again until it has caught up.
+LINGER_S = 0.0005
+LARGE_BYTES = 64 * 1024
+
+#: A wait for room looks this often whether the link was closed.
+WATCH_CLOSE_S = 0.1
+
 #: A frame as it goes over the wire, its length in front: buffers to be written in a row.
 Frame = Sequence[Buffer]
 
@@ -73,6 +83,7 @@ class OutgoingLink:
         self._waiting: deque[Frame] = deque()  # whole frames
         self._is_watched = False
         self._is_stalled = False
+        self._lingers = True
         loop.call(self._watch_peer)
 
     def send(self, frame: Frame, size: int) -> None:
@@ -98,30 +109,48 @@ class OutgoingLink:
                         statistics.frames += 1
                         return
                     self._keep_rest(frame, sent)
-            if self._rest or self._waiting:
-                self._drop_oldest()
-                self._watch_writable()
+            self._drop_oldest()
+
+    @property
+    def is_behind(self) -> bool:
+        """True while something waits. Read without a lock, to decide whether `settle` is worth a call."""
+        return bool(self._rest or self._waiting)
+
+    def settle(self) -> None:
+        """Sees that what waits goes out: waits for it if `queue_size` is None, else leaves it to the loop."""
+        if self.queue_size is None and not self._is_stalled:
+            self._is_stalled = not self._wait_for_room(STALL_LIMIT_S)
+        elif self._lingers and self._rest and len(self._rest[0]) >= LARGE_BYTES:
+            self._lingers = self._wait_for_room(LINGER_S)
+        if self.is_behind:
+            self.hand_over()
+
+    def hand_over(self) -> None:
+        """Leaves what waits to the event loop. Never blocks."""
+        with self._lock:
+            if self.is_behind and not self.is_closed and not self._is_watched:
+                self._is_watched = True
+                self._loop.call(self._start_writer)
 
     def greet(self, header: bytes) -> None:
         """Sends the answering connection header, before anything else. It counts as no frame."""
         self.send((header,), len(header))
+        self.hand_over()
         self.statistics = SendStatistics()
 
-    def drain(self) -> None:
-        """Waits until nothing waits, if `queue_size` is None; else returns at once."""
-        if self.queue_size is not None or self._is_stalled:
-            return
-        moved, deadline = self.statistics.bytes, time.monotonic() + STALL_LIMIT_S
-        while (self._rest or self._waiting) and not self.is_closed:
+    def _wait_for_room(self, limit_s: float) -> bool:
+        """Writes what waits as the peer makes room; False when it made none for `limit_s`."""
+        moved, deadline = self.statistics.bytes, time.monotonic() + limit_s
+        while self.is_behind and not self.is_closed:
             with contextlib.suppress(OSError, ValueError):  # closed meanwhile
-                sockets.wait_writable(self._sock, 0.1)
+                sockets.wait_writable(self._sock, min(limit_s, WATCH_CLOSE_S))
             with self._lock:
                 self._flush()
             if self.statistics.bytes != moved:
-                moved, deadline = self.statistics.bytes, time.monotonic() + STALL_LIMIT_S
+                moved, deadline = self.statistics.bytes, time.monotonic() + limit_s
             elif time.monotonic() > deadline:
-                self._is_stalled = True
-                return
+                return False
+        return True
 
     def close(self) -> None:
         """Ends the link; what waits is dropped. Harmless when repeated, from any thread."""
@@ -186,11 +215,6 @@ class OutgoingLink:
             sockets.abort(self._sock)
             self._loop.call(self._end)
 
-    def _watch_writable(self) -> None:
-        if not self._is_watched:
-            self._is_watched = True
-            self._loop.call(self._start_writer)
-
     # -- in the event loop ----------------------------------------------------
 
     def _watch_peer(self) -> None:
@@ -217,6 +241,7 @@ class OutgoingLink:
             self._flush()
             if not self._rest and not self._waiting and not self.is_closed:
                 self._is_watched = False
+                self._lingers = True
                 self._loop.asyncio.remove_writer(self._sock)
 
     def _end(self) -> None:

@@ -99,14 +99,15 @@ class Publication:
             frame, size = self._frame(message)
             for peer in links:
                 peer.link.send(frame, size)
-        if self.queue_size is None:
-            for peer in links:
-                peer.link.drain()
+        for peer in links:
+            if peer.link.is_behind:
+                peer.link.settle()
 
     def publish_to(self, peer: PublisherLink, message: Message) -> None:
         """Sends a message to one subscriber only."""
         with self._lock:
             peer.link.send(*self._frame(message))
+        peer.link.settle()
 
     def attach(self, connection: Connection) -> None:
         """Answers a subscriber's header: links it and sends the latched message, or refuses it."""
@@ -135,6 +136,7 @@ class Publication:
             return
         try:
             link.send(*self._frame(self._latched))
+            link.hand_over()
         except Exception as error:  # nobody was connected when it was published, so nobody looked at it
             self._log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
 
