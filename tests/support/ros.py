@@ -17,6 +17,7 @@ class Side:
     """The programs of one implementation in a RosSystem: `side.start("rosrun", "pkg", "node.py")`."""
 
     def __init__(self, environment: Mapping[str, str], cwd: Path) -> None:
+        self.home = cwd
         self.processes = Processes(environment, cwd)
         self._terminals: list[Terminal] = []
 
@@ -34,7 +35,7 @@ class Side:
 
     def open_terminal(self) -> Terminal:
         """A terminal with a shell in the environment of this side."""
-        terminal = Terminal(self.environment, self.processes.cwd or Path.cwd())
+        terminal = Terminal(self.environment, self.home)
         self._terminals.append(terminal)
         return terminal
 

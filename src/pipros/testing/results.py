@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 
 
@@ -69,7 +69,6 @@ class Totals:
     tests: int = 0
     errors: int = 0
     failures: int = 0
-    failed_names: tuple[str, ...] = field(default=())
 
     @classmethod
     def of(cls, suites: Iterable[Suite]) -> Totals:
