@@ -34,7 +34,8 @@ def test_a_call_is_answered(make_node: MakeNode) -> None:
 
 
 def test_a_persistent_client_keeps_its_connection_and_survives_errors(make_node: MakeNode) -> None:
-    server, client = make_node("server"), make_node("client")
+    log, lines = listening_log()
+    server, client = make_node("server", log=log), make_node("client")
     headers: list[Any] = []
 
     def handle(request: Any) -> Any:
@@ -43,8 +44,6 @@ def test_a_persistent_client_keeps_its_connection_and_survives_errors(make_node:
             raise ValueError("only true")
         return SetBool._response_class(success=True)
 
-    log, lines = listening_log()
-    server.log = server.topics._log = log
     server.serve("set", SetBool, handle)
     proxy = client.client("set", SetBool, persistent=True, headers={"origin": "x"})
     assert proxy.call(ON).success

@@ -7,11 +7,15 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from typing import Protocol
 
 from pipros.errors import PiprosError
 
 NS_PER_S = 1_000_000_000
+
+#: Who sleeps on simulated time without any is told after so many seconds (ros_comm#2111).
+SILENCE_S = 5.0
 
 
 class TimeMovedBackwards(PiprosError):
@@ -79,7 +83,9 @@ class SimulatedClock:
 
     is_simulated = True
 
-    def __init__(self) -> None:
+    def __init__(self, on_silence: Callable[[], object] = lambda: None) -> None:
+        """`on_silence` is called once when somebody waits for time and there is none for SILENCE_S."""
+        self._on_silence = on_silence
         self._changed = threading.Condition()
         self._now_ns = 0
         self._jumps = 0  # how often time went back
@@ -101,13 +107,24 @@ class SimulatedClock:
 
     def sleep(self, duration_s: float) -> bool:
         """Waits for simulated time; one that has not started is waited for first."""
+        self._wait_for_start()
         with self._changed:
-            self._changed.wait_for(lambda: self._now_ns or self._must_end())
             end_ns, jumps = self._now_ns + int(duration_s * NS_PER_S), self._jumps
             self._changed.wait_for(lambda: self._now_ns >= end_ns or self._must_end() or self._jumps != jumps)
             if self._jumps != jumps:
                 raise TimeMovedBackwards(self._last_jump_s)
             return not self._must_end()
+
+    def _wait_for_start(self) -> None:
+        with self._changed:
+            if self._changed.wait_for(self._has_started, SILENCE_S):
+                return
+        self._on_silence()
+        with self._changed:
+            self._changed.wait_for(self._has_started)
+
+    def _has_started(self) -> bool:
+        return self._now_ns > 0 or self._must_end()
 
     def interrupt(self, exempt: int | None = None) -> None:
         with self._changed:

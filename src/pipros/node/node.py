@@ -178,7 +178,7 @@ class Node:
         from pipros.msg import load_message_class
         from pipros.msg.time import Time
 
-        clock, wall = SimulatedClock(), self.clock
+        clock, wall = SimulatedClock(self._explain_silence), self.clock
 
         def on_clock(message: Any) -> None:
             now: Time = message.clock
@@ -188,6 +188,12 @@ class Node:
         wall.interrupt()
         self.subscribe("/clock", load_message_class("rosgraph_msgs/Clock"), on_clock, queue_size=1)
         return clock
+
+    def _explain_silence(self) -> None:
+        self.log.warning(
+            "waiting for simulated time: /use_sim_time is true, but nobody publishes on /clock. "
+            "Start the simulator or `rosbag play --clock`, or set /use_sim_time to false"
+        )
 
     def enable_statistics(self, limits: WindowLimits | None = None) -> None:
         """Publishes on `/statistics` what the subscriptions measure."""

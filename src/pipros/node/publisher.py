@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import io
-import logging
 import struct
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pipros.net.loop import BackgroundLoop
 from pipros.net.outgoing import Buffer, Frame, OutgoingLink
 from pipros.net.tcpros import Connection, refuse_connection
+from pipros.node.context import NodeContext
 from pipros.wire.handshake import Interface, accept_topic_link, check_topic_request
 from pipros.wire.header import encode_header
 
@@ -50,16 +49,7 @@ class Publication:
     Invariant: `links` is replaced, never changed, so that `publish` reads it without a lock.
     """
 
-    def __init__(
-        self,
-        topic: str,
-        message_class: type[Message],
-        *,
-        caller_id: str,
-        loop: BackgroundLoop,
-        log: logging.Logger,
-        next_link_number: Callable[[], int],
-    ) -> None:
+    def __init__(self, topic: str, message_class: type[Message], context: NodeContext) -> None:
         self.topic = topic
         self.message_class = message_class
         self.interface = Interface(message_class._type, message_class._md5sum, message_class._full_text)
@@ -71,10 +61,7 @@ class Publication:
         self.listeners: list[PeerListener] = []
         self.only_thread: int | None = None  # while the node ends, nobody else's messages go out
         self.dropped = 0  # by links that are closed already
-        self._caller_id = caller_id
-        self._loop = loop
-        self._log = log
-        self._next_link_number = next_link_number
+        self._context = context
         self._encode = encoder(message_class)
         self._has_header = bool(getattr(message_class, "_has_header", False))
         self._sequence = 0
@@ -113,14 +100,18 @@ class Publication:
         """Answers a subscriber's header: links it and sends the latched message, or refuses it."""
         refusal = check_topic_request(connection.fields, self.interface)
         if refusal:
-            self._log.warning(refusal)
+            self._context.log.warning(refusal)
         if refusal or self._is_closed:
             refuse_connection(connection.sock, refusal or f"[{self.topic}] is being closed")
             return
-        answer = accept_topic_link(self.topic, self._caller_id, self.interface, latching=self.is_latching)
+        answer = accept_topic_link(
+            self.topic, self._context.node_name, self.interface, latching=self.is_latching
+        )
         header = encode_header({**self.headers, **answer})
-        link = OutgoingLink(connection.sock, self._loop, queue_size=self.queue_size, on_closed=self._detach)
-        peer = PublisherLink(connection.fields["callerid"], self._next_link_number(), link)
+        link = OutgoingLink(
+            connection.sock, self._context.loop, queue_size=self.queue_size, on_closed=self._detach
+        )
+        peer = PublisherLink(connection.fields["callerid"], self._context.next_link_number(), link)
         with self._lock:
             link.greet(header)
             self._send_latched(link)
@@ -138,7 +129,7 @@ class Publication:
             link.send(*self._frame(self._latched))
             link.hand_over()
         except Exception as error:  # nobody was connected when it was published, so nobody looked at it
-            self._log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
+            self._context.log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
 
     def set_queue_size(self, queue_size: int | None) -> None:
         self.queue_size = queue_size
@@ -177,14 +168,14 @@ class Publication:
     def _tell_listeners(self, tell: Callable[[PeerListener], None]) -> None:
         """Calls the users' listeners in a thread: they may block, the event loop must not."""
         if self.listeners:
-            self._loop.asyncio.run_in_executor(None, self._call_listeners, tell)
+            self._context.loop.asyncio.run_in_executor(None, self._call_listeners, tell)
 
     def _call_listeners(self, tell: Callable[[PeerListener], None]) -> None:
         for listener in list(self.listeners):
             try:
                 tell(listener)
             except Exception:
-                self._log.exception("a subscribe listener of [%s] failed", self.topic)
+                self._context.log.exception("a subscribe listener of [%s] failed", self.topic)
 
 
 def encoder(message_class: type[Message]) -> Callable[[Any], list[Buffer]]:

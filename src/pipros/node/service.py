@@ -6,7 +6,6 @@ of the error. Source: http://wiki.ros.org/ROS/TCPROS
 
 from __future__ import annotations
 
-import logging
 import socket
 import struct
 from collections.abc import Callable, Iterator, Mapping
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from pipros.errors import ProtocolError
 from pipros.net import sockets
 from pipros.net.tcpros import Connection, refuse_connection
+from pipros.node.context import NodeContext
 from pipros.node.publisher import encoder
 from pipros.node.subscriber import decoder
 from pipros.node.workers import Workers
@@ -57,11 +57,10 @@ class ServiceServer:
         name: str,
         service_class: ServiceClass,
         handler: Callable[[Any], Message],
+        context: NodeContext,
         *,
-        caller_id: str,
         on_error: Callable[[BaseException], object],
         workers: Workers,
-        log: logging.Logger,
     ) -> None:
         self.name = name
         self.service_class = service_class
@@ -69,9 +68,8 @@ class ServiceServer:
         self.calls = 0
         self._handler = handler
         self._on_error = on_error
-        self._caller_id = caller_id
+        self._context = context
         self._workers = workers
-        self._log = log
         self._decode = decoder(service_class._request_class)
         self._encode = encoder(service_class._response_class)
         self._open: set[socket.socket] = set()
@@ -89,7 +87,7 @@ class ServiceServer:
         answer = encode_header(
             accept_service_link(
                 self.name,
-                self._caller_id,
+                self._context.node_name,
                 self.interface,
                 request_type=self.service_class._request_class._type,
                 response_type=self.service_class._response_class._type,
@@ -131,7 +129,7 @@ class ServiceServer:
         try:
             request = self._decode(frame)
         except Exception as error:
-            self._log.error("service [%s]: cannot read a request: %s", self.name, error)
+            self._context.log.error("service [%s]: cannot read a request: %s", self.name, error)
             return False
         request._connection_header = fields
         self.calls += 1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 import threading
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -12,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from pipros.errors import PiprosError, ProtocolError, Refused, Unreachable
 from pipros.net import reach, tcpros
 from pipros.net.incoming import IncomingLink
-from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_async import call_async
+from pipros.node.context import NodeContext
 from pipros.node.stream import MessageStream
 from pipros.wire.handshake import Interface, check_topic_reply, request_topic_link
 
@@ -62,16 +61,7 @@ class Subscription:
     An exception in one is logged; the others are still called.
     """
 
-    def __init__(
-        self,
-        topic: str,
-        message_class: type[Message],
-        *,
-        caller_id: str,
-        loop: BackgroundLoop,
-        log: logging.Logger,
-        next_link_number: Callable[[], int],
-    ) -> None:
+    def __init__(self, topic: str, message_class: type[Message], context: NodeContext) -> None:
         self.topic = topic
         self.message_class = message_class
         self.interface = Interface(message_class._type, message_class._md5sum, message_class._full_text)
@@ -83,10 +73,7 @@ class Subscription:
         self.attempts = 0  # to reach a publisher
         self.handles = 0
         self.observe: Observer | None = None
-        self._caller_id = caller_id
-        self._loop = loop
-        self._log = log
-        self._next_link_number = next_link_number
+        self._context = context
         self._decode = decoder(message_class)
         self._turn = threading.Lock()
         self._lock = threading.Lock()
@@ -115,7 +102,7 @@ class Subscription:
         for listener in self.listeners:
             if isinstance(listener.callback, MessageStream):
                 listener.callback.close()
-        self._loop.call(self._follow_nobody)
+        self._context.loop.call(self._follow_nobody)
         for peer in self.links:
             peer.link.close()
 
@@ -163,14 +150,16 @@ class Subscription:
         """Says what keeps a publisher from being heard, and what to do about it (ros_comm#222)."""
         advice = await reach.advice(error.peer) if isinstance(error, Unreachable) else ""
         if uri in self._publishers and not self._is_closed:  # not one that has left meanwhile
-            self._log.warning(
+            self._context.log.warning(
                 "cannot receive [%s] from the publisher at %s: %s%s", self.topic, uri, error, advice
             )
 
     async def _link(self, uri: str) -> asyncio.Future[None]:
         """Connects to a publisher. The future ends with the link."""
         host, port = await self._request(uri)
-        wanted = request_topic_link(self.topic, self._caller_id, self.interface, tcp_nodelay=self.tcp_nodelay)
+        wanted = request_topic_link(
+            self.topic, self._context.node_name, self.interface, tcp_nodelay=self.tcp_nodelay
+        )
         connection = await tcpros.connect(host, port, wanted)
         try:
             check_topic_reply(connection.fields, self.interface, f"{host}:{port}")
@@ -187,7 +176,7 @@ class Subscription:
             queue_size=self.queue_size,
             on_closed=lambda link, error: self._detach(link, error, ended),
         )
-        peer = SubscriberLink(uri, header.get("callerid", "?"), self._next_link_number(), link)
+        peer = SubscriberLink(uri, header.get("callerid", "?"), self._context.next_link_number(), link)
         with self._lock:
             self.links = (*self.links, peer)
         link.start(connection.rest)
@@ -198,7 +187,12 @@ class Subscription:
     async def _request(self, uri: str) -> tuple[str, int]:
         """Asks a publisher where its topic is to be had by TCPROS."""
         answer = await call_async(
-            uri, "requestTopic", self._caller_id, self.topic, [["TCPROS"]], timeout_s=REQUEST_DEADLINE_S
+            uri,
+            "requestTopic",
+            self._context.node_name,
+            self.topic,
+            [["TCPROS"]],
+            timeout_s=REQUEST_DEADLINE_S,
         )
         match answer:
             case [1, _, ["TCPROS", str(host), int(port)]]:
@@ -227,14 +221,14 @@ class Subscription:
                 else:
                     listener.callback(message, listener.args)
             except Exception as error:
-                self._log.error("bad callback: %s", listener.callback, exc_info=error)
+                self._context.log.error("bad callback: %s", listener.callback, exc_info=error)
 
     def _detach(self, link: IncomingLink, error: Exception | None, ended: asyncio.Future[None]) -> None:
         with self._lock:
             self.links = tuple(peer for peer in self.links if peer.link is not link)
         if error is not None and not self._is_closed and not isinstance(error, OSError):
-            self._log.error("the link to %s for [%s] is broken: %s", link.peer, self.topic, error)
-        self._loop.call(_finish, ended)
+            self._context.log.error("the link to %s for [%s] is broken: %s", link.peer, self.topic, error)
+        self._context.loop.call(_finish, ended)
 
 
 def decoder(message_class: type[Message]) -> Callable[[memoryview | bytes], Any]:

@@ -12,6 +12,7 @@ from pipros.errors import PiprosError
 from pipros.net.address import uri
 from pipros.net.loop import BackgroundLoop
 from pipros.net.tcpros import Connection, refuse_connection
+from pipros.node.context import NodeContext
 from pipros.node.publisher import Publication, Publisher
 from pipros.node.registration import (
     Entry,
@@ -57,17 +58,15 @@ class Topics:
         log: logging.Logger,
     ) -> None:
         self.port = port
-        self._node_name = node_name
+        numbers = itertools.count(1)
+        self._context = NodeContext(node_name, loop, log, lambda: next(numbers))
         self._service_uri = uri(host, port, "rosrpc")
-        self._loop = loop
         self._registrations = registrations
-        self._log = log
         self._publications: dict[str, tuple[Publication, Entry]] = {}
         self._subscriptions: dict[str, tuple[Subscription, Entry]] = {}
         self._services: dict[str, tuple[ServiceServer, Entry]] = {}
         self._workers = Workers(f"service of {node_name}")
         self._observer: Observer | None = None
-        self._link_numbers = itertools.count(1)
         self._lock = threading.RLock()
 
     # -- what there is ----------------------------------------------------------
@@ -126,14 +125,7 @@ class Topics:
         with self._lock:
             found = self._publications.get(topic)
             if found is None:
-                publication = Publication(
-                    topic,
-                    message_class,
-                    caller_id=self._node_name,
-                    loop=self._loop,
-                    log=self._log,
-                    next_link_number=self._next_link_number,
-                )
+                publication = Publication(topic, message_class, self._context)
                 entry = PublicationEntry(topic, publication.interface.type)
                 self._publications[topic] = publication, entry
             else:
@@ -181,18 +173,11 @@ class Topics:
         with self._lock:
             found = self._subscriptions.get(topic)
             if found is None:
-                subscription = Subscription(
-                    topic,
-                    message_class,
-                    caller_id=self._node_name,
-                    loop=self._loop,
-                    log=self._log,
-                    next_link_number=self._next_link_number,
-                )
+                subscription = Subscription(topic, message_class, self._context)
                 entry = SubscriptionEntry(
                     topic,
                     subscription.interface.type,
-                    lambda uris: self._loop.call(subscription.update_publishers, uris),
+                    lambda uris: self._context.loop.call(subscription.update_publishers, uris),
                 )
                 subscription.observe = self._observer
                 self._subscriptions[topic] = subscription, entry
@@ -246,10 +231,9 @@ class Topics:
                 name,
                 service_class,
                 handler,
-                caller_id=self._node_name,
+                self._context,
                 on_error=on_error or self._log_handler_error,
                 workers=self._workers,
-                log=self._log,
             )
             entry = ServiceEntry(name, self._service_uri)
             self._services[name] = server, entry
@@ -266,7 +250,7 @@ class Topics:
         server.close()
 
     def _log_handler_error(self, error: BaseException) -> None:
-        self._log.error("Error processing request: %s", error, exc_info=error)
+        self._context.log.error("Error processing request: %s", error, exc_info=error)
 
     # -- connections --------------------------------------------------------------------
 
@@ -277,12 +261,12 @@ class Topics:
             if publication := self.publication(topic):
                 publication.attach(connection)
                 return
-            reason = f"[{self._node_name}] is not a publisher of [{topic}]"
+            reason = f"[{self._context.node_name}] is not a publisher of [{topic}]"
         elif service is not None:
             if server := self.service(service):
                 server.attach(connection)
                 return
-            reason = f"[{self._node_name}] does not provide the service [{service}]"
+            reason = f"[{self._context.node_name}] does not provide the service [{service}]"
         else:
             reason = "no topic or service name detected"
         refuse_connection(connection.sock, reason)
@@ -296,9 +280,6 @@ class Topics:
         for server, _ in self._services.values():
             server.close()
         self._workers.close()
-
-    def _next_link_number(self) -> int:
-        return next(self._link_numbers)
 
 
 def _same_type(md5sum: str, message_class: type[Message], topic: str) -> None:

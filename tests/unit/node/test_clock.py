@@ -6,6 +6,7 @@ import threading
 
 import pytest
 
+from pipros.node import clock as clock_module
 from pipros.node.clock import SimulatedClock, TimeMovedBackwards, WallClock
 from pipros.node.rate import Rate
 from tests.support.waiting import wait_until
@@ -129,3 +130,17 @@ def test_a_rate_starts_anew_when_time_goes_back_if_told_to() -> None:
         strict.sleep()
     assert lenient.sleep() is True
     assert lenient.last_ns == clock.ns
+
+
+def test_who_sleeps_without_any_time_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(clock_module, "SILENCE_S", 0.01)
+    told = threading.Event()
+    clock = SimulatedClock(told.set)
+    sleeper = Sleeper(clock, 1)
+    assert told.wait(5)
+    assert sleeper.is_alive()
+    clock.set_ns(S)
+    wait_until(lambda: clock._changed._waiters)  # type: ignore[attr-defined]
+    clock.set_ns(3 * S)
+    sleeper.join(5)
+    assert sleeper.result is True
