@@ -8,7 +8,7 @@ everything) are made there.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -102,11 +102,13 @@ class Run:
         console: Console,
         options: RunOptions | None = None,
         first_number: int = 1,
+        on_end: Callable[[str, int], None] | None = None,
     ) -> None:
         """Nothing is started yet.
 
         Args:
             first_number: the number of the first process; Noetic counts `/rosout` as the first one.
+            on_end: called with the name and the exit code of each process that ended, after it was reported.
         """
         self._launch = launch
         self._maker = maker
@@ -115,6 +117,7 @@ class Run:
         self._console = console
         self._options = options or RunOptions()
         self._number = first_number
+        self._on_end = on_end
         self._guardian = Guardian()
         self._managed: list[_Managed] = []
         self._events: SimpleQueue[NodeProcess | _Stop] = SimpleQueue()
@@ -179,7 +182,7 @@ class Run:
         That is when a stop is requested, when a required node ended, or, if wanted, when all ended.
         """
         while self._is_wanted:
-            if until_all_ended and all(managed.is_done for managed in self._managed):
+            if until_all_ended and not self.has_running:
                 self._console.say("all processes on machine have died, roslaunch will exit")
                 return
             self._handle(self._next_event(None))
@@ -196,6 +199,32 @@ class Run:
                 return False
             self._handle(self._next_event(left_s))
         return True
+
+    def poll(self) -> bool:
+        """Handles what has happened since the last look, without waiting. False when it is time to stop."""
+        while not self._events.empty():
+            self._handle(self._events.get())
+        self._restart_those_due()
+        return self._is_wanted
+
+    def end_one(self, process: NodeProcess) -> None:
+        """Ends one process, as `stop` ends all; it is not started again."""
+        for managed in self._managed:
+            if managed.process is process:
+                managed.process = None
+                managed.restart_at = None
+        end(
+            [process],
+            self._console,
+            self._await,
+            sigint_timeout_s=self._options.sigint_timeout_s,
+            sigterm_timeout_s=self._options.sigterm_timeout_s,
+        )
+
+    @property
+    def has_running(self) -> bool:
+        """Whether anything is running, or waits to be started again."""
+        return not all(managed.is_done for managed in self._managed)
 
     def request_stop(self) -> None:
         """Ends `wait`. While `stop` runs, each further request goes on to the next, harder signal at once.
@@ -276,6 +305,8 @@ class Run:
         is_required = managed.node.required or self._options.all_required
         report_end(process, self._logs.stem(process.name), self._console, is_required=is_required)
         managed.process = None
+        if self._on_end is not None:
+            self._on_end(process.name, process.exit_code or 0)
         if process.has_group:
             managed.left_behind = process
         if is_required:

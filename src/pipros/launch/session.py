@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import socket
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -70,7 +70,15 @@ class Session:
         *,
         environment: Environment | None = None,
         index: PackageIndex | None = None,
+        load_launch: Callable[[], Launch] | None = None,
+        on_end: Callable[[str, int], None] | None = None,
     ) -> None:
+        """Nothing is started yet.
+
+        Args:
+            load_launch: gives the launch, when it does not simply come from the files.
+            on_end: as of `Run`.
+        """
         environment = environment or Environment.from_os()
         self._files = list(files)
         self._arguments = arguments
@@ -79,6 +87,8 @@ class Session:
         self._index = index or PackageIndex.from_environment(environment)
         self._environment = _with_master(environment, options)
         self._ordered_uri = environment.master_uri
+        self._load_launch = load_launch
+        self._on_end = on_end
         self._is_master_there = False
         self._core: Core | None = None
         self._server: LaunchServer | None = None
@@ -89,6 +99,18 @@ class Session:
     @property
     def master_uri(self) -> str:
         return self._environment.master_uri
+
+    @property
+    def run(self) -> Run:
+        """The nodes. Valid from `start` on."""
+        if self._run is None:
+            raise RuntimeError("the session is not running; call start() first")
+        return self._run
+
+    @property
+    def owns_master(self) -> bool:
+        """Whether the master was started by this session."""
+        return self._core is not None
 
     @property
     def is_started(self) -> bool:
@@ -172,19 +194,23 @@ class Session:
         self._console.title(" ".join([",".join(names), uri]).strip())
 
     def _load(self) -> None:
+        self.launch = self._load_launch() if self._load_launch is not None else self._load_files()
+        for warning in self.launch.warnings:
+            self._console.error(f"WARNING: {warning}")
+
+    def _load_files(self) -> Launch:
         texts = []
         if STDIN in self._files:
             print("Passed '-' as file argument, attempting to read roslaunch XML from stdin.", flush=True)
             texts.append(sys.stdin.read())
             print(f"... {len(texts[0])} bytes read successfully.\n", flush=True)
         files = [file for file in self._files if file != STDIN]
-        self.launch = load(files, self._arguments, surroundings=Surroundings.here(self._index), texts=texts)
-        for warning in self.launch.warnings:
-            self._console.error(f"WARNING: {warning}")
-        declared = {argument.name for argument in self.launch.arguments}
+        launch = load(files, self._arguments, surroundings=Surroundings.here(self._index), texts=texts)
+        declared = {argument.name for argument in launch.arguments}
         for name in self._arguments:
             if name not in declared and files:
                 self._console.error(f"WARNING: no <arg> named [{name}] is declared in {', '.join(files)}")
+        return launch
 
     def _start_server(self) -> None:
         self._server = LaunchServer(self._environment, self._running)
@@ -263,6 +289,7 @@ class Session:
             console=self._console,
             options=self._options.run,
             first_number=1 if self._core is None else 2,
+            on_end=self._on_end,
         )
         self._publish_server()
         self._run = run

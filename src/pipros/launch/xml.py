@@ -52,13 +52,17 @@ def load(
 
 
 class Loader:
-    """Carries out launch files one after another into one draft."""
+    """Carries out launch files one after another into one draft.
+
+    Attributes:
+        arguments: what the next file is given from outside.
+    """
 
     def __init__(
         self, surroundings: Surroundings, arguments: Mapping[str, str], *, unset_as: str | None = None
     ) -> None:
         self._surroundings = surroundings
-        self._arguments: dict[str, str | None] = dict(arguments)
+        self.arguments: dict[str, str | None] = dict(arguments)
         self._unset_as = unset_as
         self._draft = Draft()
         self._depth = 0
@@ -79,13 +83,13 @@ class Loader:
             self._surroundings.find,
             self._surroundings.environment,
             self._surroundings.make_anonymous,
-            arguments=dict(self._arguments),
+            arguments=dict(self.arguments),
             folder=folder,
             unset_as=self._unset_as,
         )
         namespace = (self._surroundings.environment.get("ROS_NAMESPACE") or "").strip("/")
         root = f"/{namespace}/" if namespace else "/"
-        return Scope(root, file, substitution, given=frozenset(self._arguments))
+        return Scope(root, file, substitution, given=frozenset(self.arguments))
 
     def _load(self, file: str, scope: Scope) -> None:
         try:

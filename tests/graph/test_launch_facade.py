@@ -1,0 +1,118 @@
+"""The Python API of roslaunch, as scripts of Noetic use it, each in a process of its own."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.support.ros import RosSystem
+
+HEAD = """\
+import roslaunch, rospy, sys
+uuid = roslaunch.rlutil.get_or_generate_uuid(None, False)
+roslaunch.configure_logging(uuid)
+"""
+
+
+@pytest.fixture
+def package(ros: RosSystem) -> Path:
+    folder = ros.home / "src" / "programs"
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text("<package><name>programs</name></package>")
+    for name, content in {"sleeper": "exec sleep 1000", "fails": "exit 3"}.items():
+        (folder / name).write_text(f"#!/bin/sh\n{content}\n")
+        (folder / name).chmod(0o755)
+    (folder / "x.launch").write_text(
+        '<launch><arg name="n" default="a"/><node pkg="programs" type="sleeper" name="$(arg n)"/></launch>'
+    )
+    return folder
+
+
+def run(ros: RosSystem, package: Path, script: str) -> list[str]:
+    ended = ros.pipros.run(sys.executable, "-c", HEAD + script, ROS_PACKAGE_PATH=str(package.parent))
+    assert ended.returncode == 0, ended.output
+    return [line for line in ended.stdout if line.startswith("> ")]
+
+
+def test_a_script_launches_a_node_and_ends_it(ros: RosSystem, package: Path) -> None:
+    assert run(
+        ros,
+        package,
+        """
+launch = roslaunch.scriptapi.ROSLaunch()
+launch.start()
+process = launch.launch(roslaunch.core.Node("programs", "sleeper", name="n", namespace="/g"))
+print(">", process.is_alive(), process.name)
+process.stop()
+print(">", process.is_alive())
+launch.stop()
+""",
+    ) == ["> True g/n-2", "> False"]
+
+
+def test_a_script_launches_files_with_arguments(ros: RosSystem, package: Path) -> None:
+    assert run(
+        ros,
+        package,
+        """
+file = roslaunch.rlutil.resolve_launch_arguments(["programs", "x.launch"])[0]
+parent = roslaunch.parent.ROSLaunchParent(uuid, [(file, ["n:=b"])])
+parent.start()
+print(">", sorted(parent.session.run.running()), parent.spin_once())
+parent.shutdown()
+""",
+    ) == ["> ['b-2'] True"]
+
+
+def test_listeners_hear_of_the_end_of_a_process(ros: RosSystem, package: Path) -> None:
+    assert run(
+        ros,
+        package,
+        """
+class Listener(roslaunch.pmon.ProcessListener):
+    def process_died(self, name, exit_code):
+        print(">", name, exit_code)
+        parent.session.request_stop()
+parent = roslaunch.parent.ROSLaunchParent(uuid, [], process_listeners=[Listener()], roslaunch_strs=[
+    '<launch><node pkg="programs" type="fails" name="n"/></launch>'])
+parent.start()
+parent.spin()
+""",
+    ) == ["> n-2 3"]
+
+
+def test_a_program_that_does_not_exist_is_an_exception(ros: RosSystem, package: Path) -> None:
+    assert run(
+        ros,
+        package,
+        """
+launch = roslaunch.scriptapi.ROSLaunch()
+launch.start()
+try:
+    launch.launch(roslaunch.core.Node("programs", "nope"))
+except roslaunch.RLException as error:
+    print(">", str(error).partition(':')[0])
+launch.stop()
+""",
+    ) == ["> failed to launch programs/nope"]
+
+
+def test_launch_files_can_be_read_and_texts_resolved(ros: RosSystem, package: Path) -> None:
+    assert run(
+        ros,
+        package,
+        """
+config = roslaunch.ROSLaunchConfig()
+text = '<launch><param name="p" value="7"/><node pkg="a" type="b" name="c"/></launch>'
+roslaunch.XmlLoader().load_string(text, config)
+print(">", config.params["/p"].value, config.resolved_node_names, config.nodes[0].package)
+try:
+    roslaunch.config.load_config_default(["/nope.launch"], None)
+except roslaunch.RLException:
+    print("> refused")
+context = {"arg": {"x": "1"}}
+print(">", roslaunch.substitution_args.resolve_args("$(arg x)-$(anon a)", context)[:3], list(context["anon"]))
+""",
+    ) == ["> 7 ['/c'] a", "> refused", "> 1-a ['a']"]
