@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 from genpy import Message
 from pipros.env import Environment
-from pipros.errors import NotFound, Refused
+from pipros.errors import Interrupted, NotFound, Refused
 from pipros.names import is_remapping_argument
 from rospy.core import is_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
@@ -25,6 +26,22 @@ from rospy.topics import Subscriber
 AnyMessage = TypeVar("AnyMessage", bound=Message)
 
 _UNSPECIFIED = object()
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def _interruptible(function: Callable[P, T]) -> Callable[P, T]:
+    """Has a call of the master that the end of the node interrupts raise what rospy users catch."""
+
+    @functools.wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> T:
+        try:
+            return function(*args, **kwargs)
+        except Interrupted:
+            raise ROSInterruptException("rospy shutdown") from None
+
+    return call
 
 
 def init_node(
@@ -96,6 +113,7 @@ def myargv(argv: Sequence[str] | None = None) -> list[str]:
     return [one for one in (sys.argv if argv is None else argv) if not is_remapping_argument(one)]
 
 
+@_interruptible
 def get_published_topics(namespace: str = "/") -> list[list[str]]:
     """`[topic, type]` of every topic below the namespace that somebody publishes."""
     return session.master.get_published_topics(namespace)
@@ -136,6 +154,7 @@ def wait_for_message(topic: str, topic_type: type[AnyMessage], timeout: float | 
     raise ROSException(f"timeout exceeded while waiting for message on topic {topic}")
 
 
+@_interruptible
 def get_param(param_name: str, default: Any = _UNSPECIFIED) -> Any:
     """A parameter's value; that of a namespace is a dictionary.
 
@@ -148,6 +167,7 @@ def get_param(param_name: str, default: Any = _UNSPECIFIED) -> Any:
         return _default(param_name, default)
 
 
+@_interruptible
 def get_param_cached(param_name: str, default: Any = _UNSPECIFIED) -> Any:
     """As `get_param`, but asks the master only once: later changes come by themselves."""
     try:
@@ -162,6 +182,7 @@ def _default(param_name: str, default: Any) -> Any:
     return default
 
 
+@_interruptible
 def set_param(param_name: str, param_value: Any) -> None:
     """Sets a parameter; a dictionary replaces a whole namespace.
 
@@ -176,11 +197,13 @@ def set_param(param_name: str, param_value: Any) -> None:
         raise ROSException(f"cannot set [{session.resolve(param_name)}]: {error.text}") from None
 
 
+@_interruptible
 def has_param(param_name: str) -> bool:
     """True for a parameter that is set, and for a namespace with any."""
     return session.params.has(param_name)
 
 
+@_interruptible
 def delete_param(param_name: str) -> None:
     """Deletes a parameter or a namespace.
 
@@ -193,11 +216,13 @@ def delete_param(param_name: str) -> None:
         raise KeyError(param_name) from None
 
 
+@_interruptible
 def search_param(param_name: str) -> str | None:
     """The full name of the closest parameter of that name, from the node's namespace upwards."""
     return session.params.search(param_name)
 
 
+@_interruptible
 def get_param_names() -> list[str]:
     """The names of all parameters."""
     return session.params.names()

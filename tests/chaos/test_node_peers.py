@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import socket
 import struct
+import threading
 from typing import Any
 
 import pytest
 
+from pipros.env import Environment
 from pipros.master.server import Master
 from pipros.msg import load_message_class
 from pipros.net import tcpros
@@ -72,7 +74,6 @@ class FakePublisher:
     """A peer registered as a publisher, that sends what a test wants."""
 
     def __init__(self, master: Master, body: bytes) -> None:
-        import threading
         from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
         class Quiet(SimpleXMLRPCRequestHandler):
@@ -167,3 +168,19 @@ def test_a_publisher_list_that_is_nonsense_harms_nobody(make_node: MakeNode, mas
     wait_until_connected(publisher)
     publisher.publish(String("good"))
     assert inbox.wait()[0].data == "good"
+
+
+def test_a_master_that_hangs_does_not_keep_a_node_from_ending() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as hung:
+        uri = f"http://127.0.0.1:{hung.getsockname()[1]}/"
+        node = Node("node", environment=Environment(master_uri=uri))
+        node.start()
+        advertising = threading.Thread(target=node.advertise, args=("chat", String))
+        advertising.start()
+        peer, _ = hung.accept()
+        with peer:
+            while b"registerPublisher" not in peer.recv(65536):
+                pass
+            node.shutdown("the end")
+            advertising.join(10)
+            assert not advertising.is_alive()

@@ -17,6 +17,7 @@ class MasterClient:
     Every method raises:
         Refused: the master said no (code -1 or 0).
         Unreachable: no master there, or it gave no answer in time.
+        Interrupted: `interrupt` was called.
         Fault, ProtocolError: what answers is no ROS master.
 
     >>> MasterClient("http://localhost:11311/", "/me").get_topic_types()        # doctest: +SKIP
@@ -53,6 +54,10 @@ class MasterClient:
         if not isinstance(answer, list) or len(answer) != 3 or type(answer[0]) is not int:
             raise ProtocolError(f"[{self.uri}] is no ROS master: it answered {str(answer)[:80]} to {method}")
         return answer[0], str(answer[1]), answer[2]
+
+    def interrupt(self, limit_s: float) -> None:
+        """Ends the calls under way: they raise Interrupted. Later ones are given `limit_s`."""
+        self._rpc.interrupt(limit_s)
 
     def close(self) -> None:
         self._rpc.close()

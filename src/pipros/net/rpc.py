@@ -13,7 +13,7 @@ import threading
 import time
 from typing import Any, Final
 
-from pipros.errors import ProtocolError, Unreachable
+from pipros.errors import Interrupted, ProtocolError, Unreachable
 from pipros.net.address import split_uri
 from pipros.wire.http import HttpError, Response, ResponseReader, build_request
 from pipros.wire.xmlrpc import Fault, decode_response, encode_call
@@ -24,6 +24,8 @@ KEPT_CONNECTIONS: Final = 4
 """How many idle connections a client keeps; more are made, and closed again, when more threads call."""
 TIMEOUT_OF_CLIENT: Final = -1.0
 """As `timeout_s` of one call: what the client was made with."""
+CONNECT_LIMIT_S: Final = 15.0
+"""How long a connection may take to come about when the call itself has no limit."""
 _READ_BYTES: Final = 65536
 
 
@@ -55,6 +57,7 @@ class RpcClient:
         self.timeout_s = timeout_s
         self._host, self._port, self._path = split_uri(uri)
         self._lock = threading.Lock()
+        self._busy: set[_Connection] = set()
         self._is_closed = False
 
     def call(self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT) -> Any:
@@ -62,6 +65,7 @@ class RpcClient:
 
         Raises:
             Unreachable: no connection, or it was lost or silent for too long.
+            Interrupted: `interrupt` was called.
             Fault: the server answered with a fault.
             ProtocolError: the answer is no XML-RPC.
             TypeError, OverflowError, ValueError: a parameter that XML-RPC cannot carry; nothing was sent.
@@ -94,34 +98,38 @@ class RpcClient:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def interrupt(self, limit_s: float) -> None:
+        """Ends the calls under way: they raise Interrupted. Later ones are given `limit_s`."""
+        with self._lock:
+            self.timeout_s = limit_s
+            for connection in self._busy:
+                connection.abort()
+
     def _exchange(self, body: bytes, deadline: float | None) -> Response:
         request = build_request(f"{self._host}:{self._port}", self._path, body)
-        if connection := self._take_idle():
-            try:
-                response = connection.exchange(request, deadline)
-            except _ClosedBeforeAnswer:
-                connection.close()
-            except (OSError, HttpError) as error:
-                connection.close()
-                raise self._explain(error) from error
-            except BaseException:
-                connection.close()
-                raise
-            else:
-                self._give_back(connection, response)
-                return response
         try:
-            connection = _Connection(self._host, self._port, deadline)
-        except OSError as error:
+            if connection := self._take_idle():
+                with contextlib.suppress(_ClosedBeforeAnswer):
+                    return self._use(connection, request, deadline)
+            return self._use(_Connection(self._host, self._port, deadline), request, deadline)
+        except (OSError, HttpError) as error:
             raise self._explain(error) from error
+
+    def _use(self, connection: _Connection, request: bytes, deadline: float | None) -> Response:
+        """One exchange. A connection that it fails on, or that Ctrl-C interrupts, is closed."""
+        with self._lock:
+            self._busy.add(connection)
         try:
             response = connection.exchange(request, deadline)
-        except (OSError, HttpError) as error:
+        except BaseException:
+            with self._lock:
+                self._busy.discard(connection)
             connection.close()
-            raise self._explain(error) from error
-        except BaseException:  # Ctrl-C in the middle of an exchange: the connection is of no use any more
-            connection.close()
+            if connection.is_aborted:
+                raise Interrupted(f"a call to {self.uri} was interrupted") from None
             raise
+        with self._lock:
+            self._busy.discard(connection)
         self._give_back(connection, response)
         return response
 
@@ -164,12 +172,19 @@ class _ClosedBeforeAnswer(ConnectionError):
 class _Connection:
     """One kept-alive connection; used by one thread at a time."""
 
-    __slots__ = ("_reader", "_socket")
+    __slots__ = ("_reader", "_socket", "is_aborted")
 
     def __init__(self, host: str, port: int, deadline: float | None) -> None:
-        self._socket = socket.create_connection((host, port), _left(deadline))
+        self._socket = socket.create_connection((host, port), _left(deadline) or CONNECT_LIMIT_S)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._reader = ResponseReader()
+        self.is_aborted = False
+
+    def abort(self) -> None:
+        """Wakes whoever waits for this connection; its exchange fails."""
+        self.is_aborted = True
+        with contextlib.suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
 
     def is_fresh(self) -> bool:
         """False when the server has closed the idle connection, or sent what nobody asked for."""

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from pipros.errors import PiprosError, Refused, Unreachable
+from pipros.errors import Interrupted, PiprosError, Refused, Unreachable
 from pipros.net.master import MasterClient
 from pipros.net.rpc_async import call_async
 
@@ -113,8 +113,9 @@ class Registrations:
     def add(self, entry: Entry) -> None:
         """Registers an entry. A master that says no is reported; one that is away gets it later."""
         with self._lock:
-            self._entries.append(entry)
-            self._register(entry)
+            if not self._is_closed:
+                self._entries.append(entry)
+                self._register(entry)
 
     def remove(self, entry: Entry) -> None:
         """Takes an entry back. After `close`, which took all of them back, it does nothing."""
@@ -126,6 +127,9 @@ class Registrations:
     def close(self) -> None:
         """Takes all entries back, the last one first; gives up at the first sign of no master."""
         self._is_closed = True
+        self._master.interrupt(
+            FAREWELL_DEADLINE_S
+        )  # who still registers something holds the lock, and may wait for ever
         master = MasterClient(self._master.uri, self._node_name, timeout_s=FAREWELL_DEADLINE_S)
         with self._lock:
             while self._entries and self._unregister(self._entries.pop(), master):
@@ -169,6 +173,8 @@ class Registrations:
             entry.register(self._master, self._api)
         except Refused as error:
             self._log.fatal("unable to register %s with master: %s", entry, error.text)
+        except Interrupted:
+            pass  # the node is ending
         except PiprosError as error:
             self._log.error("unable to register %s with master: %s. Will keep trying.", entry, error)
 
