@@ -1,6 +1,7 @@
 """`pipros-complete`: what a shell may offer for the word at the cursor of a ROS command.
 
 Called by the shells' completion with the position of the word and all words; prints one candidate a line.
+With `--find PACKAGE NAME` it prints the files of that name in a package, for roscat, rosed and roscp.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ _FILES_LIMIT = 2000
 def main(argv: Sequence[str] | None = None) -> int:
     """Prints the candidates; prints nothing when it knows none."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    if arguments[:1] == ["--find"] and len(arguments) == 3:
+        return _print_files(*arguments[1:])
     if len(arguments) < 2 or not arguments[0].isdecimal():
         print("usage: pipros-complete POSITION WORD...", file=sys.stderr)
         return 2
@@ -40,6 +43,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     for candidate in candidates(words[: position + 1], PackageIndex.from_environment()):
         if candidate.startswith(started):
             print(candidate)
+    return 0
+
+
+def _print_files(package_name: str, name: str) -> int:
+    package = PackageIndex.from_environment().get(package_name)
+    if package is None:
+        print(f"[rospack] Error: package '{package_name}' not found", file=sys.stderr)
+        return 1
+    if (package.path / name).is_file():
+        print(package.path / name)
+        return 0
+    for folder, folders, files in os.walk(package.path):
+        folders[:] = sorted(sub for sub in folders if not sub.startswith("."))
+        if name in files:
+            print(os.path.join(folder, name))
     return 0
 
 

@@ -11,12 +11,7 @@ function _pipros_place  # package[/path] -> path
 end
 
 function _pipros_file  # package file -> the first file of that name
-    set -l folder (rospack find $argv[1]); or return 1
-    if test -e $folder/$argv[2]
-        echo $folder/$argv[2]
-        return
-    end
-    set -l found (find -L $folder -name $argv[2] -type f ! -path '*/.*' | sort)
+    set -l found (pipros-complete --find $argv[1] $argv[2])
     if test (count $found) -eq 0
         echo "That file does not exist in that package." >&2
         return 1

@@ -7,10 +7,8 @@ _pipros_place() {  # package[/path] -> path
 }
 
 _pipros_file() {  # package file -> the one file of that name
-  local folder choice
-  folder=$(rospack find "$1") || return 1
-  if [[ -e $folder/$2 ]]; then echo $folder/$2; return; fi
-  local -a found=(${(f)"$(find -L $folder -name $2 -type f ! -path '*/.*' | sort)"})
+  local choice
+  local -a found=(${(f)"$(pipros-complete --find $1 $2)"})
   case ${#found} in
     0) echo "That file does not exist in that package." >&2; return 1 ;;
     1) echo ${found[1]} ;;
