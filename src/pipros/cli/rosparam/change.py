@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from pipros.cli.program import CommandError, Surroundings, option_parser
-from pipros.cli.rosparam.documents import read_file, read_text
 from pipros.cli.rosparam.server import delete, write
 from pipros.names import canonicalize
 
@@ -90,6 +89,8 @@ def load_parameters(argv: Sequence[str]) -> int:
         parser.error("invalid arguments. Please specify a file name or - for stdin")
     if len(arguments) > 2:
         parser.error("too many arguments")
+    from pipros.cli.rosparam.documents import read_file, read_text
+
     file = arguments[0]
     with Surroundings("rosparam") as here:
         ns = here.resolve(arguments[1] if len(arguments) > 1 else "")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pipros.cli.program import CommandError
-from pipros.cli.rosparam.documents import leaves
 from pipros.errors import Refused
 from pipros.graph.picture import is_below
+from pipros.names import join
 from pipros.net.master import MasterClient
 
 
@@ -50,6 +51,24 @@ def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
         except Refused as error:
             raise CommandError(f"cannot set parameter [{leaf}]: {error.text}") from None
     return written
+
+
+def leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """The single parameters that a value at `name` stands for: dictionaries are namespaces.
+
+    >>> list(leaves("/wheels", {"left": 1, "rear": {"left": 2}}))
+    [('/wheels/left', 1), ('/wheels/rear/left', 2)]
+
+    Raises:
+        CommandError: a key that is no string.
+    """
+    if not isinstance(value, Mapping):
+        yield name, value
+        return
+    if not all(isinstance(key, str) for key in value):
+        raise CommandError(f"YAML dictionaries must have string keys. Invalid dictionary is:\n{value}")
+    for key, part in value.items():
+        yield from leaves(join(name, key), part)
 
 
 def delete(master: MasterClient, name: str) -> None:

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.cli.program import CommandError, Surroundings, option_parser
-from pipros.cli.rosparam.server import names_below, read
+from pipros.cli.rosparam.rendering import as_document, as_pretty_text, as_shown
+from pipros.cli.rosparam.server import leaves, names_below, read
 
 
 def get_parameter(argv: Sequence[str]) -> int:
@@ -18,8 +19,6 @@ def get_parameter(argv: Sequence[str]) -> int:
         parser.error("invalid arguments. Please specify a parameter name")
     if len(arguments) > 1:
         parser.error("too many arguments")
-    from pipros.cli.rosparam.documents import as_pretty_text, as_yaml
-
     with Surroundings("rosparam") as here:
         name = here.resolve(arguments[0])
         if options.verbose:
@@ -30,15 +29,8 @@ def get_parameter(argv: Sequence[str]) -> int:
     elif options.pretty and isinstance(value, str):
         print(value)
     else:
-        print(as_yaml(value), end="" if _is_bare(value) else "\n")
+        print(as_shown(value), end="")
     return 0
-
-
-def _is_bare(value: object) -> bool:
-    """True for what YAML writes as a bare word; Noetic prints an empty line behind everything else."""
-    from pipros.cli.rosparam.documents import dump
-
-    return dump(value).endswith("\n...\n")
 
 
 def list_parameters(argv: Sequence[str]) -> int:
@@ -58,13 +50,11 @@ def dump_parameters(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(list(argv))
     if len(arguments) > 2:
         parser.error("too many arguments")
-    from pipros.cli.rosparam.documents import dump, leaves
-
     with Surroundings("rosparam") as here:
         ns = here.resolve(arguments[1]) if len(arguments) > 1 else "/"
         tree = read(here.master, ns)
     if not arguments:
-        print(dump(tree), end="")
+        print(as_document(tree), end="")
         return 0
     file = arguments[0]
     if options.verbose:
@@ -72,7 +62,7 @@ def dump_parameters(argv: Sequence[str]) -> int:
         for name, value in sorted(leaves(ns, tree)):
             print(f"{name}={value}")
     try:
-        Path(file).write_text(dump(tree), encoding="utf-8")
+        Path(file).write_text(as_document(tree), encoding="utf-8")
     except OSError as error:
         raise CommandError(f"cannot write [{file}]: {error.strerror}") from None
     return 0

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 ONCE_S = 3.0
 """How long a message that is published once stays available."""
 DOCUMENTS_RATE_HZ = 10.0
+QUEUE_SIZE = 100
 LINK_DEADLINE_S = 1.0
 """How long to wait for the links to subscribers that are there already, so that they miss nothing."""
 LOOK_PERIOD_S = 0.01
@@ -109,23 +111,22 @@ class _Run:
         """Publishes one message after the other; with `once` or `latch` only the first."""
         options = self._options
         is_single = options.once or options.latch
-        publisher = self._advertise(latch=is_single)
-        beats = self._beats(options.rate_hz or DOCUMENTS_RATE_HZ)
-        for message in messages:
-            if is_single:
+        publisher = self._advertise(latch=is_single, queue_size=None)  # so that nothing waits at the end
+        if is_single:
+            for message in islice(messages, 1):
                 self._announce(message)
                 publisher.publish(message)
                 self._node.wait_for_shutdown(ONCE_S if options.once else None)
-                return
-            if next(beats, None) is None:
-                return
+            return
+        beats = self._beats(options.rate_hz or DOCUMENTS_RATE_HZ)
+        for message, _ in zip(messages, beats, strict=False):
             self._say(message)
             publisher.publish(message)
 
-    def _advertise(self, *, latch: bool) -> Publisher:
+    def _advertise(self, *, latch: bool, queue_size: int | None = QUEUE_SIZE) -> Publisher:
         """Advertises the topic, and waits a little for the subscribers that it has already."""
         publisher = self._node.advertise(
-            self._options.topic, self._message_class, queue_size=100, latch=latch
+            self._options.topic, self._message_class, queue_size=queue_size, latch=latch
         )
         expected = dict(self._node.master.get_system_state()[1]).get(publisher.topic, [])
         deadline = time.monotonic() + LINK_DEADLINE_S

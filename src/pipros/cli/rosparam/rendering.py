@@ -1,0 +1,43 @@
+"""Parameters as text. Nothing here talks to a master, and YAML is imported only for what needs it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+END_OF_SCALAR = "...\n"
+"""How a YAML document ends that is a bare word and nothing else."""
+
+
+def as_document(value: Any) -> str:
+    """The value as a YAML document, in block style and with sorted keys."""
+    if isinstance(value, bool):
+        return f"{str(value).lower()}\n{END_OF_SCALAR}"
+    if isinstance(value, int):
+        return f"{value}\n{END_OF_SCALAR}"
+    import yaml
+
+    text: str = yaml.safe_dump(value)
+    return text
+
+
+def as_shown(value: Any) -> str:
+    """The document as Noetic prints it: a bare word as it is, all else with an empty line after it."""
+    text = as_document(value)
+    return text.removesuffix(END_OF_SCALAR) if text.endswith(END_OF_SCALAR) else text + "\n"
+
+
+def as_pretty_text(tree: Mapping[str, Any], indent: str = "") -> str:
+    """A namespace as people like to read it. It is not YAML any more: texts stand there as they are."""
+    lines = []
+    for key in sorted(tree):
+        value = tree[key]
+        if isinstance(value, Mapping):
+            lines.append(f"{indent}{key}:\n{as_pretty_text(value, indent + '  ')}")
+        elif isinstance(value, str) and "\n" in value:
+            lines.append(f"{indent}{key}: |\n" + "".join(f"{indent}  {line}\n" for line in value.split("\n")))
+        elif isinstance(value, str):
+            lines.append(f"{indent}{key}: {value}\n")
+        else:
+            lines.append(f"{indent}{key}: {as_document(value).removesuffix(END_OF_SCALAR)}")
+    return "".join(lines)

@@ -1,0 +1,266 @@
+"""rostopic echo, hz, bw and delay on running nodes: what they show, and how they end."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+from pathlib import Path
+
+import pytest
+
+from pipros.graph.picture import Picture
+from pipros.master.server import Master
+from pipros.msg import load_message_class
+from pipros.msg.dynamic import message_classes_from_text
+from pipros.net.master import MasterClient
+from pipros.node import Publisher
+from tests.support.nodes import MakeNode, wait_until_connected
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+String = load_message_class("std_msgs/String")
+
+
+class Commands:
+    """Starts commands of pipros against the master of a test."""
+
+    def __init__(self, ros: RosSystem, master: Master) -> None:
+        self._ros = ros
+        self._variables = {"ROS_MASTER_URI": master.uri}
+
+    def start(self, *argv: str | Path) -> Process:
+        return self._ros.pipros.start(*argv, **self._variables)
+
+    def run(self, *argv: str | Path) -> Process:
+        return self._ros.pipros.run(*argv, **self._variables)
+
+
+@pytest.fixture
+def commands(ros: RosSystem, master: Master) -> Commands:
+    return Commands(ros, master)
+
+
+def nodes_of(master: Master) -> list[str]:
+    client = MasterClient(master.uri, "/test")
+    try:
+        return Picture.from_state(client.get_system_state()).nodes()
+    finally:
+        client.close()
+
+
+@pytest.fixture
+def talker(make_node: MakeNode) -> Publisher:
+    return make_node("talker").advertise("/chatter", String)
+
+
+def test_echo_shows_each_message_and_ends_with_the_last_that_is_wanted(
+    commands: Commands, talker: Publisher
+) -> None:
+    echo = commands.start("rostopic", "echo", "-n", "2", "/chatter")
+    wait_until_connected(talker)
+    for word in ("one", "two", "three"):
+        talker.publish(String(word))
+
+    assert echo.wait() == 0
+    assert echo.stdout == ['data: "one"', "---", 'data: "two"', "---"]
+    assert echo.stderr == []
+
+
+def test_echo_shows_types_whose_package_is_nowhere(commands: Commands, make_node: MakeNode) -> None:
+    strange = message_classes_from_text(
+        "strange_msgs/Pair",
+        f"Part left\nPart right\n{'=' * 80}\nMSG: strange_msgs/Part\nint32 number\n",
+    )
+    left = strange["strange_msgs/Part"](1)
+    pair = make_node("talker").advertise("/pair", strange["strange_msgs/Pair"], latch=True)
+    pair.publish(strange["strange_msgs/Pair"](left=left))
+
+    assert commands.run("rostopic", "echo", "-n", "1", "/pair").stdout == [
+        "left: ",
+        "  number: 1",
+        "right: ",
+        "  number: 0",
+        "---",
+    ]
+    assert commands.run("rostopic", "echo", "-n", "1", "/pair/left/number").stdout == ["1", "---"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_echo_with_0_and_leaves_nothing_at_the_master(
+    commands: Commands, talker: Publisher, master: Master, number: signal.Signals
+) -> None:
+    echo = commands.start("rostopic", "echo", "/chatter")
+    wait_until_connected(talker)
+    echo.send_signal(number)
+
+    assert echo.wait() == 0
+    assert echo.lines == []
+    assert nodes_of(master) == ["/talker"]
+
+
+def test_a_reader_that_has_seen_enough_ends_echo_quietly(commands: Commands, talker: Publisher) -> None:
+    bash = shutil.which("bash")
+    assert bash
+    pipe = commands.start(bash, "-c", "set -o pipefail; rostopic echo /chatter | head -n 1")
+    wait_until_connected(talker)
+
+    def publish_and_look() -> bool:
+        talker.publish(String("hello"))
+        return not pipe.is_running
+
+    wait_until(publish_and_look, what="echo ends")
+    assert pipe.wait() == 0
+    assert pipe.lines == ['data: "hello"']
+
+
+def test_echo_waits_for_a_topic_and_says_so_once(commands: Commands, make_node: MakeNode) -> None:
+    echo = commands.start("rostopic", "echo", "-n", "1", "/late/data")
+    echo.wait_for(r"WARNING: topic \[/late/data\] does not appear to be published yet")
+    make_node("talker").advertise("/late", String, latch=True).publish(String("at last"))
+
+    assert echo.wait() == 0
+    assert echo.stdout == ['"at last"', "---"]
+    assert len(echo.stderr) == 1
+
+
+def test_waiting_for_a_topic_ends_with_ctrl_c(commands: Commands) -> None:
+    hz = commands.start("rostopic", "hz", "/never")
+    hz.wait_for("WARNING")
+    hz.press_ctrl_c()
+
+    assert hz.wait() == 0
+    assert len(hz.lines) == 1
+
+
+def test_echo_follows_a_topic_across_a_restart_of_its_publisher(
+    commands: Commands, make_node: MakeNode
+) -> None:
+    first = make_node("first")
+    first.advertise("/chatter", String, latch=True).publish(String("one"))
+    echo = commands.start("rostopic", "echo", "-n", "2", "/chatter")
+    echo.wait_for("one")
+    first.shutdown("restart")
+    make_node("second").advertise("/chatter", String, latch=True).publish(String("two"))
+
+    assert echo.wait() == 0
+    assert echo.stdout == ['data: "one"', "---", 'data: "two"', "---"]
+
+
+def test_an_index_beyond_an_array_is_told_and_the_next_message_is_shown(
+    commands: Commands, make_node: MakeNode
+) -> None:
+    numbers = load_message_class("std_msgs/Int32MultiArray")
+    publisher = make_node("talker").advertise("/numbers", numbers)
+    echo = commands.start("rostopic", "echo", "-n", "1", "/numbers/data[1]")
+    wait_until_connected(publisher)
+    publisher.publish(numbers(data=[1]))
+    publisher.publish(numbers(data=[1, 2]))
+
+    assert echo.wait() == 0
+    assert echo.stdout == ["2", "---"]
+    assert echo.stderr == ["tuple index out of range: /data[1]"]
+
+
+def test_a_filter_that_fails_is_told_once_and_hides_those_messages(
+    commands: Commands, make_node: MakeNode
+) -> None:
+    numbers = load_message_class("std_msgs/Int32MultiArray")
+    publisher = make_node("talker").advertise("/numbers", numbers)
+    echo = commands.start("rostopic", "echo", "-n", "1", "--filter", "m.data[0] > 1", "/numbers/data")
+    wait_until_connected(publisher)
+    for data in ([], [], [1], [2]):
+        publisher.publish(numbers(data=data))
+
+    assert echo.wait() == 0
+    assert echo.stdout == ["[2]", "---"]
+    assert len(echo.stderr) == 1
+    assert "index out of range" in echo.stderr[0]
+
+
+def test_a_filter_cannot_run_python(commands: Commands, talker: Publisher, tmp_path: Path) -> None:
+    trace = tmp_path / "trace"
+    expression = f"__import__('pathlib').Path('{trace}').touch() or True"
+    echo = commands.start("rostopic", "echo", "--filter", expression, "/chatter")
+    wait_until_connected(talker)
+    talker.publish(String("hello"))
+    echo.wait_for("ERROR: in the expression")
+    echo.press_ctrl_c()
+
+    assert echo.wait() == 0
+    assert not trace.exists()
+
+
+@pytest.mark.parametrize(
+    ("subcommand", "report"),
+    [
+        ("hz", (r"^average rate: [\d.]+$", r"^\tmin: [\d.]+s max: [\d.]+s std dev: [\d.]+s window: \d+$")),
+        ("bw", (r"^average: [\d.]+B/s$", r"^\tmean: 9.00B min: 9.00B max: 9.00B window: \d+$")),
+    ],
+)
+def test_measures_are_reported_until_ctrl_c(
+    commands: Commands, talker: Publisher, subcommand: str, report: tuple[str, str]
+) -> None:
+    measuring = commands.start("rostopic", subcommand, "/chatter")
+    measuring.wait_for(r"subscribed to \[/chatter\]")
+    wait_until_connected(talker)
+    for _ in range(5):
+        talker.publish(String("hello"))
+    for line in report:
+        measuring.wait_for(line)
+    measuring.press_ctrl_c()
+
+    assert measuring.wait() == 0
+    assert measuring.stderr == []
+
+
+def test_hz_compares_topics_in_a_table(commands: Commands, make_node: MakeNode) -> None:
+    node = make_node("talker")
+    publishers = [node.advertise(topic, String) for topic in ("/a", "/b")]
+    hz = commands.start("rostopic", "hz", "/a", "/b")
+    for publisher in publishers:
+        wait_until_connected(publisher)
+        for _ in range(3):
+            publisher.publish(String("hello"))
+    for line in (r"topic +rate +min_delta +max_delta +std_dev +window$", "^=+$", "^/a ", "^/b "):
+        hz.wait_for(line)
+    hz.press_ctrl_c()
+
+    assert hz.wait() == 0
+
+
+def test_hz_of_a_silent_topic_says_that_there_is_nothing_new(commands: Commands, talker: Publisher) -> None:
+    hz = commands.start("rostopic", "hz", talker.topic)
+    hz.wait_for("no new messages")
+    hz.press_ctrl_c()
+
+    assert hz.wait() == 0
+
+
+def test_delay_is_the_age_of_the_stamps(commands: Commands, make_node: MakeNode) -> None:
+    node = make_node("talker")
+    point = load_message_class("geometry_msgs/PointStamped")
+    publisher = node.advertise("/point", point)
+    delay = commands.start("rostopic", "delay", "/point")
+    delay.wait_for(r"subscribed to \[/point\]")
+    wait_until_connected(publisher)
+    message = point()
+    message.header.stamp.secs = node.clock.now_ns() // 1_000_000_000 - 100
+    for _ in range(3):
+        publisher.publish(message)
+    delay.wait_for(r"^average delay: 10[01]\.\d+$")
+    delay.wait_for(r"^\tmin: 10[01]\.\d+s max: 10[01]\.\d+s std dev: [\d.]+s window: 3$")
+    delay.press_ctrl_c()
+
+    assert delay.wait() == 0
+
+
+def test_delay_of_messages_without_a_header_is_a_plain_error(commands: Commands, talker: Publisher) -> None:
+    delay = commands.start("rostopic", "delay", "/chatter")
+    delay.wait_for(r"subscribed to")
+    wait_until_connected(talker)
+    talker.publish(String("hello"))
+    delay.wait_for("msg does not have header")
+    delay.press_ctrl_c()
+
+    assert delay.wait() == 0
