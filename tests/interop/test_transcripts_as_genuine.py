@@ -1,0 +1,113 @@
+"""roscore, roslaunch and rostest on a terminal, from start to Ctrl-C, beside genuine ROS: the same screen."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Callable
+
+import pytest
+
+from tests.support.ros import RosSystem, Side
+from tests.support.waiting import wait_until
+
+# What differs from run to run, and what each side says about itself.
+OPEN = (
+    (r"\[\d{10}\.\d{6}\]", "[TIME]"),
+    (r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", "RUN_ID"),
+    (r"pid \[\d+\]", "pid [PID]"),
+    (r"-\d+\.log", "-PID.log"),
+    (r"roslaunch server http://[^/]+/", "roslaunch server URI"),
+    (r"ROS_MASTER_URI=http://\S+?(?=\x1b)", "ROS_MASTER_URI=URI"),
+    (r"http://\S+:\d+/?", "URI"),
+    (r"/rosdistro: \w+", "/rosdistro: NAME"),
+    # What this computer shares with others is said by pipros alone.
+    (r"(?m)^master listens on .*\n", ""),
+    (r"\^C", ""),
+    (r"/\S+/catkin_ws/src/", "WORKSPACE/"),
+    # Genuine nodes race for the link to the newest log folder, and tell who lost.
+    (r"(?m)^INFO: cannot create a symlink.*\n", ""),
+    # The nodes' own lines come when they come, between those of the launcher.
+    (r"(?m)^\[INFO\].*\n", ""),
+    (r"(?m)^.*SyntaxWarning.*\n  pub = .*\n", ""),
+)
+
+
+def screen(side: Side, command: str, is_up: Callable[[], object] | None = None) -> tuple[int, list[str]]:
+    """Exit code and screen of a command that ends by itself, or that Ctrl-C ends once it is up."""
+    terminal = side.open_terminal()
+    terminal.type(command)
+    if is_up:
+        wait_until(is_up, 20, what=lambda: f"{command} to be up: {terminal.output}")
+        terminal.press_ctrl_c()
+    code = terminal.wait_for_prompt()
+    text = terminal.output.removesuffix(f"[{code}]> ")
+    for pattern, name in OPEN:
+        text = re.sub(pattern, name, text)
+    return code, text.splitlines()
+
+
+def assert_same(ours: tuple[int, list[str]], theirs: tuple[int, list[str]]) -> None:
+    difference = "\n".join(difflib.ndiff(theirs[1], ours[1]))
+    assert ours == theirs, f"- genuine, + pipros:\n{difference}"
+
+
+def both_nodes_are_up(ros: RosSystem) -> bool:
+    return bool(ros.publishers("/battery_topic") and ros.subscribers("/battery_topic"))
+
+
+def test_roscore(ros: RosSystem) -> None:
+    command = f"roscore -p {ros.port}"
+
+    def is_up() -> object:
+        return ros.publishers("/rosout_agg")
+
+    assert_same(screen(ros.pipros, command, is_up), screen(ros.genuine, command, is_up))
+
+
+@pytest.mark.parametrize("options", ["", "--screen"])
+@pytest.mark.parametrize("has_master", [False, True], ids=["with a master of its own", "with one that runs"])
+def test_roslaunch(ros: RosSystem, options: str, has_master: bool) -> None:
+    command = f"roslaunch {options} composiv_tryouts composiv_tryout.launch"
+    if has_master:
+        ros.genuine.start_master()
+
+    def is_up() -> object:
+        return both_nodes_are_up(ros) and (has_master or ros.publishers("/rosout_agg"))
+
+    assert_same(screen(ros.pipros, command, is_up), screen(ros.genuine, command, is_up))
+
+
+def test_rostest(ros: RosSystem) -> None:
+    command = "rostest composiv_tryouts composiv_tryout.launch"
+
+    assert_same(screen(ros.pipros, command), screen(ros.genuine, command))
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "roscore -p {port}",
+        "rosrun composiv_tryouts nope.py",
+        "rosrun nope composiv_talker.py",
+        "rosrun",
+        "rosrun composiv_tryouts",
+        "roslaunch composiv_tryouts nope.launch",
+        "roslaunch nope nope.launch",
+        "roslaunch nope.launch",
+        "rostest composiv_tryouts nope.launch",
+        "rostest",
+        "rostopic",
+        "rostopic type /nope",
+        "rostopic info /nope",
+        "rosnode info /nope",
+        "rosnode",
+        "rosparam get /nope",
+        "rosparam",
+    ],
+)
+def test_a_mistake(ros: RosSystem, command: str) -> None:
+    ros.genuine.start_master()
+    command = command.format(port=ros.port)
+
+    assert_same(screen(ros.pipros, command), screen(ros.genuine, command))
