@@ -1,0 +1,142 @@
+"""Every pair of {pipros, genuine rospy, genuine roscpp} does everything with each other, with both masters.
+
+Three peers, one of each kind, do everything with each other at the same time and print what they
+found; see `client_matrix/peer.py`. One such run for each master serves all tests of this file.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from pipros.net.master import MasterClient
+from tests.support.catkin import CatkinWorkspace
+from tests.support.ports import ClaimedPort
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+SCRIPT = Path(__file__).parent / "client_matrix" / "peer.py"
+PEERS = ("pipros", "rospy", "roscpp")
+RUN_TIMEOUT_S = 40
+
+#: What the first peer says or serves and the second one hears or calls: the line that proves it.
+#: With two marks, every peer must find it: what the second relayed, what the second measured.
+DIRECT = {
+    "plain": "@ plain {0} 30 in order, std_msgs/String from /{0}",
+    "nodelay": "@ nodelay {0} 30 in order, std_msgs/String from /{0}",
+    "latched": "@ latched {0} newest, latching=1",
+    "large": "@ large {0} intact",
+    "clock": "@ clock {0} slept",
+    "service": "@ service {0} {0} to /{1}, persistent=0",
+    "service_error": "@ service_error {0} ServiceException",
+    "persistent": "@ persistent {0} {0} to /{1}, persistent=1",
+    "loggers": "@ loggers {0} followed",
+    "parameters": "@ parameters {0} followed",
+}
+SEEN_BY_ALL = {
+    "relay": "@ relay {0} {1} sent by {0} from /{1}",
+    "statistics": "@ statistics {0} /{0} heard by /{1}",
+}
+
+
+def cells() -> list[tuple[str, str, str, str]]:
+    """All combinations of master, aspect and two peers in which pipros takes part."""
+    return [
+        (master, aspect, first, second)
+        for master in ("genuine", "pipros")
+        for aspect in (*DIRECT, *SEEN_BY_ALL)
+        for first in PEERS
+        for second in PEERS
+        if "pipros" in (master, first, second)
+    ]
+
+
+Findings = dict[str, list[str]]
+
+
+@pytest.fixture(scope="session")
+def findings_with(
+    tmp_path_factory: pytest.TempPathFactory,
+    worker_id: str,
+    bare_tools: Path,
+    catkin_workspace: CatkinWorkspace,
+) -> Callable[[str], Findings]:
+    """What the three peers print with a master; run once, whatever the number of pytest's workers."""
+    base = tmp_path_factory.getbasetemp()
+    shared = base if worker_id == "master" else base.parent
+
+    def findings(master: str) -> Findings:
+        kept = shared / f"client_matrix_{master}.json"
+        with kept.with_suffix(".lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not kept.exists():
+                home = shared / f"client_matrix_{master}"
+                home.mkdir()
+                try:
+                    found = run(master, home, bare_tools, catkin_workspace)
+                except AssertionError as error:  # for all tests, not to be tried again by each
+                    found = {"error": [str(error)]}
+                kept.write_text(json.dumps(found))
+        result: Findings = json.loads(kept.read_text())
+        assert "error" not in result, result["error"][0]
+        return result
+
+    return findings
+
+
+def run(master: str, home: Path, tools: Path, workspace: CatkinWorkspace) -> Findings:
+    """Has the peers meet under a master until they have found everything, or the time is over."""
+    port = ClaimedPort()
+    ros = RosSystem(port.number, home, tools)
+    ros.genuine.environment.update(workspace.variables)
+    try:
+        (ros.pipros if master == "pipros" else ros.genuine).start_master()
+        client = MasterClient(ros.master_uri, "/test")
+        client.set_param("/use_sim_time", True)
+        client.set_param("/enable_statistics", True)
+        client.close()
+        peers = {
+            "pipros": ros.pipros.start("python", SCRIPT, "pipros"),
+            "rospy": ros.genuine.start("/usr/bin/python3", SCRIPT, "rospy"),
+            "roscpp": ros.genuine.start("rosrun", "cpp_battery", "battery_peer", "roscpp"),
+        }
+        expected = len(PEERS) * len(DIRECT) + len(PEERS) ** 2 * len(SEEN_BY_ALL)
+        with contextlib.suppress(AssertionError):  # the tests say what is missing
+            wait_until(lambda: all(count(peer) >= expected for peer in peers.values()), RUN_TIMEOUT_S)
+        result = {name: list(peer.lines) for name, peer in peers.items()}
+        for peer in peers.values():
+            peer.press_ctrl_c()
+        return {**result, "exit codes": [f"{name} {peer.wait()}" for name, peer in peers.items()]}
+    finally:
+        ros.close()
+        port.release()
+
+
+def count(peer: Process) -> int:
+    return sum(line.startswith("@ ") for line in list(peer.lines))
+
+
+@pytest.mark.timeout(240)
+@pytest.mark.parametrize(("master", "aspect", "first", "second"), cells())
+def test_they_understand_each_other(
+    findings_with: Callable[[str], Findings], master: str, aspect: str, first: str, second: str
+) -> None:
+    findings = findings_with(master)
+    expected = (DIRECT | SEEN_BY_ALL)[aspect].format(first, second)
+    for finder in PEERS if aspect in SEEN_BY_ALL else (second,):
+        assert not any(line.endswith(("not set", "out of order", "broken")) for line in findings[finder])
+        about = [line for line in findings[finder] if line.startswith(f"@ {aspect} {first} ")]
+        errors = [line for line in findings[finder] if not line.startswith("@ ")]
+        assert expected in about, f"{finder} found {about}, and said:\n" + "\n".join(errors)
+
+
+@pytest.mark.timeout(240)
+@pytest.mark.parametrize("master", ["genuine", "pipros"])
+def test_all_peers_end_well(findings_with: Callable[[str], Findings], master: str) -> None:
+    assert findings_with(master)["exit codes"] == ["pipros 0", "rospy 0", "roscpp 0"]
