@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,6 +21,9 @@ from pipros.net import address
 from pipros.net.rpc_server import RpcLimits, RpcServer, caller_address
 
 _log = logging.getLogger("rosmaster.master")
+
+_LOOKUPS_AT_A_TIME: Final = 64
+"""Threads that look up host names, made as they are needed: some names take half a minute to be unknown."""
 
 RESUME_ANSWER_S: Final = 1.0
 """How long the nodes of a crashed master have to say that they are still there."""
@@ -63,6 +67,7 @@ class MasterServer:
         methods = {**self._api.methods, statistics.METHOD: self._statistics}
         self.rpc = RpcServer(methods, host=host, port=port, limits=limits, admits=admits)
         self._rate = statistics.CallRate()
+        self._lookups = ThreadPoolExecutor(_LOOKUPS_AT_A_TIME, thread_name_prefix="master")
         self._started_at = 0.0
 
     @property
@@ -75,6 +80,7 @@ class MasterServer:
         Raises:
             OSError: the port is taken, or the address is not of this machine, or the store cannot be made.
         """
+        asyncio.get_running_loop().set_default_executor(self._lookups)
         if self._store_file:
             self._store = await asyncio.to_thread(Store, self._store_file)
             await self._resume(self._store)
@@ -97,6 +103,7 @@ class MasterServer:
         await self.rpc.stop()
         if self._store:
             await asyncio.to_thread(self._store.close)
+        self._lookups.shutdown(wait=False, cancel_futures=True)
 
     async def _resume(self, store: Store) -> None:
         kept = store.kept

@@ -12,7 +12,9 @@ import asyncio
 import inspect
 import logging
 from collections import deque
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Callable
+from concurrent.futures import Executor
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from pipros.errors import ProtocolError
@@ -41,6 +43,9 @@ class Answerer(Protocol):
     limits: RpcLimits
     connections: Connections
     refusals: Refusals
+
+    @property
+    def large_values(self) -> Executor: ...
 
     def admits(self, peer: str) -> bool: ...
 
@@ -168,7 +173,7 @@ class RpcConnection(asyncio.Protocol):
                 return
             document = encode_response(value, elements_limit=LARGE_ANSWER_ELEMENTS)
         except TooManyElements:
-            self._answer_by_task(request, asyncio.to_thread(Encoded, value))
+            self._answer_by_task(request, self._apart(Encoded, value))
             return
         except Exception as error:
             document = self._fault(error)
@@ -179,10 +184,14 @@ class RpcConnection(asyncio.Protocol):
         return self._server.call(name, params, caller=self.peer)
 
     async def _call_large(self, body: bytes) -> Any:
-        limit = self._server.limits.body_bytes
-        name, params = await asyncio.to_thread(decode_call, body, limit_bytes=limit)
+        decode = partial(decode_call, limit_bytes=self._server.limits.body_bytes)
+        name, params = await self._apart(decode, body)
         value = self._server.call(name, params, caller=self.peer)
         return await value if inspect.isawaitable(value) else value
+
+    def _apart(self, function: Callable[[Any], Any], value: Any) -> Awaitable[Any]:
+        """Does something with a large value in a thread."""
+        return self._loop.run_in_executor(self._server.large_values, function, value)
 
     def _answer_by_task(self, request: Request, value: Awaitable[Any]) -> None:
         self._task = self._loop.create_task(self._answer_later(request, value))
@@ -193,7 +202,7 @@ class RpcConnection(asyncio.Protocol):
             try:
                 document = encode_response(value, elements_limit=LARGE_ANSWER_ELEMENTS)
             except TooManyElements:
-                document = await asyncio.to_thread(encode_response, value)
+                document = await self._apart(encode_response, value)
         except Exception as error:
             document = self._fault(error)
         self._task = None

@@ -11,6 +11,7 @@ import asyncio
 import contextlib
 import inspect
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, Final
@@ -75,6 +76,7 @@ class RpcServer:
         calls: how often each method of the table was called.
         refusals: what peers were refused.
         connections: who is connected.
+        large_values: the threads that decode and encode what is large; made when they are needed.
     """
 
     def __init__(
@@ -108,6 +110,7 @@ class RpcServer:
         self.limits = limits or RpcLimits()
         self.calls = dict.fromkeys(self._methods, 0)
         self.refusals = Refusals()
+        self.large_values: Executor = ThreadPoolExecutor(max_workers=2, thread_name_prefix="large values")
         self.connections = Connections(
             limit=self.limits.connections or connections_that_fit(),
             limit_per_peer=self.limits.connections_per_peer,
@@ -141,6 +144,7 @@ class RpcServer:
         if self._server:
             self._server.close()
         self.connections.close_all()
+        self.large_values.shutdown(wait=False, cancel_futures=True)
         if self._server:
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._server.wait_closed(), 1.0)
@@ -190,7 +194,7 @@ class RpcServer:
         for call in calls:
             try:
                 answer = self.call(call["methodName"], tuple(call["params"]), caller=caller)
-                encoded = await _encoded([await answer if inspect.isawaitable(answer) else answer])
+                encoded = await self._encode([await answer if inspect.isawaitable(answer) else answer])
                 bytes_left -= len(encoded.text)
                 if bytes_left < 0:
                     raise LimitExceeded("the answers of a system.multicall are too large together")
@@ -202,12 +206,11 @@ class RpcServer:
                 turn_ends = loop.time() + _TURN_S
         return answers
 
-
-async def _encoded(value: Any) -> Encoded:
-    try:
-        return Encoded(value, elements_limit=LARGE_ANSWER_ELEMENTS)
-    except TooManyElements:
-        return await asyncio.to_thread(Encoded, value)
+    async def _encode(self, value: Any) -> Encoded:
+        try:
+            return Encoded(value, elements_limit=LARGE_ANSWER_ELEMENTS)
+        except TooManyElements:
+            return await asyncio.get_running_loop().run_in_executor(self.large_values, Encoded, value)
 
 
 def _bad_arity(_name: str, _params: tuple[Any, ...]) -> list[Any]:

@@ -283,6 +283,9 @@ class RequestReader(_Reader):
         return match
 
     def _body_length(self) -> int:
+        if "origin" in self._headers:
+            # Only browsers send it. A web page could otherwise reach what is bound to loopback.
+            raise HttpError(403, f"a request from a web page of {self._headers['origin'][:80]}")
         length = self._declared_length()
         if length is None:
             raise HttpError(411, "a request that does not say how long it is")

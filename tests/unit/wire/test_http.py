@@ -87,6 +87,7 @@ def test_bare_newlines_and_blank_lines_before_a_request_are_borne() -> None:
         (request(start="POST / HTTP/2.0"), 505),
         (request(start="POST  / HTTP/1.1"), 400),
         (request(), 411),
+        (request("Origin: http://evil.example", "Content-Length: 0"), 403),
         (request("Content-Length: x"), 400),
         (request("Content-Length: -1"), 400),
         (request("Content-Length: 1", "Content-Length: 2"), 400),
