@@ -32,6 +32,7 @@ class Environment:
         log_dir: `ROS_LOG_DIR`, else `<ros_home>/log`.
         test_results_dir: `ROS_TEST_RESULTS_DIR`, else `<ros_home>/test_results`.
         console_format: `ROSCONSOLE_FORMAT`, None when unset.
+        python_log_config: `ROS_PYTHON_LOG_CONFIG_FILE`, None when unset.
     """
 
     master_uri: str = DEFAULT_MASTER_URI
@@ -43,6 +44,7 @@ class Environment:
     log_dir: Path = Path("~/.ros/log")
     test_results_dir: Path = Path("~/.ros/test_results")
     console_format: str | None = None
+    python_log_config: Path | None = None
 
     @classmethod
     def from_os(cls, variables: Mapping[str, str] | None = None) -> Environment:
@@ -62,7 +64,12 @@ class Environment:
             log_dir=Path(get("ROS_LOG_DIR") or home / "log"),
             test_results_dir=Path(get("ROS_TEST_RESULTS_DIR") or home / "test_results"),
             console_format=get("ROSCONSOLE_FORMAT") or None,
+            python_log_config=_path(get("ROS_PYTHON_LOG_CONFIG_FILE")),
         )
+
+
+def _path(text: str | None) -> Path | None:
+    return Path(text) if text else None
 
 
 def split_master_uri(uri: str) -> tuple[str, int]:

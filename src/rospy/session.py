@@ -15,6 +15,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
@@ -27,6 +28,7 @@ from pipros.node.client import OpenCalls
 from pipros.node.log import (
     ConsoleHandler,
     RosoutHandler,
+    configure_by_file,
     log_file,
     logger_levels,
     open_file_handler,
@@ -233,18 +235,34 @@ class Session:
         return WindowLimits(**given)
 
     def _start_logging(self, node: Node, log_level: int | None) -> None:
-        self.logger.setLevel(LOGGING_LEVELS.get(log_level or 0, logging.INFO))
-        self.logger.propagate = False
-        self.logger.addHandler(ConsoleHandler(node.name, lambda: node.clock, node.environment.console_format))
-        path = log_file(node.environment.log_dir, node.name, node.identity.arguments.special.get("__log"))
+        """Sends `rosout` to the console and all that the process logs to a file, as Noetic is configured.
+
+        `ROS_PYTHON_LOG_CONFIG_FILE` names a configuration of Python's logging to be used instead.
+        """
+        given = node.identity.arguments.special.get("__log")
+        path = log_file(node.environment.log_dir, node.name, given)
+        if node.environment.python_log_config is not None:
+            configure_by_file(node.environment.python_log_config, path)
+        else:
+            self.logger.setLevel(logging.INFO)
+            console = ConsoleHandler(node.name, lambda: node.clock, node.environment.console_format)
+            self.logger.addHandler(console)
+            self._log_to_file(path)
+        if log_level is not None:
+            self.logger.setLevel(LOGGING_LEVELS.get(log_level, logging.INFO))
+
+    def _log_to_file(self, path: Path) -> None:
+        root = logging.getLogger()
         try:
-            self.logger.addHandler(open_file_handler(path))
+            root.addHandler(open_file_handler(path))
         except OSError as error:
             print(
                 f"WARNING: cannot log to [{path}]: {error.strerror}. "
                 "Please set ROS_LOG_DIR to a writable location.",
                 file=sys.stderr,
             )
+        else:
+            root.setLevel(min(root.level or logging.INFO, logging.INFO))
 
     def _start_rosout(self, node: Node) -> None:
         from pipros.msg import load_message_class
@@ -254,11 +272,14 @@ class Session:
         )
         with contextlib.suppress(LookupError, Unreachable, Refused):
             if node.params.get_cached("/rosout_disable_topics_generation"):
-                self.logger.addHandler(RosoutHandler(publisher, node.name, node.clock, tuple))
+                self.logger.addHandler(RosoutHandler(publisher, node.name, lambda: node.clock, tuple))
                 return
         self.logger.addHandler(
             RosoutHandler(
-                publisher, node.name, node.clock, lambda: [one.topic for one in node.topics.publications]
+                publisher,
+                node.name,
+                lambda: node.clock,
+                lambda: [one.topic for one in node.topics.publications],
             )
         )
 

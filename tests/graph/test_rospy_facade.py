@@ -129,3 +129,64 @@ def test_it_does_what_noetic_does(
     node = processes.run(sys.executable, str(script), environment={"ROS_MASTER_URI": master.uri})
     assert node.returncode == 0, node.output
     assert [line for line in node.stdout if not line.startswith("[INFO]")] == expected
+
+
+def test_what_a_process_logs_goes_to_its_log_file_as_noetics_does(
+    processes: Processes, tmp_path: Path, master: Master
+) -> None:
+    script = tmp_path / "node.py"
+    script.write_text(
+        'import logging, rospy\nrospy.init_node("node")\nlogging.getLogger("mine").info("own words")\n'
+        'rospy.loginfo("to all")\nrospy.logdebug("to nobody")\n'
+    )
+    variables = {"ROS_MASTER_URI": master.uri, "ROS_LOG_DIR": str(tmp_path / "logs")}
+    node = processes.run(sys.executable, str(script), environment=variables)
+    lines = (tmp_path / "logs" / "node.log").read_text().splitlines()
+    assert [line.split(": ")[-1] for line in lines if "[mine]" in line or "[rosout]" in line] == [
+        "own words",
+        "to all",
+    ]
+    assert [line.split(": ")[-1] for line in node.stdout] == ["to all"]
+
+
+CONFIG = """
+[loggers]
+keys=root,rosout
+[handlers]
+keys=console,file
+[formatters]
+keys=plain
+[logger_root]
+level=INFO
+handlers=file
+[logger_rosout]
+level=WARNING
+handlers=console
+qualname=rosout
+[handler_console]
+class=rosgraph.roslogging.RosStreamHandler
+args=(False,)
+[handler_file]
+class=FileHandler
+formatter=plain
+args=(os.environ['ROS_LOG_FILENAME'],)
+[formatter_plain]
+format=%(name)s says %(message)s
+"""
+
+
+def test_a_logging_configuration_of_ones_own_is_used(
+    processes: Processes, tmp_path: Path, master: Master
+) -> None:
+    (tmp_path / "log.conf").write_text(CONFIG)
+    script = tmp_path / "node.py"
+    script.write_text('import rospy\nrospy.init_node("node")\nrospy.loginfo("low")\nrospy.logwarn("high")\n')
+    variables = {
+        "ROS_MASTER_URI": master.uri,
+        "ROS_LOG_DIR": str(tmp_path / "logs"),
+        "ROS_PYTHON_LOG_CONFIG_FILE": str(tmp_path / "log.conf"),
+        "ROSCONSOLE_FORMAT": "${node} ${message}",
+    }
+    node = processes.run(sys.executable, str(script), environment=variables)
+    assert node.output.split() == ["/node", "high"]
+    assert "rosout says high" in (tmp_path / "logs" / "node.log").read_text()

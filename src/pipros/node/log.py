@@ -7,6 +7,7 @@ Handlers for Python's `logging`; the node's logger carries them. The console for
 from __future__ import annotations
 
 import logging
+import os
 import re
 import sys
 import threading
@@ -15,6 +16,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+from pipros.errors import PiprosError
 from pipros.node.clock import NS_PER_S, Clock
 
 if TYPE_CHECKING:
@@ -63,10 +65,18 @@ class ConsoleHandler(logging.Handler):
     The streams are looked up at each line, so that redirecting `sys.stdout` works.
     """
 
-    def __init__(self, node_name: str, clock: Callable[[], Clock | None], line_format: str | None) -> None:
+    def __init__(
+        self,
+        node_name: str,
+        clock: Callable[[], Clock | None],
+        line_format: str | None,
+        *,
+        is_coloured: bool = True,
+    ) -> None:
         super().__init__()
-        self._node_name = node_name
-        self._clock = clock
+        self._is_coloured = is_coloured
+        self.node_name = node_name
+        self.clock = clock
         self._line_format = line_format or DEFAULT_FORMAT
 
     def emit(self, record: logging.LogRecord) -> None:
@@ -76,7 +86,7 @@ class ConsoleHandler(logging.Handler):
             return
         line = self._render(record, severity)  # raises what wrong arguments of the log call raise
         try:
-            if severity.colour and stream.isatty():
+            if self._is_coloured and severity.colour and stream.isatty():
                 stream.write(f"{severity.colour}{line}\n{_RESET}")
             else:
                 stream.write(line + "\n")
@@ -101,14 +111,14 @@ class ConsoleHandler(logging.Handler):
                 "file": record.pathname,
                 "line": str(record.lineno),
                 "function": record.funcName,
-                "node": self._node_name,
+                "node": self.node_name,
             }
             return values.get(key, match[0])
 
         return _PLACEHOLDER.sub(value, self._line_format)
 
     def _time(self, created: float, time_format: str | None) -> str:
-        text, clock = wall_time(created, time_format), self._clock()
+        text, clock = wall_time(created, time_format), self.clock()
         if clock is None or not clock.is_simulated:
             return text
         return f"{text}, {wall_time(clock.now_ns() / NS_PER_S, time_format)}"
@@ -118,7 +128,11 @@ class RosoutHandler(logging.Handler):
     """Publishes each record on `/rosout` as a `rosgraph_msgs/Log`."""
 
     def __init__(
-        self, publisher: Publisher, node_name: str, clock: Clock, topics: Callable[[], Iterable[str]]
+        self,
+        publisher: Publisher,
+        node_name: str,
+        clock: Callable[[], Clock],
+        topics: Callable[[], Iterable[str]],
     ) -> None:
         super().__init__()
         from pipros.msg import load_message_class
@@ -127,8 +141,8 @@ class RosoutHandler(logging.Handler):
         self._log_class = load_message_class("rosgraph_msgs/Log")
         self._time_class = Time
         self._publisher = publisher
-        self._node_name = node_name
-        self._clock = clock
+        self.node_name = node_name
+        self.clock = clock
         self._topics = topics
         self._busy = threading.local()  # a line that publishing a line brings about is not published
 
@@ -139,14 +153,14 @@ class RosoutHandler(logging.Handler):
         try:
             message: Any = self._log_class(
                 level=Severity.of(record.levelno).number,
-                name=self._node_name,
+                name=self.node_name,
                 msg=full_text(record),
                 file=record.pathname,
                 line=record.lineno,
                 function=record.funcName or "",
                 topics=list(self._topics()),
             )
-            seconds, nanoseconds = divmod(self._clock.now_ns(), NS_PER_S)
+            seconds, nanoseconds = divmod(self.clock().now_ns(), NS_PER_S)
             message.header.stamp = self._time_class(seconds, nanoseconds)
             self._publisher.publish(message)
         except Exception:
@@ -167,6 +181,30 @@ def open_file_handler(path: Path) -> logging.Handler:
     handler = RotatingFileHandler(path, maxBytes=FILE_LIMIT_BYTES, backupCount=FILES_KEPT, encoding="utf-8")
     handler.setFormatter(logging.Formatter(_FILE_FORMAT))
     return handler
+
+
+def configure_by_file(config: Path, log_path: Path) -> None:
+    """Configures Python's logging by a file in its own format, or in YAML, instead of our way.
+
+    The file finds the path to log to in the environment, as `ROS_LOG_FILENAME`.
+
+    Raises:
+        PiprosError: the file is missing or malformed.
+    """
+    import logging.config
+
+    from pipros.safe import yaml
+
+    os.environ["ROS_LOG_FILENAME"] = str(log_path)
+    try:
+        log_path.parent.mkdir(parents=True, exist_ok=True)
+        if config.suffix in (".yaml", ".yml"):
+            logging.config.dictConfig(yaml.load(config.read_text(), str(config)))
+        else:
+            with config.open() as file:
+                logging.config.fileConfig(file, disable_existing_loggers=False)
+    except Exception as error:
+        raise PiprosError(f"ROS_PYTHON_LOG_CONFIG_FILE [{config}] cannot be used: {error}") from error
 
 
 def log_file(log_dir: Path, node_name: str, given: str | None) -> Path:
