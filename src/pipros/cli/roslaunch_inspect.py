@@ -19,11 +19,11 @@ from pipros.workspace.index import PackageIndex
 
 
 def print_nodes(files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
-    """`--nodes`: the full names, in the order of the files."""
+    """`--nodes`: the full names in the order of the files, those of tests after them."""
     launch = _load(files, arguments, index)
     if launch is None:
         return 1
-    for node in launch.nodes:
+    for node in (*launch.nodes, *(test.node for test in launch.tests)):
         print(node.full_name)
     return 0
 

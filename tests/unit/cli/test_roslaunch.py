@@ -37,7 +37,7 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_nodes_lists_full_names(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert roslaunch.main(["--nodes", "talkers", "x.launch"]) == 0
-    assert capsys.readouterr().out == "/one\n/g/two\n"
+    assert capsys.readouterr().out == "/one\n/g/two\n/tt\n"
 
 
 def test_files_lists_absolute_paths(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
