@@ -153,6 +153,7 @@ def session_options(options: Values) -> SessionOptions:
     Raises:
         LaunchError: for a timeout that is not positive.
     """
+    from pipros.launch import labels
     from pipros.launch.ending import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
     from pipros.launch.run import RunOptions
     from pipros.launch.session import SessionOptions
@@ -173,6 +174,7 @@ def session_options(options: Values) -> SessionOptions:
             output=output,
             all_required=options.force_required,
             local_only=options.local_only,
+            has_labels=not getattr(options, "raw_output", True) and labels.are_wanted(),
             sigint_timeout_s=SIGINT_TIMEOUT_S if sigint is None else sigint,
             sigterm_timeout_s=SIGTERM_TIMEOUT_S if sigterm is None else sigterm,
         ),
@@ -322,6 +324,13 @@ def _parser() -> OptionParser:
         action="store_true",
         default=False,
         help="Print what would be set and started, and start nothing",
+    )
+    add(
+        "--raw-output",
+        dest="raw_output",
+        action="store_true",
+        default=False,
+        help="Let nodes write to the terminal themselves, without their names before each line",
     )
     return parser  # fmt: skip
 

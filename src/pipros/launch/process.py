@@ -13,6 +13,7 @@ from pathlib import Path
 
 from pipros.launch.command import CannotLaunch, Command
 from pipros.launch.guardian import Guardian
+from pipros.launch.labels import LabelledOutput
 from pipros.workspace.interpreter import why_not_startable
 
 _ON_WINDOWS = os.name == "nt"
@@ -38,12 +39,15 @@ class NodeProcess:
         guardian: Guardian,
         on_exit: Callable[[NodeProcess], None],
         restarts: bool = False,
+        label: int | None = None,
     ) -> None:
         """Starts the process.
 
         Args:
             stdout_log: where its standard output goes; None for the launcher's own.
             restarts: whether it is the same node again, so that its output is added to the file.
+            label: gives its lines on our terminal its name in the colour of this number; None leaves
+                our output to it as it is.
 
         Raises:
             CannotLaunch: the operating system refuses, with what to try.
@@ -54,7 +58,8 @@ class NodeProcess:
         self._guardian = guardian
         self._on_exit = on_exit
         self._exited = threading.Event()
-        self._popen = _start(command, stdout_log, is_again=restarts)
+        self._label = None if label is None else LabelledOutput(name, label)
+        self._popen = _start(command, stdout_log, self._label, is_again=restarts)
         self.pid = self._popen.pid
         self._has_group = True
         guardian.started(self.pid)
@@ -95,6 +100,8 @@ class NodeProcess:
 
     def _wait(self) -> None:
         self._popen.wait()
+        if self._label is not None:
+            self._label.finish()
         self._exited.set()
         # As long as somebody is in the group, its number cannot be given to another process, and
         # it stays guarded: a script may have left the real node running in the background.
@@ -107,7 +114,9 @@ class NodeProcess:
         self._guardian.ended(self.pid)
 
 
-def _start(command: Command, stdout_log: Path | None, *, is_again: bool) -> subprocess.Popen[bytes]:
+def _start(
+    command: Command, stdout_log: Path | None, label: LabelledOutput | None, *, is_again: bool
+) -> subprocess.Popen[bytes]:
     sys.stdout.flush()
     try:
         command.folder.mkdir(parents=True, exist_ok=True)
@@ -119,7 +128,8 @@ def _start(command: Command, stdout_log: Path | None, *, is_again: bool) -> subp
             command.argv,
             env=dict(command.environment),
             cwd=command.folder,
-            stdout=output,
+            stdout=output if output is not None or label is None else label.write_end,
+            stderr=None if label is None else label.write_end,
             start_new_session=not _ON_WINDOWS,
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
         )
@@ -132,6 +142,8 @@ def _start(command: Command, stdout_log: Path | None, *, is_again: bool) -> subp
     finally:
         if output is not None:
             output.close()
+        if label is not None:
+            label.started()
 
 
 def _is_group_alive(group: int) -> bool:

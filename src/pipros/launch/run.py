@@ -36,11 +36,13 @@ class RunOptions:
         output: where the standard output of all nodes goes; None leaves it to each node.
         all_required: whether the end of any node ends all.
         local_only: whether nodes on other machines are left out.
+        has_labels: whether lines of nodes on the terminal bear their names.
     """
 
     output: Output | None = None
     all_required: bool = False
     local_only: bool = False
+    has_labels: bool = False
     sigint_timeout_s: float = SIGINT_TIMEOUT_S
     sigterm_timeout_s: float = SIGTERM_TIMEOUT_S
 
@@ -67,6 +69,7 @@ class _Managed:
     node: Node
     command: Command
     output: Output
+    number: int
     process: NodeProcess | None = None
     left_behind: NodeProcess | None = None
     restart_at: float | None = None
@@ -161,8 +164,9 @@ class Run:
             CannotLaunch: there is no such program, or it cannot be started.
         """
         self._guardian.start()
-        name = f"{node.full_name.lstrip('/')}-{self._number}"
+        number = self._number
         self._number += 1
+        name = f"{node.full_name.lstrip('/')}-{number}"
         command = self._maker.make(
             node,
             self._master_uri,
@@ -170,7 +174,8 @@ class Run:
             machine=self._machine(node),
             extra_arguments=extra_arguments,
         )
-        managed = _Managed(name, node, command, output or self._options.output or node.output)
+        output = output or self._options.output or node.output
+        managed = _Managed(name, node, command, output, number)
         self._start(managed)
         self._managed.append(managed)
         assert managed.process is not None  # noqa: S101  # just set
@@ -275,6 +280,7 @@ class Run:
             guardian=self._guardian,
             on_exit=self._events.put,
             restarts=is_again,
+            label=managed.number if self._options.has_labels else None,
         )
         self._console.bold(f"process[{managed.name}]: started with pid [{managed.process.pid}]")
 
