@@ -16,6 +16,7 @@ import sqlite3
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from typing import Any, Final
 
@@ -58,7 +59,7 @@ class Kept:
     """What a store had when it was opened.
 
     Attributes:
-        parameters: key and value in the order to set them; `Deleted` as value to delete.
+        parameters: key and value in the order to set them; or what became of the key without a value.
         registrations: in the order they were made.
         topic_types: topic to type.
     """
@@ -68,8 +69,11 @@ class Kept:
     topic_types: dict[str, str]
 
 
-class Deleted:
-    """Stands for the value of a parameter that was deleted below one that was set."""
+class Fate(Enum):
+    """Stands for a value where there is none."""
+
+    DELETED = "deleted, below a namespace that was set as a whole"
+    NAMESPACE = "a namespace, in which there may be nothing"
 
 
 class Store:
@@ -96,11 +100,13 @@ class Store:
             _log.error("%s is no store of a master (%s); moved to %s", file, error, self.set_aside)
             self._database, self.kept = _open(file)
         self._changes: queue.SimpleQueue[tuple[str, tuple[Any, ...]] | None] = queue.SimpleQueue()
+        self._closing = threading.Event()
         self._thread = threading.Thread(target=self._write, name="master store", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
         """Writes what is left to write and closes the file."""
+        self._closing.set()
         self._changes.put(None)
         self._thread.join()
 
@@ -115,13 +121,19 @@ class Store:
         self._supersede(key)
         parts = key.split("/")[1:-1]
         above = ["/", *("/" + "/".join(parts[: count + 1]) for count in range(len(parts)))]
-        # A deletion is kept only below a namespace that was set as a whole.
+        # The deletion itself is kept only below a namespace that was set as a whole.
         one_of = ", ".join("?" * len(above))
         statement = (
             "INSERT INTO parameters (key, value) SELECT ?, NULL "  # noqa: S608  # only question marks
-            f"WHERE EXISTS (SELECT 1 FROM parameters WHERE key IN ({one_of}))"
+            f"WHERE EXISTS (SELECT 1 FROM parameters WHERE value != x'' AND key IN ({one_of}))"
         )
         self._changes.put((statement, (key, *above)))
+        if parts:  # the namespace stays, though nothing may be left in it
+            statement = (
+                "INSERT INTO parameters (key, value) SELECT ?1, x'' "
+                "WHERE NOT EXISTS (SELECT 1 FROM parameters WHERE key = ?1 AND value = x'')"
+            )
+            self._changes.put((statement, (above[-1],)))
 
     def registered(self, role: Role, node: str, key: str, api: str, service_api: str | None) -> None:
         row = (role.name, node, key, api, service_api)
@@ -153,7 +165,7 @@ class Store:
         while is_open:
             batch = [self._changes.get()]
             if batch[0] is not None:
-                threading.Event().wait(BATCH_S)
+                self._closing.wait(BATCH_S)
             with contextlib.suppress(queue.Empty):
                 while True:
                     batch.append(self._changes.get_nowait())
@@ -219,7 +231,10 @@ def _check(database: sqlite3.Connection) -> None:
 def _read(database: sqlite3.Connection) -> Kept:
     def parameters() -> Iterator[tuple[str, Any]]:
         for key, value in database.execute("SELECT key, value FROM parameters ORDER BY number"):
-            yield key, Deleted if value is None else decode_response(value)
+            if value:
+                yield key, decode_response(value)
+            else:
+                yield key, Fate.DELETED if value is None else Fate.NAMESPACE
 
     rows = database.execute("SELECT role, node, key, api, service_api FROM registrations ORDER BY number")
     return Kept(
@@ -243,7 +258,10 @@ def _move_aside(file: Path) -> Path:
 def restore_params(params: ParamTree, kept: Kept) -> None:
     """Sets the kept parameters in the order they were set."""
     for key, value in kept.parameters:
-        if value is not Deleted:
+        if value is Fate.NAMESPACE:
+            if not (params.has(key) and isinstance(params.get(key), dict)):
+                params.set(key, {})
+        elif value is not Fate.DELETED:
             params.set(key, value)
         elif params.has(key):
             params.delete(key)

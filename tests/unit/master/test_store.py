@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from pipros.master.params import ParamTree
@@ -52,7 +52,10 @@ keys = st.lists(st.sampled_from("ab0"), min_size=1, max_size=3).map(lambda parts
 values = st.recursive(st.integers(0, 9), lambda inner: st.dictionaries(st.sampled_from("ab0"), inner))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=40, deadline=None)
+@example([("/a/a", 0), ("/a/a", None)])
+@example([("/", {}), ("/a/a", 0), ("/a/a", None)])
+@example([("/a", 5), ("/a/b", 1), ("/a/b", None)])
 @given(st.lists(st.tuples(st.just("/") | keys, st.none() | values), max_size=15))
 def test_whatever_was_set_and_deleted_the_same_tree_comes_back(
     tmp_path_factory: pytest.TempPathFactory, changes: list[tuple[str, Any]]
@@ -80,7 +83,7 @@ def test_the_file_does_not_grow_with_the_number_of_changes(tmp_path: Path) -> No
         params.delete(f"/once/{count}")
     store.close()
     with sqlite3.connect(store.file) as database:
-        assert database.execute("SELECT count(*) FROM parameters").fetchone() == (1,)
+        assert database.execute("SELECT count(*) FROM parameters").fetchone() == (2,)
     database.close()
 
 
