@@ -6,7 +6,8 @@ import sys
 from collections.abc import Sequence
 from optparse import OptionParser
 
-from pipros.cli.roslaunch import add_core_options, run, session_options
+from pipros.cli.roslaunch import run
+from pipros.cli.roslaunch_options import add_core_options, session_options
 from pipros.launch.console import Console
 from pipros.launch.session import Session
 

@@ -1,0 +1,213 @@
+"""The options of roslaunch and roscore, and what they mean to a session."""
+
+from __future__ import annotations
+
+from optparse import OptionParser, Values
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pipros.launch.model import Output
+
+if TYPE_CHECKING:
+    from pipros.launch.session import SessionOptions
+
+USAGE = (
+    "usage: %prog [options] [package] <filename> [arg_name:=value...]\n"
+    "       %prog [options] <filename> [<filename>...] [arg_name:=value...]\n\n"
+    "If <filename> is a single dash ('-'), launch XML is read from standard input."
+)
+
+
+def make_parser() -> OptionParser:
+    """All options that genuine `roslaunch --help` lists, and those of ours."""
+    parser = OptionParser(usage=USAGE, prog="roslaunch")
+    add = parser.add_option
+    add(
+        "--files",
+        dest="file_list",
+        action="store_true",
+        default=False,
+        help="Print list files loaded by launch file, including launch file itself",
+    )
+    add("--args", dest="node_args", metavar="NODE_NAME", help="Print command-line arguments for node")
+    add(
+        "--nodes",
+        dest="node_list",
+        action="store_true",
+        default=False,
+        help="Print list of node names in launch file",
+    )
+    add("--find-node", dest="find_node", metavar="NODE_NAME", help="Find launch file that node is defined in")
+    add(
+        "-c",
+        "--child",
+        dest="child_name",
+        metavar="NAME",
+        help="Run as child service 'NAME'. Required with -u",
+    )
+    add("--local", dest="local_only", action="store_true", default=False, help="Do not launch remote nodes")
+    add(
+        "--screen",
+        dest="force_screen",
+        action="store_true",
+        default=False,
+        help="Force output of all local nodes to screen",
+    )
+    add(
+        "--required",
+        dest="force_required",
+        action="store_true",
+        default=False,
+        help="Force all nodes to be required",
+    )
+    add(
+        "--log",
+        dest="force_log",
+        action="store_true",
+        default=False,
+        help="Force output of all local nodes to log",
+    )
+    add("-u", "--server_uri", dest="server_uri", metavar="URI", help="URI of server. Required with -c")
+    add("--run_id", dest="run_id", metavar="RUN_ID", help="run_id of session. Required with -c")
+    add("--wait", action="store_true", default=False, help="wait for master to start before launching")
+    add("--core", action="store_true", default=False, help="Launch core services only")
+    add_core_options(parser)
+    add("--no-summary", dest="no_summary", action="store_true", default=False, help="hide summary printing")
+    add(
+        "--dump-params",
+        dest="dump_params",
+        action="store_true",
+        default=False,
+        help="Dump parameters of all roslaunch files to stdout",
+    )
+    add(
+        "--skip-log-check",
+        dest="skip_log_check",
+        action="store_true",
+        default=False,
+        help="skip check size of log folder",
+    )
+    add(
+        "--ros-args",
+        dest="ros_args",
+        action="store_true",
+        default=False,
+        help="Display command-line arguments for this launch file",
+    )
+    add(
+        "--disable-title",
+        dest="disable_title",
+        action="store_true",
+        default=False,
+        help="Disable setting of terminal title",
+    )
+    add(
+        "--dry-run",
+        dest="dry_run",
+        action="store_true",
+        default=False,
+        help="Print what would be set and started, and start nothing",
+    )
+    add(
+        "--raw-output",
+        dest="raw_output",
+        action="store_true",
+        default=False,
+        help="Let nodes write to the terminal themselves, without their names before each line",
+    )
+    return parser  # fmt: skip
+
+
+def add_core_options(parser: OptionParser) -> None:
+    """The options that roslaunch and roscore share."""
+    add = parser.add_option
+    add(
+        "-p",
+        "--port",
+        dest="port",
+        type="int",
+        metavar="PORT",
+        help="master port. Only valid if master is launched",
+    )
+    add("--pid", dest="pid_fn", metavar="PID_FN", default="", help="write the roslaunch pid to filename")
+    add("-v", dest="verbose", action="store_true", default=False, help="verbose printing")
+    add(
+        "-w",
+        "--numworkers",
+        dest="num_workers",
+        type="int",
+        metavar="NUM_WORKERS",
+        help="override number of worker threads. Only valid for core services.",
+    )
+    add(
+        "-t",
+        "--timeout",
+        dest="timeout",
+        type="float",
+        metavar="TIMEOUT",
+        help="override the socket connection timeout (in seconds). Only valid for core services.",
+    )
+    add(
+        "--master-logger-level",
+        dest="master_logger_level",
+        metavar="MASTER_LOGGER_LEVEL",
+        help="set rosmaster.master logger level ('debug', 'info', 'warn', 'error', 'fatal')",
+    )
+    add(
+        "--sigint-timeout",
+        dest="sigint_timeout",
+        type="float",
+        metavar="SIGINT_TIMEOUT",
+        help="the SIGINT timeout used when killing nodes (in seconds).",
+    )
+    add(
+        "--sigterm-timeout",
+        dest="sigterm_timeout",
+        type="float",
+        metavar="SIGTERM_TIMEOUT",
+        help="the SIGTERM timeout used when killing nodes if SIGINT does not stop the node (in seconds).",
+    )
+
+
+def session_options(options: Values) -> SessionOptions:
+    """What the command line of roslaunch or roscore asks for.
+
+    Raises:
+        LaunchError: for a timeout that is not positive.
+    """
+    from pipros.launch import labels
+    from pipros.launch.ending import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
+    from pipros.launch.run import RunOptions
+    from pipros.launch.session import SessionOptions
+
+    output = Output.SCREEN if options.force_screen else Output.LOG if options.force_log else None
+    sigint, sigterm = options.sigint_timeout, options.sigterm_timeout
+    return SessionOptions(
+        is_core=options.core,
+        port=options.port,
+        bind=getattr(options, "bind", None),
+        allow=tuple(getattr(options, "allow", None) or ()),
+        store=_store(options),
+        notice_timeout_s=options.timeout,
+        run_id=options.run_id,
+        has_summary=not options.no_summary,
+        checks_log_folder=not options.skip_log_check,
+        run=RunOptions(
+            output=output,
+            all_required=options.force_required,
+            local_only=options.local_only,
+            has_labels=not getattr(options, "raw_output", True) and labels.are_wanted(),
+            sigint_timeout_s=SIGINT_TIMEOUT_S if sigint is None else sigint,
+            sigterm_timeout_s=SIGTERM_TIMEOUT_S if sigterm is None else sigterm,
+        ),
+    )
+
+
+def _store(options: Values) -> Path | None:
+    """The file in which `roscore --resume` keeps what it knows: one for each port."""
+    if not getattr(options, "resume", False):
+        return None
+    from pipros.env import DEFAULT_MASTER_PORT, Environment
+
+    home = Environment.from_os().ros_home.expanduser()
+    return home / "pipros" / f"master-{options.port or DEFAULT_MASTER_PORT}.sqlite"
