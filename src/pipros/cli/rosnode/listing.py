@@ -20,15 +20,17 @@ def list_nodes(argv: Sequence[str]) -> int:
     if len(arguments) > 1:
         parser.error("invalid args: you may only specify one namespace")
     with Surroundings("rosnode") as here:
-        nodes = node_names(here.master, here.resolve(arguments[0]) if arguments else "/")
-        if options.all:
-            lines = [f"{api_of(here.master, node)} \t{node}" for node in nodes]
-        elif options.uris:
-            lines = [api_of(here.master, node) for node in nodes]
-        else:
-            lines = nodes
-    print("\n".join(lines))
+        ns = here.resolve(arguments[0]) if arguments else "/"
+        print("\n".join(describe(here.master, ns, uris=options.uris, both=options.all)))
     return 0
+
+
+def describe(master: MasterClient, ns: str, *, uris: bool = False, both: bool = False) -> list[str]:
+    """A line for each node in a namespace: its name, its URI, or both."""
+    nodes = node_names(master, ns)
+    if both:
+        return [f"{api_of(master, node)} \t{node}" for node in nodes]
+    return [api_of(master, node) for node in nodes] if uris else nodes
 
 
 def node_names(master: MasterClient, ns: str = "/") -> list[str]:

@@ -99,14 +99,18 @@ class Caller:
             ) from None
         return request
 
-    def print_call(self, values: Sequence[Any], *, verbose: bool = False) -> None:
-        """Calls the service and prints its response; with `verbose` the request as well.
+    def call(self, request: Any) -> Any:
+        """Returns the response.
 
         Raises:
             ServiceFailed: the server is gone, or answered with an error.
         """
+        return self._client.call(request)
+
+    def print_call(self, values: Sequence[Any], *, verbose: bool = False) -> None:
+        """Calls the service and prints its response; with `verbose` the request as well. Raises as `call`."""
         request = self.request(values)
-        response = self._client.call(request)
+        response = self.call(request)
         if verbose:
             print(f"{request}\n---")
         print(response, flush=True)

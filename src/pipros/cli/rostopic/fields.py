@@ -20,8 +20,15 @@ class InvalidIndex(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One field, and what of the array in it: an element, a part, or all of it (None)."""
+    """One field, and what of the array in it.
 
+    Attributes:
+        text: both as written: `ranges[0]`.
+        name: of the field.
+        index: an element, a part, or None for all of it.
+    """
+
+    text: str
     name: str
     index: int | slice | None = None
 
@@ -54,7 +61,7 @@ def _parse_step(word: str) -> Step:
         raise InvalidIndex(f"field '{word}' has unbalanced brackets")
     name, written = match["name"], match["index"]
     if written is None:
-        return Step(name)
+        return Step(word, name)
     bounds = written.split(":")
     complaint = f"field '{name}' has invalid slice argument '{written}': "
     if len(bounds) > 3:
@@ -62,13 +69,13 @@ def _parse_step(word: str) -> Step:
     if len(bounds) == 1:
         if not written:
             raise InvalidIndex(complaint + "empty array index")
-        return Step(name, _integer(written, complaint + "non-integer array index step"))
+        return Step(word, name, _integer(written, complaint + "non-integer array index step"))
     roles = ("start", "stop", "step")
     numbers = [
         _integer(bound, f"{complaint}non-integer slice {role}") if bound else None
         for role, bound in zip(roles, bounds, strict=False)
     ]
-    return Step(name, slice(*numbers))
+    return Step(word, name, slice(*numbers))
 
 
 def _integer(text: str, complaint: str) -> int:
@@ -76,6 +83,11 @@ def _integer(text: str, complaint: str) -> int:
         return int(text)
     except ValueError:
         raise InvalidIndex(f"{complaint} '{text}'") from None
+
+
+def describe_path(path: Sequence[Step]) -> str:
+    """The path as it was written behind a topic."""
+    return "".join(f"/{step.text}" for step in path)
 
 
 def extract(message: Message, path: Sequence[Step]) -> Part:

@@ -8,7 +8,7 @@ from typing import Any
 
 from pipros.cli.rostopic.brief import Briefing
 from pipros.cli.rostopic.echo import CLEAR_SCREEN, EchoOptions
-from pipros.cli.rostopic.fields import Part, extract
+from pipros.cli.rostopic.fields import Part, describe_path, extract
 from pipros.cli.rostopic.filters import MessageFilter
 from pipros.cli.rostopic.listening import Source
 from pipros.cli.rostopic.plot import Plot
@@ -51,7 +51,7 @@ class MessagePrinter:
             print(error, file=sys.stderr)
             return
         except IndexError as error:
-            print(f"{error}: {self._described_path()}", file=sys.stderr)
+            print(f"{error}: {describe_path(self._source.path)}", file=sys.stderr)
             return
         text = self._as_row(message, part) if self._options.plot else self._as_text(part)
         sys.stdout.write(text)
@@ -76,10 +76,6 @@ class MessagePrinter:
             self._has_heading = True
             heading = self._plot.heading(part) + "\n"
         return heading + self._plot.row(part, time_ns, now_ns if self._options.offset else 0) + "\n"
-
-    def _described_path(self) -> str:
-        steps = self._source.path
-        return "".join(f"/{step.name}" + ("" if step.index is None else f"[{step.index}]") for step in steps)
 
 
 def _readable(part: Part) -> Any:

@@ -1,0 +1,130 @@
+"""`rosservice` for Python code: which services there are, their types, and calling them.
+
+Facade of `pipros.cli.rosservice`; see http://wiki.ros.org/rosservice.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from pipros.cli.program import NO_MASTER, CommandError, Surroundings
+from pipros.cli.rosservice import call as _call
+from pipros.cli.rosservice import main as _main
+from pipros.cli.rosservice import services as _services
+from pipros.errors import PiprosError, Unreachable
+from pipros.graph.picture import is_below
+
+__all__ = [
+    "ROSServiceException",
+    "ROSServiceIOException",
+    "call_service",
+    "get_service_args",
+    "get_service_class_by_name",
+    "get_service_headers",
+    "get_service_list",
+    "get_service_node",
+    "get_service_type",
+    "get_service_uri",
+    "rosservice_find",
+    "rosservicemain",
+]
+
+
+class ROSServiceException(Exception):
+    """A rosservice function failed."""
+
+
+class ROSServiceIOException(ROSServiceException):
+    """The master, or a service, does not answer."""
+
+
+@contextlib.contextmanager
+def _surroundings() -> Iterator[Surroundings]:
+    try:
+        with Surroundings("rosservice") as here:
+            yield here
+    except Unreachable:
+        raise ROSServiceIOException(NO_MASTER) from None
+    except CommandError as error:
+        raise ROSServiceIOException(str(error)) from None
+    except PiprosError as error:
+        raise ROSServiceException(str(error)) from None
+
+
+def get_service_list(
+    node: str | None = None, namespace: str | None = None, include_nodes: bool = False
+) -> list[str] | list[tuple[str, list[str]]]:
+    """The services, of one node or in one namespace; with their nodes: `[(service, [node]), …]`."""
+    with _surroundings() as here:
+        found = {
+            service: provider
+            for service, provider in _services.nodes_by_service(here.master).items()
+            if is_below(service, namespace or "/") and node in (None, provider)
+        }
+    if include_nodes:
+        return [(service, [provider]) for service, provider in found.items()]
+    return list(found)
+
+
+def get_service_type(service_name: str) -> str | None:
+    """The type of a service, None when there is none."""
+    with _surroundings() as here:
+        return _services.type_of(here.master, here.resolve(service_name))
+
+
+def get_service_uri(service_name: str) -> str | None:
+    """The `rosrpc://HOST:PORT` of a service, None when there is none."""
+    with _surroundings() as here:
+        return _services.uri_of(here.master, here.resolve(service_name))
+
+
+def get_service_node(service_name: str) -> str | None:
+    """The node that offers a service, None when there is none."""
+    with _surroundings() as here:
+        return _services.nodes_by_service(here.master).get(here.resolve(service_name))
+
+
+def get_service_headers(service_name: str, service_uri: str) -> Mapping[str, str]:  # noqa: ARG001
+    """The connection header that the server of a service answers with."""
+    with _surroundings() as here:
+        return _services.header_of(here.master, here.resolve(service_name)) or {}
+
+
+def get_service_class_by_name(service_name: str) -> Any:
+    """The class of a service.
+
+    Raises:
+        ROSServiceException: there is no such service, or its type is not on the path.
+    """
+    with _surroundings() as here:
+        return _services.service_class_of(here.master, here.resolve(service_name))
+
+
+def get_service_args(service_name: str) -> str:
+    """The fields of a service's request, separated by blanks."""
+    return _services.argument_names(get_service_class_by_name(service_name))
+
+
+def call_service(
+    service_name: str, service_args: Sequence[Any], service_class: Any = None
+) -> tuple[Any, Any]:
+    """Calls a service with the values of its fields, or one dictionary. Returns request and response."""
+    del service_class  # the server names it
+    with _surroundings() as here:
+        caller = _call.Caller(here.master, here.resolve(service_name))
+        request = caller.request(service_args)
+        return request, caller.call(request)
+
+
+def rosservice_find(service_type: str) -> list[str]:
+    """The services of a type."""
+    with _surroundings() as here:
+        return _services.services_of_type(here.master, service_type)
+
+
+def rosservicemain(argv: Sequence[str] | None = None) -> None:
+    """The command `rosservice`; ends the process. The first argument is the name of the program."""
+    sys.exit(_main(None if argv is None else argv[1:]))

@@ -1,0 +1,136 @@
+"""The modules that Python code imports from the tools: rosnode, rosparam, rosservice, rostopic."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import rosnode
+import rosparam
+import rosservice
+import rostopic
+from pipros.master.server import Master
+from pipros.msg import load_message_class, load_service_class
+from tests.support.nodes import MakeNode
+
+String = load_message_class("std_msgs/String")
+PointStamped = load_message_class("geometry_msgs/PointStamped")
+SetBool = load_service_class("std_srvs/SetBool")
+
+
+@pytest.fixture(autouse=True)
+def environment(master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+
+
+def test_rosnode_knows_who_runs_and_who_answers(make_node: MakeNode) -> None:
+    node = make_node("talker")
+    node.advertise("/chatter", String)
+    assert rosnode.get_node_names() == ["/talker"]
+    assert rosnode.get_node_names("/elsewhere") == []
+    assert rosnode.get_api_uri(None, "/talker") == node.uri
+    assert rosnode.get_machines_by_nodes() == ["127.0.0.1"]
+    assert rosnode.get_nodes_by_machine("localhost") == ["/talker"]
+    assert rosnode.rosnode_ping("/talker", max_count=1)
+    assert rosnode.rosnode_ping_all() == (["/talker"], [])
+    assert "* /chatter [std_msgs/String]" in rosnode.get_node_info_description("/talker")
+    assert "Pid:" in rosnode.get_node_connection_info_description(node.uri, None)
+
+
+def test_rosnode_ends_nodes(make_node: MakeNode) -> None:
+    node = make_node("talker")
+    node.advertise("/chatter", String)
+    assert rosnode.kill_nodes(["/talker", "/nobody"]) == (["/talker"], ["/nobody"])
+    assert node.wait_for_shutdown(timeout_s=10)
+
+
+def test_pinging_an_unknown_node_is_false(capsys: pytest.CaptureFixture[str]) -> None:
+    assert not rosnode.rosnode_ping("/nobody", max_count=1)
+    assert capsys.readouterr().err == "cannot ping [/nobody]: unknown node\n"
+
+
+def test_without_a_master_each_has_its_own_exception(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:1")
+    with pytest.raises(rosnode.ROSNodeIOException, match="Unable to communicate with master!"):
+        rosnode.get_node_names()
+    with pytest.raises(rosparam.RosParamIOException, match="Unable to communicate with master!"):
+        rosparam.list_params("/")
+    with pytest.raises(rosservice.ROSServiceIOException, match="Unable to communicate with master!"):
+        rosservice.get_service_list()
+    with pytest.raises(rostopic.ROSTopicIOException, match="Unable to communicate with master!"):
+        rostopic.get_topic_type("/chatter")
+
+
+def test_rostopic_knows_types_and_classes(make_node: MakeNode) -> None:
+    make_node("talker").advertise("/point", PointStamped)
+    assert rostopic.get_topic_type("/point") == ("geometry_msgs/PointStamped", "/point", None)
+    assert rostopic.get_topic_type("/nothing") == (None, None, None)
+    message_class, topic, take = rostopic.get_topic_class("/point/point/x", blocking=True)
+    assert (message_class, topic) == (PointStamped, "/point")
+    assert take is not None
+    message = PointStamped()
+    message.point.x = 2.5
+    assert take(message) == 2.5
+    assert rostopic.get_topic_list() == ([("/point", "geometry_msgs/PointStamped", ["/talker"])], [])
+    assert rostopic.find_by_type("geometry_msgs/PointStamped") == ["/point"]
+    assert rostopic.get_info_text("/point").startswith("Type: geometry_msgs/PointStamped\n")
+    with pytest.raises(rostopic.ROSTopicException, match="Unknown topic /nothing"):
+        rostopic.get_info_text("/nothing")
+
+
+def test_rates_are_measured_from_callbacks() -> None:
+    hz = rostopic.ROSTopicHz(-1, use_wtime=True)
+    assert hz.get_hz("/chatter") is None
+    for _ in range(3):
+        hz.callback_hz(String("x"), "/chatter")
+    found = hz.get_hz("/chatter")
+    assert found is not None
+    assert found[4] == 3
+    assert hz.get_hz("/chatter") is None  # nothing new since
+
+
+def test_rosparam_loads_files_and_keeps_neighbours(tmp_path: Path) -> None:
+    file = tmp_path / "robot.yaml"
+    file.write_text("wheels: {left: 1}\nangle: deg(180)\n")
+    rosparam.set_param("/robot/wheels/right", "2")
+    for values, ns in rosparam.load_file(str(file), default_namespace="/robot"):
+        rosparam.upload_params(ns, values)
+    assert rosparam.get_param("/robot") == {
+        "wheels": {"left": 1, "right": 2},
+        "angle": pytest.approx(3.14159265),
+    }
+    assert rosparam.list_params("/robot/wheels") == ["/robot/wheels/left", "/robot/wheels/right"]
+    rosparam.delete_param("/robot/wheels")
+    assert list(rosparam.get_param("/robot")) == ["angle"]
+    rosparam.dump_params(str(tmp_path / "out.yaml"), "/robot")
+    assert (tmp_path / "out.yaml").read_text().startswith("angle: 3.14159")
+    with pytest.raises(rosparam.RosParamException, match=r"Parameter \[/robot/wheels\] is not set"):
+        rosparam.get_param("/robot/wheels")
+
+
+def test_rosparam_keeps_binary_values_and_odd_texts(tmp_path: Path) -> None:
+    rosparam.set_param_raw("/binary", b"\x00\xff")
+    rosparam.set_param_raw("/text", "grüß\nzweimal")
+    assert rosparam.get_param("/") == {"binary": b"\x00\xff", "text": "grüß\nzweimal"}
+    rosparam.dump_params(str(tmp_path / "all.yaml"), "/")
+    assert rosparam.load_file(str(tmp_path / "all.yaml"), "/") == [(rosparam.get_param("/"), "/")]
+
+
+def test_rosservice_finds_and_calls(make_node: MakeNode) -> None:
+    def handle(request: object) -> object:
+        return SetBool._response_class(request.data, "done")
+
+    make_node("server").serve("/set", SetBool, handle)
+    assert rosservice.get_service_list() == ["/set"]
+    assert rosservice.get_service_list(include_nodes=True) == [("/set", ["/server"])]
+    assert rosservice.get_service_node("/set") == "/server"
+    assert rosservice.get_service_type("/set") == "std_srvs/SetBool"
+    assert rosservice.get_service_type("/nothing") is None
+    assert rosservice.get_service_class_by_name("/set") is SetBool
+    assert rosservice.get_service_args("/set") == "data"
+    assert rosservice.rosservice_find("std_srvs/SetBool") == ["/set"]
+    request, response = rosservice.call_service("/set", [True])
+    assert (request.data, response.success, response.message) == (True, True, "done")
+    with pytest.raises(rosservice.ROSServiceIOException, match=r"Service \[/nothing\] is not available"):
+        rosservice.call_service("/nothing", [])

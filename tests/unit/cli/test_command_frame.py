@@ -1,0 +1,107 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from pipros.cli.documents import documents_of, value_of
+from pipros.cli.program import CommandError, bullets, dispatch, run
+from pipros.errors import Unreachable
+from pipros.safe.yaml import YamlError
+
+HEAVY = {
+    "argparse",
+    "asyncio",
+    "catkin_pkg",
+    "concurrent.futures",
+    "email",
+    "http.client",
+    "logging",
+    "numpy",
+    "pipros.msg.base",
+    "pipros.node",
+    "rospkg",
+    "xmlrpc.client",
+    "yaml",
+}
+"""What a command that only asks the master has no need of, and a person would wait for."""
+
+
+def test_an_error_is_one_line_and_a_code(capsys: pytest.CaptureFixture[str]) -> None:
+    def fail() -> int:
+        raise CommandError("there is no such thing")
+
+    assert run(fail) == 1
+    assert run(fail, error_code=2) == 2
+    assert capsys.readouterr().err == "ERROR: there is no such thing\n" * 2
+
+
+def test_a_missing_master_is_told_in_the_words_that_scripts_know(capsys: pytest.CaptureFixture[str]) -> None:
+    def fail() -> int:
+        raise Unreachable("master [http://127.0.0.1:1]", "Connection refused", "Is roscore running?")
+
+    assert run(fail) == 1
+    assert capsys.readouterr().err == "ERROR: Unable to communicate with master!\n"
+
+
+def test_people_at_a_terminal_are_also_told_what_to_try(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail() -> int:
+        raise Unreachable("master [http://127.0.0.1:1]", "Connection refused", "Is roscore running?")
+
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    run(fail)
+    assert "Is roscore running?" in capsys.readouterr().err
+
+
+def test_ctrl_c_ends_without_a_word(capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupted() -> int:
+        raise KeyboardInterrupt
+
+    assert run(interrupted) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_an_unknown_subcommand_prints_the_overview(capsys: pytest.CaptureFixture[str]) -> None:
+    assert dispatch({"known": "nowhere:nothing"}, ["unknown"], "overview", 64) == 64
+    assert capsys.readouterr().out == "overview\n"
+
+
+def test_entries_stand_below_one_another() -> None:
+    assert bullets("killing:", ["/a", "/b"]) == "killing:\n * /a\n * /b"
+
+
+@pytest.mark.parametrize(("word", "value"), [("3", 3), ("hello", "hello"), ("", ""), ("[1, 2]", [1, 2])])
+def test_words_are_yaml(word: str, value: object) -> None:
+    assert value_of(word) == value
+
+
+def test_a_document_is_there_as_soon_as_its_separator_is() -> None:
+    lines = iter(["data: 1\n", "---\n", "data: 2\n"])
+    documents = documents_of(lines)
+    assert next(documents) == {"data": 1}
+    assert next(lines) == "data: 2\n"  # not yet read
+
+
+def test_the_last_document_needs_no_separator_and_empty_ones_are_left_out() -> None:
+    assert list(documents_of(["---\n", "1\n", "---\n", "---\n", "2\n"])) == [1, 2]
+
+
+def test_documents_cannot_make_objects() -> None:
+    with pytest.raises(YamlError):
+        list(documents_of(["!!python/object/apply:os.getpid []\n"]))
+
+
+@pytest.mark.parametrize(
+    "command", ["rostopic list", "rostopic info /x", "rosnode list", "rosparam list", "rosparam get /x"]
+)
+def test_quick_commands_import_nothing_heavy(command: str) -> None:
+    program, *arguments = command.split()
+    script = (
+        f"import sys; from pipros.cli.{program} import main; main({arguments!r});"
+        f"print(sorted({HEAVY} & sys.modules.keys()))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

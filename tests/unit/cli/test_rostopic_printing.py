@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+import pytest
+
+from pipros.cli.program import CommandError
+from pipros.cli.rostopic.brief import Briefing
+from pipros.cli.rostopic.fields import Part
+from pipros.cli.rostopic.filters import MessageFilter
+from pipros.cli.rostopic.plot import Plot
+from pipros.cli.rostopic.raw import MessageClasses, RawMessage
+from pipros.msg import load_message_class
+from pipros.msg.text import strify_message
+
+String = load_message_class("std_msgs/String")
+Image = load_message_class("sensor_msgs/Image")
+LaserScan = load_message_class("sensor_msgs/LaserScan")
+DiagnosticArray = load_message_class("diagnostic_msgs/DiagnosticArray")
+DiagnosticStatus = load_message_class("diagnostic_msgs/DiagnosticStatus")
+
+
+def test_arrays_become_a_note_of_their_length() -> None:
+    image = Image(height=1, width=3, data=b"abc")
+    text = strify_message(Briefing(no_arrays=True, no_texts=False).of(Part(image, Image._type)))
+    assert text.splitlines()[-1] == 'data: "<array type: uint8, length: 3>"'
+
+
+def test_texts_become_a_note_of_their_length_but_not_inside_of_arrays() -> None:
+    message = DiagnosticArray(status=[DiagnosticStatus(name="motor")])
+    message.header.frame_id = "base"
+    text = strify_message(Briefing(no_arrays=False, no_texts=True).of(Part(message, message._type)))
+    assert 'frame_id: "<string length: 4>"' in text
+    assert 'name: "motor"' in text
+
+
+def test_the_original_stays_as_it_is() -> None:
+    scan = LaserScan(ranges=(1.0,))
+    Briefing(no_arrays=True, no_texts=True).of(Part(scan, scan._type))
+    assert scan.ranges == (1.0,)
+
+
+def test_a_row_has_a_column_for_each_element() -> None:
+    part = Part(LaserScan(ranges=(1.5, 2.5)), LaserScan._type)
+    plot = Plot()
+    assert plot.heading(part).endswith("field.range_max,field.ranges0,field.ranges1")
+    assert plot.row(part, 17).startswith("17,0,0,,")
+    assert plot.row(part, 17).endswith("0.0,1.5,2.5")
+
+
+def test_octets_have_no_columns() -> None:
+    assert "data" not in Plot().heading(Part(Image(data=b"abc"), Image._type))
+
+
+def test_an_offset_is_taken_off_points_in_time() -> None:
+    stamp = load_message_class("std_msgs/Time")()
+    stamp.data.secs = 10
+    assert Plot().row(Part(stamp, stamp._type), 10_000_000_000, 4_000_000_000) == "6000000000,6000000000"
+
+
+@pytest.mark.parametrize(
+    ("expression", "passes"),
+    [
+        ("m.data == 'hello'", True),
+        ("topic == '/chatter' and len(m.data) > 3", True),
+        ("m.data == 'x'", False),
+        ("'ell' in m.data", True),
+    ],
+)
+def test_a_filter_sees_the_message_and_its_topic(expression: str, passes: bool) -> None:
+    assert MessageFilter(expression)(String("hello"), "/chatter") is passes
+
+
+def test_a_filter_may_compare_times() -> None:
+    scan = LaserScan()
+    scan.header.stamp.secs = 5
+    assert MessageFilter("to_sec(m.header.stamp) > 4.5 and m.header.stamp.secs == 5")(scan, "/scan")
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        "m.__class__",
+        "m._connection_header",
+        "m.data.__class__",
+        "m.serialize",
+        "().__class__",
+        "__import__('os')",
+        "open('/etc/passwd')",
+        "[x for x in (1,)]",
+        "(",
+        "m.nope",
+    ],
+)
+def test_a_filter_reaches_nothing_but_fields(expression: str, capsys: pytest.CaptureFixture[str]) -> None:
+    passes = MessageFilter(expression)
+    assert not passes(String("hello"), "/chatter")
+    assert not passes(String("hello"), "/chatter")
+    assert capsys.readouterr().err.count("ERROR: in the expression") == 1  # once, not for each message
+
+
+def raw(**header: str) -> RawMessage:
+    message = RawMessage(b"\x02\x00\x00\x00hi")
+    message._connection_header = header
+    return message
+
+
+def test_an_installed_class_is_used_when_the_md5_agrees() -> None:
+    classes = MessageClasses()
+    assert classes.of(raw(type="std_msgs/String", md5sum=String._md5sum).header) is String
+
+
+def test_the_publishers_definition_wins_over_another_one_that_is_installed() -> None:
+    message = MessageClasses().decode(
+        raw(type="std_msgs/String", md5sum="another", message_definition="string word\n")
+    )
+    assert message.word == "hi"
+
+
+def test_without_any_definition_there_is_a_plain_error() -> None:
+    with pytest.raises(CommandError, match=r"Cannot load message class for \[nowhere_msgs/X\]"):
+        MessageClasses().decode(raw(type="nowhere_msgs/X", md5sum="x"))
