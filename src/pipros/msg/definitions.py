@@ -6,7 +6,7 @@ import os
 
 from pipros.msg.files import DefinitionFiles
 from pipros.msg.parse import parse_action, parse_message, parse_service
-from pipros.msg.spec import DefinitionError, MessageSpec, ServiceSpec
+from pipros.msg.spec import ActionSpec, DefinitionError, MessageSpec, ServiceSpec
 
 FILE_LIMIT_BYTES = 4 * 1024 * 1024
 """No definition is longer; a file that is was not meant as one."""
@@ -43,6 +43,11 @@ class Definitions:
             file = self.files.file("srv", type_name)
             self._services[type_name] = parse_service(_read(file), type_name, file)
         return self._services[type_name]
+
+    def action(self, type_name: str) -> ActionSpec:
+        """The definition of the action `package/Name`; errors as for `message`."""
+        file = self.files.file("action", type_name)
+        return parse_action(_read(file), type_name, file)
 
     def mistakes(self, package: str) -> list[DefinitionError]:
         """All mistakes in the definitions of a package, those of types they embed among them.

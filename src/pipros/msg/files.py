@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     FindPackage = Callable[[str], str | os.PathLike[str] | None]
 
+NOUNS = {"msg": "message", "srv": "service", "action": "action"}
 ACTION_SUFFIXES = (
     "ActionFeedback",
     "ActionResult",
@@ -34,7 +35,7 @@ class DefinitionFiles:
         self._find_package = find_package
 
     def file(self, kind: str, type_name: str) -> str:
-        """The path of the file that defines a type; `kind` is `msg` or `srv`.
+        """The path of the file that defines a type; `kind` is `msg`, `srv` or `action`.
 
         Raises:
             NotFound: there is no such package or file.
@@ -51,11 +52,10 @@ class DefinitionFiles:
         for file in candidates:
             if os.path.isfile(file):
                 return file
-        what = "message" if kind == "msg" else "service"
-        raise NotFound(f"there is no {what} {name} in package {package}: looked for {candidates[0]}")
+        raise NotFound(f"there is no {NOUNS[kind]} {name} in package {package}: looked for {candidates[0]}")
 
     def names(self, kind: str, package: str) -> list[str]:
-        """The names of all types of a package, sorted; `kind` is `msg` or `srv`.
+        """The names of all types of a package, sorted; `kind` is `msg`, `srv` or `action`.
 
         Raises:
             NotFound: there is no such package.

@@ -1,0 +1,12 @@
+"""`rosaction`: what there is of actions, and what they hold. See `pipros.cli.rosmsg`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pipros.cli import rosmsg
+from pipros.cli.rosmsg.interfaces import ACTIONS
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    return rosmsg.main(argv, ACTIONS)

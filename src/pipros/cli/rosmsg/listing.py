@@ -1,0 +1,54 @@
+"""`rosmsg list`, `rosmsg package`, `rosmsg packages`, and the same of `rossrv` and `rosaction`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from pipros.cli.program import USAGE_ERROR, option_parser
+from pipros.cli.rosmsg.interfaces import Interfaces
+from pipros.errors import NotFound
+from pipros.workspace.index import PackageIndex
+
+
+def list_types(interfaces: Interfaces, subcommand: str, argv: Sequence[str]) -> int:
+    option_parser(interfaces.command, subcommand).parse_args(list(argv))
+    for package in interfaces.packages():
+        for name in interfaces.names(package):
+            print(f"{package}/{name}")
+    return 0
+
+
+def list_packages(interfaces: Interfaces, subcommand: str, argv: Sequence[str]) -> int:
+    parser = option_parser(interfaces.command, subcommand)
+    parser.add_option(
+        "-s",
+        action="store_true",
+        dest="is_one_line",
+        default=False,
+        help="list all packages on a single line",
+    )
+    options, _ = parser.parse_args(list(argv))
+    print((" " if options.is_one_line else "\n").join(interfaces.packages()))
+    return 0
+
+
+def list_package(interfaces: Interfaces, subcommand: str, argv: Sequence[str]) -> int:
+    parser = option_parser(interfaces.command, f"{subcommand} <package>")
+    parser.add_option(
+        "-s", action="store_true", dest="is_one_line", default=False, help="list all msgs on a single line"
+    )
+    options, arguments = parser.parse_args(list(argv))
+    if len(arguments) > 1:
+        parser.error("you may only specify one message type")
+    if not arguments:
+        parser.error("you must specify a package")
+    try:
+        types = [f"{arguments[0]}/{name}" for name in interfaces.names(arguments[0])]
+    except NotFound:
+        print(f"Invalid package: {arguments[0]}", file=sys.stderr)
+        for number, folder in enumerate(PackageIndex.from_environment().folders):
+            print(f"ROS path [{number}]={folder}", file=sys.stderr)
+        return USAGE_ERROR
+    print((" " if options.is_one_line else "\n").join(types))
+    return 0

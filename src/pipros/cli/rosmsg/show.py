@@ -1,0 +1,104 @@
+"""`rosmsg show` and `rosmsg md5`, and the same of `rossrv` and `rosaction`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from optparse import OptionParser
+from pathlib import Path
+
+from pipros.cli.program import option_parser
+from pipros.cli.rosmsg.bag import bag_definitions
+from pipros.cli.rosmsg.interfaces import Interfaces, expanded
+from pipros.errors import NotFound
+from pipros.msg.dynamic import specs_from_text
+from pipros.msg.spec import DefinitionError
+
+
+def show(interfaces: Interfaces, subcommand: str, argv: Sequence[str]) -> int:
+    parser = option_parser(interfaces.command, f"{subcommand} [options] <{interfaces.noun} type>")
+    parser.add_option(
+        "-r", "--raw", action="store_true", default=False, help="show raw message text, including comments"
+    )
+    parser.add_option("-b", "--bag", metavar="BAGFILE", help="show message from .bag file")
+    options, arguments = parser.parse_args(list(argv))
+    if options.bag is not None:
+        return _show_from_bag(Path(options.bag), _type_names(parser, arguments), is_raw=options.raw)
+    status = 0
+    for name in _type_names(parser, arguments):
+        status |= _show_one(interfaces, name, is_raw=options.raw)
+    return status
+
+
+def show_md5(interfaces: Interfaces, subcommand: str, argv: Sequence[str]) -> int:
+    parser = option_parser(interfaces.command, f"{subcommand} <{interfaces.noun} type>")
+    _, arguments = parser.parse_args(list(argv))
+    for name in _type_names(parser, arguments):
+        types = interfaces.types_named(name)
+        if not types:
+            print(
+                f"No {interfaces.noun}s matching the name [{name}]".replace("services", "messages"),
+                file=sys.stderr,
+            )
+        for type_name in types:
+            heading = "" if "/" in name else f"[{type_name}]: "
+            try:
+                print(f"{heading}{interfaces.md5(type_name)}")
+            except NotFound:
+                print(f"Cannot locate [{type_name}]", file=sys.stderr)
+            except DefinitionError as error:
+                _complain(f"Cannot locate [{type_name}]", error)
+    return 0
+
+
+def _show_one(interfaces: Interfaces, name: str, *, is_raw: bool) -> int:
+    types = interfaces.types_named(name) if name else []
+    if not types:
+        print(f"Could not find msg '{name}'", file=sys.stderr)
+        return 1
+    status = 0
+    for type_name in types:
+        heading = "" if "/" in name else f"[{type_name}]:\n"
+        try:
+            print(f"{heading}{interfaces.text(type_name, is_raw=is_raw)}")
+        except NotFound as error:
+            print(f"{interfaces.unknown} [{type_name}]: {error}", file=sys.stderr)
+            status = 1
+        except DefinitionError as error:
+            _complain(f"{interfaces.unknown} [{type_name}]", error)
+            status = 1
+    return status
+
+
+def _show_from_bag(bag: Path, type_names: Sequence[str], *, is_raw: bool) -> int:
+    """Shows types as the publishers of a bag's messages defined them."""
+    texts = bag_definitions(bag)
+    status = 0
+    for type_name in type_names:
+        if type_name not in texts:
+            print(f"Could not find msg '{type_name}' in [{bag}]", file=sys.stderr)
+            status = 1
+        elif is_raw:
+            print(texts[type_name])
+        else:
+            specs = specs_from_text(type_name, texts[type_name])
+            print(expanded(specs[type_name], specs.__getitem__))
+    return status
+
+
+def _complain(beginning: str, error: DefinitionError) -> None:
+    """Tells of every mistake in the file, not just of the first."""
+    for each in (error, *error.others):
+        print(f"{beginning}: {each}", file=sys.stderr)
+
+
+def _type_names(parser: OptionParser, arguments: Sequence[str]) -> list[str]:
+    """The type on the command line, else those from a pipe: `rostopic type /x | rosmsg show`."""
+    if len(arguments) > 1:
+        parser.error("you may only specify one message type")
+    if arguments:
+        return list(arguments)
+    names = [] if sys.stdin is None or sys.stdin.isatty() else sys.stdin.read().split()
+    if not names:
+        parser.error("you must specify a message type")
+    return names

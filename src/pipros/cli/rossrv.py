@@ -1,0 +1,12 @@
+"""`rossrv`: what there is of services, and what they hold. See `pipros.cli.rosmsg`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pipros.cli import rosmsg
+from pipros.cli.rosmsg.interfaces import SERVICES
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    return rosmsg.main(argv, SERVICES)
