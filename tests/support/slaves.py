@@ -17,12 +17,16 @@ class FakeSlave:
 
     Attributes:
         told: method and parameters of each notice, in order.
+        pid: the process id that it tells.
+        asked: how often it was asked for it.
     """
 
     def __init__(
         self, *, name: str = "", pid: int | None = None, on_notice: Callable[[], Any] | None = None
     ) -> None:
         self.told: list[tuple[Any, ...]] = []
+        self.pid = pid or os.getpid()
+        self.asked = 0
         self._on_notice = on_notice
         self._loop = BackgroundLoop("fake slave")
         self._loop.start()
@@ -31,13 +35,17 @@ class FakeSlave:
                 "publisherUpdate": lambda *params: self._note("publisherUpdate", *params),
                 "paramUpdate": lambda *params: self._note("paramUpdate", *params),
                 "shutdown": lambda *params: self._note("shutdown", *params),
-                "getPid": lambda _: [1, "", pid or os.getpid()],
+                "getPid": lambda _: self._tell_pid(),
                 "getName": lambda _: [1, "", name] if name else [0, "", 0],
             }
         )
         self._loop.run(self._server.start())
         self.api = f"http://127.0.0.1:{self._server.port}/"
         self.port = self._server.port
+
+    def _tell_pid(self) -> list[Any]:
+        self.asked += 1
+        return [1, "", self.pid]
 
     def _note(self, *notice: Any) -> Any:
         self.told.append(notice)

@@ -4,8 +4,9 @@ Theory of operation: every node is asked for its process id now and then, and at
 could not be delivered to it. What comes of it decides:
 
 - it answers: it is there, and its process id is remembered;
-- the connection is refused, or the answer comes from another process than before: it is asked
-  again, and when that gave the same `CONFIRMATIONS` times in a row, it is gone;
+- the connection is refused, or the answer comes from another process than before, although the
+  node has not registered anything since: it is asked again, and when that gave the same
+  `CONFIRMATIONS` times in a row, it is gone;
 - no answer in time, or no way to its host: it is kept, and shown as unreachable. A node that
   hangs, is being debugged or lost its network for a while is not forgotten for that.
 """
@@ -53,10 +54,11 @@ class Liveness:
     def __init__(self, registry: Registry, gone: Callable[[str, str], None]) -> None:
         self._registry = registry
         self._gone = gone
-        self._pids: dict[tuple[str, str], int] = {}
+        self._pids: dict[tuple[str, str], tuple[int, int]] = {}
         self._unreachable: set[str] = set()
         self._suspects: set[str] = set()
         self._tasks: set[asyncio.Task[None]] = set()
+        self._is_stopped = False
 
     @property
     def unreachable(self) -> list[str]:
@@ -67,12 +69,14 @@ class Liveness:
         self._spawn(self._ask_rounds())
 
     def stop(self) -> None:
+        """Ends all asking, for good."""
+        self._is_stopped = True
         for task in self._tasks:
             task.cancel()
 
     def suspect(self, node: str) -> None:
         """Asks a node now, because something could not be delivered to it."""
-        if node not in self._suspects and node in self._registry.nodes:
+        if node not in self._suspects and node in self._registry.nodes and not self._is_stopped:
             self._suspects.add(node)
             self._spawn(self._ask_until_sure(node))
 
@@ -153,8 +157,13 @@ class Liveness:
         self._unreachable.discard(node)
         if type(pid) is not int or pid <= 0:
             return Presence.THERE
-        known = self._pids.setdefault((node, api), pid)
-        return Presence.THERE if known == pid else Presence.REPLACED
+        entry = self._registry.nodes.get(node)
+        heard = entry.heard if entry else 0
+        known_pid, known_heard = self._pids.get((node, api), (pid, heard))
+        if pid != known_pid and heard == known_heard:
+            return Presence.REPLACED
+        self._pids[node, api] = (pid, heard)  # a node that came again to the same port has registered again
+        return Presence.THERE
 
 
 async def _ask(api: str, method: str) -> Any:

@@ -70,6 +70,7 @@ class Notifier:
         self._queues: dict[str, _Queue] = {}
         self._line: deque[_Queue] = deque()
         self._turns = 0
+        self._is_closed = False
         self._tasks: set[asyncio.Task[None]] = set()
         self._encoded: tuple[Any, bytes] = (None, b"")
         self.delivered = 0
@@ -100,8 +101,8 @@ class Notifier:
         self._start_turns()
 
     def close(self) -> None:
-        """Drops what waits and closes all connections."""
-        self._line.clear()
+        """Drops what waits and closes all connections. Nothing is delivered any more."""
+        self._is_closed = True
         for task in self._tasks:
             task.cancel()
         for queue in self._queues.values():
@@ -124,7 +125,7 @@ class Notifier:
             self._line.append(queue)
 
     def _start_turns(self) -> None:
-        while self._line and self._turns < TURNS_AT_A_TIME:
+        while self._line and self._turns < TURNS_AT_A_TIME and not self._is_closed:
             queue = self._line.popleft()
             self._turns += 1
             task = asyncio.get_running_loop().create_task(self._turn(queue))
@@ -148,7 +149,8 @@ class Notifier:
                 self._line.append(queue)
             else:
                 queue.is_in_line = False
-                queue.rest(loop, self._forget)
+                if not self._is_closed:
+                    queue.rest(loop, self._forget)
             self._start_turns()
 
     async def _deliver(self, queue: _Queue, notice: Notice) -> None:

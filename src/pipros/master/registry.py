@@ -45,10 +45,15 @@ class Role(Enum):
 
 @dataclass(slots=True)
 class NodeEntry:
-    """What one node has registered. The sets are ordered (dictionaries without values)."""
+    """What one node has registered. The sets are ordered (dictionaries without values).
+
+    Attributes:
+        heard: how often the node has registered something, known or new.
+    """
 
     name: str
     api: str
+    heard: int = 0
     names: dict[Role, dict[str, None]] = field(default_factory=lambda: {role: {} for role in Role})
 
     @property
@@ -186,6 +191,7 @@ class Registry:
             entry = None
         if entry is None:
             entry = self.nodes[node] = NodeEntry(node, api)
+        entry.heard += 1
         if self.journal and (key not in entry.names[role] or role is Role.SERVICE):
             self.journal.registered(role, node, key, api, service_api)
         entry.names[role][key] = None

@@ -1,0 +1,30 @@
+"""CVE-2021-37146: one crafted call kept ROS' C++ XML-RPC server busy for ever."""
+
+from __future__ import annotations
+
+import socket
+
+import pytest
+
+from pipros.master.server import Master
+from pipros.net.master import MasterClient
+from pipros.net.rpc_server import RpcLimits
+
+CRAFTED = {
+    "shorter than announced": b"POST / HTTP/1.1\r\nContent-Length: 500\r\n\r\n<methodCall><methodName>m",
+    "nothing announced": b"POST / HTTP/1.1\r\nContent-Length: 500\r\n\r\n",
+    "half a head": b"POST / HTTP/1.1\r\nContent-Le",
+    "half a chunk": b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\nff\r\nabc",
+    "no chunk": b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n",
+}
+
+
+@pytest.mark.parametrize("sent", CRAFTED.values(), ids=CRAFTED)
+def test_a_request_that_never_ends_is_given_up_while_others_are_answered(sent: bytes) -> None:
+    with (
+        Master(port=0, limits=RpcLimits(request_s=0.2)) as master,
+        socket.create_connection(("127.0.0.1", master.port), 20) as peer,
+    ):
+        peer.sendall(sent)
+        assert MasterClient(master.uri, "/other", timeout_s=10).get_pid()
+        assert peer.recv(1) == b""

@@ -1,0 +1,55 @@
+"""ros_comm#2241, #2067: a node died, another one got its port, and was shut down in its place.
+
+The master had the address of the dead node still. When a node of the same name came, it sent
+`shutdown` there, to whoever listened by then.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from pipros.master.server import Master
+from pipros.net.master import MasterClient
+from tests.support.slaves import FakeSlave
+from tests.support.waiting import wait_until
+
+
+def register(master: Master, node: str, api: str) -> None:
+    MasterClient(master.uri, node, timeout_s=10).register_publisher("/t", "x/Y", api)
+
+
+def wait_until_all_is_delivered(master: Master) -> None:
+    client = MasterClient(master.uri, "/test", timeout_s=10)
+
+    def waiting() -> Any:
+        return client.call("pipros.getStatistics")["notices_waiting"]
+
+    wait_until(lambda: waiting() == 0)
+
+
+@pytest.mark.parametrize("innocent_is_registered", [True, False])
+def test_who_has_the_address_of_a_dead_node_is_left_alone(
+    master: Master, innocent_is_registered: bool
+) -> None:
+    # A Python node tells its name; of a C++ node the master knows by its own registration.
+    innocent, successor = FakeSlave(name="" if innocent_is_registered else "/innocent"), FakeSlave(name="/n")
+    register(master, "/n", innocent.api)
+    if innocent_is_registered:
+        register(master, "/innocent", innocent.api)
+    register(master, "/n", successor.api)
+    wait_until_all_is_delivered(master)
+    assert innocent.told == []
+    innocent.stop()
+    successor.stop()
+
+
+def test_the_former_node_itself_is_shut_down(master: Master) -> None:
+    former, successor = FakeSlave(name="/n"), FakeSlave(name="/n")
+    register(master, "/n", former.api)
+    register(master, "/n", successor.api)
+    wait_until(lambda: former.told)
+    assert former.told[0][0] == "shutdown"
+    former.stop()
+    successor.stop()

@@ -1,0 +1,192 @@
+"""Who counts as gone, who as unreachable, and whose address is still theirs."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pipros.errors import ProtocolError, Unreachable
+from pipros.master import liveness
+from pipros.master.liveness import Liveness, who_answers
+from pipros.master.registry import Registry
+from pipros.wire.xmlrpc import Fault
+
+API, OTHER = "http://n:1/", "http://other:2/"
+
+
+def refused() -> Unreachable:
+    error = Unreachable(API, "Connection refused")
+    error.__cause__ = ConnectionRefusedError()
+    return error
+
+
+def silent() -> Unreachable:
+    return Unreachable(API, "no answer in time")
+
+
+class Case:
+    """Nodes that answer as told: by API and method, a value or an error, or a list to be taken one by one."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.answers: dict[tuple[str, str], Any] = {}
+        self.asked: list[tuple[str, str]] = []
+        self.gone: list[tuple[str, str]] = []
+        self.registry = Registry()
+        self.liveness = Liveness(self.registry, lambda node, api: self.gone.append((node, api)))
+        monkeypatch.setattr(liveness, "_ask", self._ask)
+        monkeypatch.setattr(liveness, "CONFIRMATION_PAUSE_S", 0)
+
+    async def _ask(self, api: str, method: str) -> Any:
+        self.asked.append((api, method))
+        answer = self.answers.get((api, method))
+        if isinstance(answer, list):
+            answer = answer.pop(0) if len(answer) > 1 else answer[0]
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    def register(self, node: str = "/n", api: str = API) -> None:
+        self.registry.register_publisher(node, "/t", "x/Y", api)
+
+    def suspect(self, node: str = "/n") -> None:
+        async def until_sure() -> None:
+            self.liveness.suspect(node)
+            self.liveness.suspect(node)  # once is enough
+            while self.liveness._tasks:
+                await asyncio.gather(*self.liveness._tasks)
+
+        asyncio.run(until_sure())
+
+
+@pytest.fixture
+def case(monkeypatch: pytest.MonkeyPatch) -> Case:
+    return Case(monkeypatch)
+
+
+def test_a_node_that_answers_stays(case: Case) -> None:
+    case.register()
+    case.answers[API, "getPid"] = 7
+    case.suspect()
+    assert case.gone == []
+    assert case.asked == [(API, "getPid")]
+
+
+def test_a_node_that_refuses_every_time_is_gone(case: Case) -> None:
+    case.register()
+    case.answers[API, "getPid"] = refused()
+    case.suspect()
+    assert case.gone == [("/n", API)]
+    assert len(case.asked) == liveness.CONFIRMATIONS
+
+
+def test_a_node_that_refuses_for_a_moment_stays(case: Case) -> None:
+    case.register()
+    case.answers[API, "getPid"] = [refused(), refused(), 7]
+    case.suspect()
+    assert case.gone == []
+
+
+@pytest.mark.parametrize("answer", [silent(), [refused(), silent()]])
+def test_a_node_that_is_silent_is_unreachable_and_stays(case: Case, answer: Any) -> None:
+    case.register()
+    case.answers[API, "getPid"] = answer
+    case.suspect()
+    assert case.gone == []
+    assert case.liveness.unreachable == ["/n"]
+    case.liveness.note_reached("/n")
+    assert case.liveness.unreachable == []
+
+
+@pytest.mark.parametrize("answer", [Fault(1, "no such method"), None, "seven", -1])
+def test_a_node_that_does_not_tell_its_process_id_stays(case: Case, answer: Any) -> None:
+    case.register()
+    case.answers[API, "getPid"] = answer
+    case.suspect()
+    assert case.gone == []
+
+
+def test_something_that_is_no_node_at_its_address_means_that_the_node_is_gone(case: Case) -> None:
+    case.register()
+    case.answers[API, "getPid"] = ProtocolError("it speaks SSH")
+    case.suspect()
+    assert case.gone == [("/n", API)]
+
+
+def test_another_process_at_its_address_means_that_the_node_is_gone(case: Case) -> None:
+    case.register()
+    case.answers[API, "getPid"] = [7, 8]
+    case.suspect()
+    assert case.gone == []
+    case.suspect()
+    assert case.gone == [("/n", API)]
+
+
+def test_a_node_that_was_started_again_on_its_old_port_stays(case: Case) -> None:
+    case.register()
+    case.answers[API, "getPid"] = [7, 8]
+    case.suspect()
+    case.register()
+    case.suspect()
+    case.suspect()
+    assert case.gone == []
+
+
+def test_a_node_that_moves_while_it_is_asked_stays(case: Case) -> None:
+    case.register()
+    case.answers[API, "getPid"] = refused()
+
+    async def move_meanwhile() -> None:
+        case.liveness.suspect("/n")
+        case.register(api=OTHER)
+        await asyncio.gather(*case.liveness._tasks)
+
+    asyncio.run(move_meanwhile())
+    assert case.gone == []
+
+
+@pytest.mark.parametrize(
+    ("name", "pid", "is_there"),
+    [
+        ("/n", 7, True),
+        ("/somebody", 7, False),
+        (Fault(1, "roscpp tells no name"), 7, True),
+        (Fault(1, "roscpp tells no name"), refused(), False),
+        (None, 7, True),
+        (refused(), 7, False),
+        (silent(), 7, False),
+    ],
+)
+def test_an_address_belongs_to_a_node_as_long_as_it_answers_for_it(
+    case: Case, name: Any, pid: Any, is_there: bool
+) -> None:
+    case.answers = {(API, "getName"): name, (API, "getPid"): pid}
+    assert asyncio.run(case.liveness.is_at("/n", API)) is is_there
+
+
+def test_an_address_that_another_node_has_registered_belongs_to_that_one(case: Case) -> None:
+    case.register("/other", API)
+    assert not asyncio.run(case.liveness.is_at("/n", API))
+    assert case.asked == []
+
+
+@pytest.mark.parametrize(
+    ("answer", "is_kept"),
+    [
+        (lambda: "/n", True),
+        (lambda: "", True),
+        (lambda: None, True),
+        (lambda: Fault(1, "roscpp tells no name"), True),
+        (silent, True),
+        (refused, False),
+        (lambda: "/somebody", False),
+        (lambda: ProtocolError("it speaks SSH"), False),
+    ],
+)
+def test_after_a_crash_those_are_kept_that_answer_or_may_be_slow(
+    case: Case, answer: Callable[[], Any], is_kept: bool
+) -> None:
+    case.answers[API, "getName"] = answer()
+    assert asyncio.run(who_answers({"/n": API}, timeout_s=5)) == ({"/n"} if is_kept else set())
