@@ -124,17 +124,26 @@ def _message_class(spec: MessageSpec, lookup: Lookup, names: Names) -> list[str]
 
 
 def _init(spec: MessageSpec, slots: list[str], names: Names) -> list[str]:
-    defaults = [(slot, _default(field.type, names)) for slot, field in zip(slots, spec.fields, strict=True)]
+    if not slots:
+        return []
+    defaults = {slot: _default(field.type, names) for slot, field in zip(slots, spec.fields, strict=True)}
     lines = [
         "    def __init__(self, *args, **kwds):",
-        "        if args or kwds:",
-        "            Message.__init__(self, *args, **kwds)",
+        "        if args:",
+        f"            if kwds or len(args) != {len(slots)}:",
+        "                Message.__init__(self, *args, **kwds)  # says what is wrong",
+        f"            ({', '.join(f'self.{slot}' for slot in slots)},) = args",
+        "        elif kwds:",
+        "            take = kwds.pop",
+        *(f"            self.{slot} = take({slot!r}, None)" for slot in slots),
+        "            if kwds:",
+        "                Message.__init__(self, **kwds)  # says what is wrong",
+        "        else:",
+        *(f"            self.{slot} = {default}" for slot, default in defaults.items()),
+        "            return",
     ]
-    for slot, default in defaults:
-        lines += [f"            if self.{slot} is None:", f"                self.{slot} = {default}"]
-    if defaults:
-        lines.append("        else:")
-        lines += [f"            self.{slot} = {default}" for slot, default in defaults]
+    for slot, default in defaults.items():
+        lines += [f"        if self.{slot} is None:", f"            self.{slot} = {default}"]
     return lines
 
 

@@ -25,6 +25,9 @@ class TVal:
     __slots__: ClassVar[list[str]] = ["secs", "nsecs"]  # noqa: RUF023 # the order of the wire
     _slot_types: ClassVar[list[str]] = ["int32", "int32"]
 
+    _kind: ClassVar[type[TVal]]
+    """The class whose members compare with a value, whatever subclass the value is of."""
+
     secs: int
     nsecs: int
 
@@ -85,7 +88,7 @@ class TVal:
         return str(self.to_nsec())
 
     def __repr__(self) -> str:
-        return f"genpy.{_family(self).__name__}[{self.to_nsec()}]"
+        return f"genpy.{self._kind.__name__}[{self.to_nsec()}]"
 
     def __bool__(self) -> bool:
         return not self.is_zero()
@@ -98,14 +101,13 @@ class TVal:
         Raises:
             TypeError: for a value of another kind; instants and spans do not compare.
         """
-        family = _family(self)
-        if not isinstance(other, family):
-            raise TypeError(f"cannot compare to non-{family.__name__}")
+        if not isinstance(other, self._kind):
+            raise TypeError(f"cannot compare to non-{self._kind.__name__}")
         mine, others = self.to_nsec(), other.to_nsec()
         return (mine > others) - (mine < others)
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, _family(self)):
+        if not isinstance(other, self._kind):
             return False
         return self.secs == other.secs and self.nsecs == other.nsecs
 
@@ -113,16 +115,19 @@ class TVal:
         return not self == other
 
     def __lt__(self, other: object) -> bool:
-        return self.__cmp__(other) < 0 if isinstance(other, _family(self)) else NotImplemented
+        return self.to_nsec() < other.to_nsec() if isinstance(other, self._kind) else NotImplemented
 
     def __le__(self, other: object) -> bool:
-        return self.__cmp__(other) <= 0 if isinstance(other, _family(self)) else NotImplemented
+        return self.to_nsec() <= other.to_nsec() if isinstance(other, self._kind) else NotImplemented
 
     def __gt__(self, other: object) -> bool:
-        return self.__cmp__(other) > 0 if isinstance(other, _family(self)) else NotImplemented
+        return self.to_nsec() > other.to_nsec() if isinstance(other, self._kind) else NotImplemented
 
     def __ge__(self, other: object) -> bool:
-        return self.__cmp__(other) >= 0 if isinstance(other, _family(self)) else NotImplemented
+        return self.to_nsec() >= other.to_nsec() if isinstance(other, self._kind) else NotImplemented
+
+
+TVal._kind = TVal
 
 
 class Time(TVal):
@@ -225,10 +230,5 @@ class Duration(TVal):
         return int(quotient), self.__class__.from_sec(rest)
 
 
-def _family(value: TVal) -> type[TVal]:
-    """The class whose members compare with `value`, whatever subclass it is of."""
-    if isinstance(value, Time):
-        return Time
-    if isinstance(value, Duration):
-        return Duration
-    return TVal
+Time._kind = Time
+Duration._kind = Duration
