@@ -1,0 +1,78 @@
+"""`roslaunch-deps`: the packages that launch files need, and which of them the manifest does not name."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from optparse import OptionParser
+from pathlib import Path
+
+from pipros.errors import PiprosError
+from pipros.launch.model import Launch
+from pipros.launch.surroundings import Surroundings
+from pipros.launch.xml import load
+from pipros.workspace.index import PackageIndex
+from pipros.workspace.manifest import read_manifest
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Prints the packages and returns the exit code; with `-w` it is 1 when some are not declared."""
+    parser = OptionParser(usage="usage: %prog [options] <file(s)...>", prog="roslaunch-deps")
+    parser.add_option("-v", "--verbose", action="store_true", default=False, help="Verbose output")
+    parser.add_option(
+        "-w", "--warn", action="store_true", default=False, help="Warn about missing manifest dependencies"
+    )
+    options, files = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
+    if not files:
+        parser.error("please specify a launch file")
+    missing = [file for file in files if not Path(file).is_file()]
+    if missing:
+        parser.error(f"cannot locate {','.join(missing)}")
+    index = PackageIndex.from_environment()
+    owners = {owner.name: owner for owner in (index.containing(Path(file)) for file in files) if owner}
+    if len(owners) > 1:
+        print(f"roslaunch files must be in the same package: {' vs. '.join(sorted(owners))}", file=sys.stderr)
+        return 1
+    try:
+        launch = load(files, surroundings=Surroundings.here(index), unset_as="")
+    except PiprosError as error:
+        print(error, file=sys.stderr)
+        return 1
+    if options.verbose:
+        _explain(launch)
+    needed = sorted(_needed(launch, index) - owners.keys())
+    if not options.warn:
+        print(" ".join(needed))
+        return 0
+    print(f"Dependencies:\n{' '.join(needed)}\n")
+    for name, owner in owners.items():
+        undeclared = [one for one in needed if one not in read_manifest(owner.path).depends()]
+        if undeclared:
+            print("Missing declarations:")
+            print(f"{name}/package.xml:")
+            for one in undeclared:
+                print(f"  <exec_depend>{one}</exec_depend>")
+            return 1
+    return 0
+
+
+def _needed(launch: Launch, index: PackageIndex) -> set[str]:
+    """The packages of nodes, tests, and included files."""
+    packages = {node.package for node in launch.nodes} | {test.node.package for test in launch.tests}
+    for file in launch.files:
+        owner = index.containing(Path(file))
+        if owner is not None:
+            packages.add(owner.name)
+    return packages
+
+
+def _explain(launch: Launch) -> None:
+    for file in launch.files:
+        print(f"processing launch {file}")
+    for node in (*launch.nodes, *(test.node for test in launch.tests)):
+        print(f"{node.package} [{node.package}/{node.type}]")
+    print("-" * 80)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,32 @@
+"""`roslaunch-logs`: the log folder of the run that is going on."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from pipros.env import Environment
+from pipros.errors import PiprosError
+from pipros.net.master import MasterClient
+
+NO_MASTER = 2
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Prints the folder; ends with 2 when no master answers."""
+    _ = argv
+    environment = Environment.from_os()
+    client = MasterClient(environment.master_uri, "/roslaunch", timeout_s=5.0)
+    try:
+        run_id = str(client.get_param("/run_id"))
+    except PiprosError:
+        print("No active roscore", file=sys.stderr)
+        return NO_MASTER
+    finally:
+        client.close()
+    print(environment.log_dir.expanduser() / run_id)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
