@@ -17,7 +17,20 @@ from __future__ import annotations
 import re
 from typing import Final, NamedTuple
 
-from pipros.errors import LimitExceeded, ProtocolError
+from pipros.wire.http_body import ChunkedBody, HttpError, HttpLimitExceeded, check_body_length
+
+__all__ = [
+    "BODY_LIMIT_BYTES",
+    "CONTINUE",
+    "HttpError",
+    "HttpLimitExceeded",
+    "Request",
+    "RequestReader",
+    "Response",
+    "ResponseReader",
+    "build_request",
+    "build_response",
+]
 
 HEAD_LIMIT_BYTES: Final = 16 * 1024
 """Heads of ROS peers have 100 to 300 bytes."""
@@ -37,22 +50,6 @@ _REASONS: Final = {
     503: "Service Unavailable",
     505: "HTTP Version Not Supported",
 }
-
-
-class HttpError(ProtocolError):
-    """A message that breaks HTTP, or asks for what is not spoken here.
-
-    Attributes:
-        status: what a server answers to it.
-    """
-
-    def __init__(self, status: int, text: str) -> None:
-        self.status = status
-        super().__init__(text)
-
-
-class HttpLimitExceeded(HttpError, LimitExceeded):
-    """A head or a body that is larger than its limit, or is announced to be."""
 
 
 class Request(NamedTuple):
@@ -107,8 +104,6 @@ _TOKEN = re.compile(r"[!#$%&'*+.^_`|~0-9A-Za-z-]+").fullmatch
 _REQUEST_LINE = re.compile(r"([A-Z]{1,20}) ([!-~]{1,2000}) HTTP/(\d)\.(\d)").fullmatch
 _STATUS_LINE = re.compile(r"HTTP/(\d)\.(\d) (\d{3})(?: ([^\r\n]*))?").fullmatch
 _DECIMAL = re.compile(r"[0-9]{1,15}").fullmatch
-_CHUNK_SIZE = re.compile(rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r?").fullmatch
-_CHUNK_LINE_LIMIT: Final = 256
 
 _UNTIL_END: Final = -1
 _CHUNKED: Final = -2
@@ -125,8 +120,7 @@ class _Reader:
         self._start: re.Match[str] | None = None
         self._headers: dict[str, str] = {}
         self._length = 0
-        self._chunks = bytearray()
-        self._in_trailer = False
+        self._chunks = ChunkedBody(body_limit)
 
     @property
     def is_idle(self) -> bool:
@@ -162,52 +156,15 @@ class _Reader:
     def _read_body(self) -> bytes | None:
         """Takes a body from the buffer; None when it is not complete."""
         if self._length == _CHUNKED:
-            return self._read_chunks()
+            return self._chunks.take(self._buffer)
         if self._length == _UNTIL_END:
-            self._check_body(len(self._buffer))
+            check_body_length(len(self._buffer), self._body_limit)
             return None
         if len(self._buffer) < self._length:
             return None
         body = bytes(self._buffer[: self._length])
         del self._buffer[: self._length]
         return body
-
-    def _read_chunks(self) -> bytes | None:
-        buffer = self._buffer
-        while (line_end := buffer.find(b"\n", 0, _CHUNK_LINE_LIMIT)) >= 0:
-            line = bytes(buffer[:line_end])
-            if self._in_trailer:
-                del buffer[: line_end + 1]
-                if not line.rstrip(b"\r"):
-                    body = bytes(self._chunks)
-                    self._chunks = bytearray()
-                    self._in_trailer = False
-                    return body
-                continue
-            size_text = _CHUNK_SIZE(line)
-            if size_text is None:
-                raise HttpError(400, f"an HTTP chunk that begins with {line[:40]!r}")
-            size = int(size_text[1], 16)
-            self._check_body(len(self._chunks) + size)
-            if not size:
-                del buffer[: line_end + 1]
-                self._in_trailer = True
-                continue
-            start = line_end + 1
-            if len(buffer) < start + size + 2:
-                return None
-            self._chunks += buffer[start : start + size]
-            after = bytes(buffer[start + size : start + size + 2])
-            if after != b"\r\n":
-                raise HttpError(400, "an HTTP chunk that is longer than it says")
-            del buffer[: start + size + 2]
-        if len(buffer) >= _CHUNK_LINE_LIMIT:
-            raise HttpError(400, "an HTTP chunk without a size")
-        return None
-
-    def _check_body(self, length: int) -> None:
-        if length > self._body_limit:
-            raise HttpLimitExceeded(413, f"an HTTP body of more than {self._body_limit} bytes")
 
     def _declared_length(self) -> int | None:
         """The length by the headers, None when they do not say."""

@@ -1,0 +1,91 @@
+"""Chunked HTTP bodies, and what goes wrong with HTTP messages."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from pipros.errors import LimitExceeded, ProtocolError
+
+_SIZE_LINE = re.compile(rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r?").fullmatch
+_LINE_LIMIT: Final = 256
+
+
+class HttpError(ProtocolError):
+    """A message that breaks HTTP, or asks for what is not spoken here.
+
+    Attributes:
+        status: what a server answers to it.
+    """
+
+    def __init__(self, status: int, text: str) -> None:
+        self.status = status
+        super().__init__(text)
+
+
+class HttpLimitExceeded(HttpError, LimitExceeded):
+    """A head or a body that is larger than its limit, or is announced to be."""
+
+
+def check_body_length(length: int, limit: int) -> None:
+    """Raises `HttpLimitExceeded` for a body of more bytes than the limit."""
+    if length > limit:
+        raise HttpLimitExceeded(413, f"an HTTP body of more than {limit} bytes")
+
+
+class ChunkedBody:
+    """Puts a body together that comes in chunks, each behind a line with its size.
+
+    >>> ChunkedBody(limit_bytes=100).take(bytearray(b"2\\r\\nhi\\r\\n0\\r\\n\\r\\nrest"))
+    b'hi'
+    """
+
+    def __init__(self, limit_bytes: int) -> None:
+        self._limit_bytes = limit_bytes
+        self._body = bytearray()
+        self._is_in_trailer = False
+
+    def take(self, buffer: bytearray) -> bytes | None:
+        """Takes what is complete from the front of `buffer`; the body once its end was there.
+
+        Raises:
+            HttpError: what comes is no chunk, or is more than the limit.
+        """
+        while (line_end := buffer.find(b"\n", 0, _LINE_LIMIT)) >= 0:
+            line = bytes(buffer[:line_end])
+            if self._is_in_trailer:
+                del buffer[: line_end + 1]
+                if not line.rstrip(b"\r"):
+                    return self._finish()
+            elif not self._take_chunk(buffer, line):
+                return None
+        if len(buffer) >= _LINE_LIMIT:
+            raise HttpError(400, "an HTTP chunk without a size")
+        return None
+
+    def _take_chunk(self, buffer: bytearray, line: bytes) -> bool:
+        """False when the chunk that `line` begins is not complete."""
+        size_text = _SIZE_LINE(line)
+        if size_text is None:
+            raise HttpError(400, f"an HTTP chunk that begins with {line[:40]!r}")
+        size = int(size_text[1], 16)
+        check_body_length(len(self._body) + size, self._limit_bytes)
+        start = len(line) + 1
+        if not size:
+            self._is_in_trailer = True
+            del buffer[:start]
+            return True
+        end = start + size
+        if len(buffer) < end + 2:
+            return False
+        if buffer[end : end + 2] != b"\r\n":
+            raise HttpError(400, "an HTTP chunk that is longer than it says")
+        self._body += buffer[start:end]
+        del buffer[: end + 2]
+        return True
+
+    def _finish(self) -> bytes:
+        body = bytes(self._body)
+        self._body.clear()
+        self._is_in_trailer = False
+        return body
