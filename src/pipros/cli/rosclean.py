@@ -53,14 +53,11 @@ def size_of(folder: Path) -> int:
 
 def readable(size: int) -> str:
     """A size as `du -h` writes it: `544K`, `8.7M`."""
-    amount = float(size)
-    for unit in ("", "K", "M", "G"):
-        if amount < 1024:
-            break
+    amount, units = float(size), ["", "K", "M", "G", "T"]
+    while amount >= 1024 and len(units) > 1:
         amount /= 1024
-    else:
-        unit = "T"
-    return f"{amount:.1f}{unit}" if unit and amount < 10 else f"{amount:.0f}{unit}"
+        units.pop(0)
+    return f"{amount:.1f}{units[0]}" if units[0] and amount < 10 else f"{amount:.0f}{units[0]}"
 
 
 def _purge(logs: Path, limit_mb: int | None, *, is_confirmed: bool) -> int:

@@ -25,8 +25,6 @@ from pipros.launch.upload import apply_parameters
 
 _LOOK_EVERY_S = 0.2
 
-_LOCAL_ADDRESSES = frozenset(("localhost", "127.0.0.1", "::1", "0.0.0.0"))  # noqa: S104
-
 
 @dataclass(frozen=True, slots=True)
 class RunOptions:
@@ -262,7 +260,7 @@ class Run:
 
     def _machine(self, node: Node) -> Machine | None:
         machine = self._launch.machines.get(node.machine)
-        return None if machine is None or machine.address in _LOCAL_ADDRESSES else machine
+        return None if machine is None or machine.is_here else machine
 
     def _is_here_or_wanted(self, node: Node) -> bool:
         return not self._options.local_only or self._machine(node) is None

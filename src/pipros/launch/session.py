@@ -131,6 +131,7 @@ class Session:
             params = {**STANDARD_PARAMETERS, **self.launch.params}
             self._console.say(summary(params, self.launch.nodes, is_core=self._options.is_core))
         self._start_master()
+        self._warn_about_machines()
         self._start_nodes()
 
     def wait(self) -> None:
@@ -270,6 +271,16 @@ class Session:
         if ordered != port:
             self._console.error(
                 f"WARNING: ROS_MASTER_URI port [{ordered}] does not match this roscore [{port}]"
+            )
+
+    def _warn_about_machines(self) -> None:
+        """Says that nodes on other machines will not find a master that only this one can reach."""
+        host, _ = split_master_uri(self.master_uri)
+        far = [self.launch.machines[node.machine] for node in self.launch.nodes if node.machine]
+        if address.is_loopback(host) and any(not machine.is_here for machine in far):
+            self._console.error(
+                f"WARNING: nodes on other machines cannot reach the master at {self.master_uri}; "
+                "set ROS_MASTER_URI to a name of this computer that they know"
             )
 
     def _announce_master(self) -> None:
