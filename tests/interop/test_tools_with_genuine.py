@@ -1,0 +1,132 @@
+"""The tools of pipros in a genuine system, genuine tools in a pipros system, and both on the same nodes."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.support.processes import Process
+from tests.support.ros import RosSystem, Side
+
+COMMANDS = (
+    "rostopic list",
+    "rostopic list -v",
+    "rostopic list -p",
+    "rostopic list -s",
+    "rostopic list --host",
+    "rostopic list /point",
+    "rostopic info /point",
+    "rostopic type /point",
+    "rostopic type /point/header/stamp",
+    "rostopic find geometry_msgs/PointStamped",
+    "rosnode list",
+    "rosnode list -a",
+    "rosnode info -q /talker",
+    "rosnode machine",
+    "rosparam list",
+    "rosparam get /rosdistro",
+    "rosparam get /",
+    "rosparam dump",
+    "rostopic echo -n 1 /point/point",
+    "rostopic echo -n 1 /point/header/frame_id",
+    "rostopic echo -n 1 --noarr -w 6 /point/point",
+    "rostopic echo -n 1 -p /point/header/frame_id",
+)
+
+
+@pytest.fixture(params=["genuine master", "pipros master"])
+def master(request: pytest.FixtureRequest, ros: RosSystem) -> Process:
+    side = ros.genuine if request.param == "genuine master" else ros.pipros
+    return side.start_master()
+
+
+@pytest.fixture(params=["genuine talker", "pipros talker"])
+def talker(request: pytest.FixtureRequest, ros: RosSystem, master: Process) -> Process:
+    side = ros.genuine if request.param == "genuine talker" else ros.pipros
+    process = side.start(
+        "rostopic",
+        "pub",
+        "-r",
+        "20",
+        "/point",
+        "geometry_msgs/PointStamped",
+        "{header: {stamp: now, frame_id: map}, point: {x: 1.5}}",
+        "__name:=talker",
+    )
+    ros.wait_for_publisher("/point")
+    return process
+
+
+def both(ros: RosSystem, *argv: str) -> tuple[Process, Process]:
+    """The same command of both implementations."""
+    return ros.genuine.run(*argv), ros.pipros.run(*argv)
+
+
+def test_both_print_the_same(ros: RosSystem, talker: Process) -> None:
+    """All commands against one system, because starting one takes longer than all of them."""
+    different = {}
+    for command in COMMANDS:
+        genuine, pipros = both(ros, *command.split())
+        expected = genuine.returncode, _timeless(genuine.stdout)
+        if (pipros.returncode, _timeless(pipros.stdout)) != expected or genuine.returncode != 0:
+            different[command] = (genuine.output, pipros.output)
+    assert different == {}
+
+
+def _timeless(lines: list[str]) -> list[str]:
+    return [re.sub(r"^\d{19},", "NOW,", line) for line in lines]
+
+
+def test_both_describe_a_node_and_its_connections_alike(ros: RosSystem, talker: Process) -> None:
+    listener = ros.genuine.start("rostopic", "echo", "/point", "__name:=listener")
+    listener.wait_for("frame_id")
+    for node in ("/talker", "/listener"):
+        genuine, pipros = both(ros, "rosnode", "info", node)
+        assert pipros.stdout == genuine.stdout
+        assert any(line.startswith(" * topic: /point") for line in pipros.stdout)
+
+
+def test_the_rate_of_a_talker_is_measured(ros: RosSystem, talker: Process) -> None:
+    hz = ros.pipros.start("rostopic", "hz", "/point")
+    rate = float(hz.wait_for(r"average rate: ([\d.]+)")[1])
+    hz.press_ctrl_c()
+    assert hz.wait() == 0
+    assert 10 < rate < 40
+
+
+@pytest.mark.parametrize("killer", ["genuine", "pipros"])
+def test_either_rosnode_pings_and_kills_a_talker(ros: RosSystem, talker: Process, killer: str) -> None:
+    side: Side = getattr(ros, killer)
+    ping = side.run("rosnode", "ping", "-c", "1", "/talker")
+    assert any("xmlrpc reply from" in line for line in ping.stdout)
+    kill = side.run("rosnode", "kill", "/talker")
+    assert kill.stdout == ["killing /talker", "killed"]
+    assert talker.wait() == 0
+
+
+def test_parameters_go_both_ways(ros: RosSystem, master: Process) -> None:
+    values = "{list: [1, 2.5, true, text], nested: {deep: {x: -1}}, text: 'two\n\n  lines', empty: ''}"
+    assert ros.pipros.run("rosparam", "set", "/from_pipros", values).returncode == 0
+    assert ros.genuine.run("rosparam", "set", "/from_genuine", values).returncode == 0
+    for key in ("/from_pipros", "/from_genuine"):
+        genuine, pipros = both(ros, "rosparam", "get", key)
+        assert pipros.stdout == genuine.stdout
+    contents = [ros.pipros.run("rosparam", "get", key).stdout for key in ("/from_pipros", "/from_genuine")]
+    assert contents[0] == contents[1]
+
+
+def test_services_are_called_across(ros: RosSystem, master: Process) -> None:
+    server = ros.genuine.start(
+        "/usr/bin/python3",
+        "-c",
+        "import rospy, std_srvs.srv as s; rospy.init_node('server');"
+        "rospy.Service('/set', s.SetBool, lambda r: (r.data, 'got it'));"
+        "print('up', flush=True); rospy.spin()",
+    )
+    server.wait_for("up")
+    for command in ("type", "node", "info", "args", "uri"):
+        genuine, pipros = both(ros, "rosservice", command, "/set")
+        assert (pipros.returncode, pipros.stdout) == (genuine.returncode, genuine.stdout)
+    genuine, pipros = both(ros, "rosservice", "call", "/set", "true")
+    assert pipros.stdout == genuine.stdout == ["success: True", 'message: "got it"']
