@@ -108,7 +108,8 @@ class IncomingLink:
 
     def _receive(self) -> int:
         """Waits for the next bytes: whatever comes, or the whole rest of a large frame."""
-        room, missing = self._buffer.room(), self._buffer.missing_bytes
+        room = self._buffer.room()
+        missing = self._buffer.missing_bytes
         if missing < LARGE_BYTES:
             return self._sock.recv_into(room)
         return sockets.receive_whole(self._sock, room[:missing])

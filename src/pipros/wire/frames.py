@@ -50,7 +50,6 @@ class FrameSplitter:
             room = self._buffer.room()
             count = min(len(room), len(view))
             room[:count] = view[:count]
-            room.release()
             view = view[count:]
             frames += [bytes(frame) for frame in self._buffer.received(count)]
         return frames
@@ -75,14 +74,13 @@ class FrameBuffer:
 
     def room(self) -> memoryview:
         """Memory to receive into, never empty. Frames handed out before become invalid."""
-        pending = self._end - self._start
         if self._end == len(self._store) < _COMFORTABLE_BYTES:
             self._grow()  # the peer had more to say than there was room for
+        pending = self._end - self._start
         if not pending:
             self._start = self._end = 0
-        elif self._start and (
-            len(self._store) - self._end < self._missing() or self._end == len(self._store)
-        ):
+            return self._view
+        if self._start and (len(self._store) - self._end < self._missing() or self._end == len(self._store)):
             self._view[:pending] = self._view[self._start : self._end]
             self._start, self._end = 0, pending
         if self._end == len(self._store):
