@@ -13,6 +13,8 @@ from tests.support.waiting import wait_until
 
 # What differs from run to run, and what each side says about itself.
 OPEN = (
+    # On a terminal, pipros says whose line it is.
+    (r"(?m)^\x1b\[\d+m\[\w+-\d+\]\x1b\[0m ", ""),
     (r"\[\d{10}\.\d{6}\]", "[TIME]"),
     (r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", "RUN_ID"),
     (r"pid \[\d+\]", "pid [PID]"),
@@ -25,10 +27,13 @@ OPEN = (
     (r"(?m)^master listens on .*\n", ""),
     (r"\^C", ""),
     (r"/\S+/catkin_ws/src/", "WORKSPACE/"),
+    # Genuine roslaunch says so from one thread for each node, and lines run into each other.
+    (r"killing on exit(?=\[)", "killing on exit\n"),
+    (r"(?m)(?<=killing on exit\n)\n", ""),
     # Genuine nodes race for the link to the newest log folder, and tell who lost.
     (r"(?m)^INFO: cannot create a symlink.*\n", ""),
     # The nodes' own lines come when they come, between those of the launcher.
-    (r"(?m)^\[INFO\].*\n", ""),
+    (r"(?m)^(\x1b\[\d+m)?\[(INFO|WARN)\].*\n(\x1b\[0m)?", ""),
     (r"(?m)^.*SyntaxWarning.*\n  pub = .*\n", ""),
 )
 

@@ -1,0 +1,63 @@
+"""Ctrl-C at any moment of coming up: once is enough, and nothing is left.
+
+A signal that comes just before the main thread begins to wait is noticed only when that wait ends, so no wait
+of the main thread may be endless. The moments below are spread over the start, and the last of them are
+those in which the waits begin.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+LAUNCH = ("roslaunch", "composiv_tryouts", "composiv_tryout.launch")
+MOMENTS = (
+    "... logging to",
+    "Press Ctrl-C to interrupt",
+    "started roslaunch server",
+    "auto-starting new master",
+    "setting /run_id",
+    "started core service",
+    "process\\[talker-2\\]",
+    "process\\[listener-3\\]",
+    "SyntaxWarning",
+)
+ENDS_WITHIN_S = 3.0
+
+
+def end(ros: RosSystem, launch: Process) -> None:
+    launch.press_ctrl_c()
+    code = launch.wait(ENDS_WITHIN_S)
+    assert code == 0, launch.output
+    assert "escalating" not in launch.output
+    ros.pipros.processes.assert_nothing_left(timeout_s=1.0)
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_roslaunch_ends_at_this_moment_of_its_start(ros: RosSystem, moment: str) -> None:
+    launch = ros.pipros.start(*LAUNCH)
+    launch.wait_for(moment)
+
+    end(ros, launch)
+
+
+@pytest.mark.parametrize("attempt", range(12))
+def test_roslaunch_ends_in_the_moment_in_which_its_nodes_begin_to_wait(ros: RosSystem, attempt: int) -> None:
+    launch = ros.pipros.start(*LAUNCH)
+    wait_until(lambda: ros.publishers("/battery_topic") and ros.subscribers("/battery_topic"), 20)
+
+    end(ros, launch)
+
+
+@pytest.mark.parametrize("attempt", range(12))
+def test_a_listener_ends_in_the_moment_in_which_it_begins_to_wait(ros: RosSystem, attempt: int) -> None:
+    ros.pipros.start_master()
+    listener = ros.pipros.start("rosrun", "composiv_tryouts", "composiv_listener.py")
+    wait_until(lambda: ros.subscribers("/battery_topic"), 20)
+
+    listener.press_ctrl_c()
+
+    assert listener.wait(ENDS_WITHIN_S) == 0, listener.output
