@@ -20,6 +20,8 @@ PROGRAMS = {
     "stubborn": "#!/bin/sh\ntrap '' INT TERM\necho ready $$\nwhile :; do sleep 0.05; done\n",
     "with_child": "#!/bin/sh\nsleep 1000 &\necho ready $!\nwait\n",
     "leaves_child": "#!/bin/sh\nsleep 1000 &\necho ready $!\n",
+    "escapes": "#!/usr/bin/env python3\nimport os, time\nif os.fork() == 0:\n  os.setsid()\n"
+    "  print('ready', os.getpid(), flush=True)\n  time.sleep(1000)\nos.wait()\n",
     "fails": "#!/bin/sh\necho first\necho the reason\nexit 3\n",
     "ends": "#!/bin/sh\nexit 0\n",
     "fails_once": '#!/bin/sh\n[ -e "$1" ] && { echo ready again; exec sleep 1000; }\ntouch "$1"\nexit 1\n',
@@ -99,6 +101,13 @@ def test_no_process_outlives_a_roslaunch_that_is_killed(ros: RosSystem, package:
     pids = [int(pid) for pid in re.findall(r"ready (\d+)", running.output)]
     running.kill()
     wait_until(lambda: not any(is_running(pid) for pid in pids), 5.0)
+
+
+def test_what_left_its_group_does_not_outlive_it_either(ros: RosSystem, package: Path) -> None:
+    running = launch(ros, package, node("escapes"))
+    pid = int(running.wait_for(r"ready (\d+)")[1])
+    running.kill()
+    wait_until(lambda: not is_running(pid), 5.0)
 
 
 def test_a_node_that_ignores_signals_is_killed_after_the_timeouts(ros: RosSystem, package: Path) -> None:
@@ -213,7 +222,7 @@ def test_fifty_nodes_are_started_and_ended(ros: RosSystem, package: Path, count:
     wait_until(lambda: running.output.count("ready ") == count, 30.0)
     pids = [int(pid) for pid in re.findall(r"ready (\d+)", running.output)]
     running.press_ctrl_c()
-    assert running.wait() == 0
+    assert running.wait() == 0, running.stderr
     assert not any(is_running(pid) for pid in pids)
 
 

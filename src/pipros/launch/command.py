@@ -57,6 +57,12 @@ class CommandMaker:
         self._ros_home = ros_home
         self._find = find
 
+    @property
+    def mark(self) -> str:
+        """What the environments of all commands have in common, and no other launcher's: its log file."""
+        log = self._environment.get("ROS_LOG_FILENAME")
+        return f"ROS_LOG_FILENAME={log}" if log else ""
+
     def make(
         self,
         node: Node,

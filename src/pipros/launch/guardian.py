@@ -2,7 +2,8 @@
 
 The launcher starts one small interpreter that reads a pipe. Through the pipe it learns which process
 groups run; the end of the pipe is the end of the launcher, however it came about, and then what still runs is
-ended: SIGTERM, and a second later SIGKILL.
+ended: SIGTERM, and a second later SIGKILL. On Linux it also looks for processes that carry a mark in their
+environment: one that was started in the very moment in which the launcher was killed, or that left its group.
 
 Why not the parent-death signal of Linux: it reaches the direct child only, not the programs behind a
 launch prefix or a shell script; it comes when the *thread* that started the child ends; to ask for it,
@@ -35,7 +36,13 @@ class Guardian:
     killed; only its protection is gone.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, mark: str = "") -> None:
+        """Nothing is started yet.
+
+        Args:
+            mark: `NAME=value` that is in the environment of all processes of this launcher and of no other's.
+        """
+        self._mark = mark
         self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> None:
@@ -45,7 +52,7 @@ class Guardian:
         import subprocess
 
         self._process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-I", "-S", os.path.abspath(__file__)],
+            [sys.executable, "-I", "-S", os.path.abspath(__file__), self._mark],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             start_new_session=True,
@@ -85,18 +92,36 @@ def read_groups(lines: IO[str]) -> set[int]:
     return groups
 
 
-def end(groups: set[int]) -> None:
-    """SIGTERM to the groups, SIGKILL to those that are still there after a second."""
+def end(groups: set[int], mark: str = "") -> None:
+    """SIGTERM to the groups and to the marked processes, SIGKILL to what is still there after a second."""
     deadline = time.monotonic() + _GRACE_S
-    left = {group for group in groups if _signal(group, signal.SIGTERM)}
-    while left and time.monotonic() < deadline:
+    left = {group for group in groups if _signal_group(group, signal.SIGTERM)}
+    for process in marked_processes(mark):
+        _signal(process, signal.SIGTERM)
+    while (left or marked_processes(mark)) and time.monotonic() < deadline:
         time.sleep(_LOOK_EVERY_S)
-        left = {group for group in left if _signal(group, 0)}
+        left = {group for group in left if _signal_group(group, 0)}
     for group in left:
-        _signal(group, signal.SIGKILL)
+        _signal_group(group, signal.SIGKILL)
+    for process in marked_processes(mark):
+        _signal(process, signal.SIGKILL)
 
 
-def _signal(group: int, number: int) -> bool:
+def marked_processes(mark: str) -> list[int]:
+    """The processes with the mark in their environment; none where the system does not tell."""
+    if not mark or not os.path.isdir("/proc/self"):
+        return []
+    found = []
+    for name in os.listdir("/proc"):
+        if not name.isdigit() or int(name) == os.getpid():
+            continue
+        with contextlib.suppress(OSError), open(f"/proc/{name}/environ", "rb") as file:
+            if mark.encode() in file.read().split(b"\0"):
+                found.append(int(name))
+    return found
+
+
+def _signal_group(group: int, number: int) -> bool:
     """True when there was a group to send the signal to."""
     try:
         os.killpg(group, number)
@@ -105,7 +130,12 @@ def _signal(group: int, number: int) -> bool:
     return True
 
 
+def _signal(process: int, number: int) -> None:
+    with contextlib.suppress(OSError):
+        os.kill(process, number)
+
+
 if __name__ == "__main__":
     for ignored in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(ignored, signal.SIG_IGN)
-    end(read_groups(sys.stdin))
+    end(read_groups(sys.stdin), sys.argv[1])

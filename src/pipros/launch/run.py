@@ -119,7 +119,7 @@ class Run:
         self._options = options or RunOptions()
         self._number = first_number
         self._on_end = on_end
-        self._guardian = Guardian()
+        self._guardian = Guardian(maker.mark)
         self._managed: list[_Managed] = []
         self._events: SimpleQueue[NodeProcess | _Stop] = SimpleQueue()
         self._stop_requests = 0
