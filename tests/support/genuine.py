@@ -21,13 +21,16 @@ _NEEDED = {
     "/usr/share/message_runtime/package.xml": "ros-message-runtime",
     "/usr/include/std_msgs/String.h": "libstd-msgs-dev",
 }
-INSTALL = (
-    "apt-get install --no-install-recommends ros-core-dev python3-rospy python3-rostest "
-    "python3-roslaunch python3-rostopic python3-rosnode python3-rosservice python3-rosparam "
-    "python3-rosmsg python3-rosbag rosbash libroscpp-dev catkin ros-message-generation "
-    "ros-message-runtime python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-std-srvs "
-    "python3-diagnostic-msgs python3-tf2-ros python3-actionlib topic-tools"
+PACKAGES = (
+    "ros-core-dev python3-rospy python3-rostest python3-roslaunch python3-rostopic python3-rosnode "
+    "python3-rosservice python3-rosparam python3-rosmsg python3-rosbag rosbash libroscpp-dev catkin "
+    "ros-message-generation ros-message-runtime python3-sensor-msgs python3-geometry-msgs python3-nav-msgs "
+    "python3-std-srvs python3-diagnostic-msgs python3-tf2-ros python3-actionlib topic-tools"
 )
+INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"
+
+OTHER_PROGRAMS = "fish git iproute2 zsh"
+"""Debian packages of programs that are no ROS, and that single tests need."""
 
 
 def missing_packages() -> list[str]:
@@ -38,3 +41,7 @@ def missing_packages() -> list[str]:
 def is_required() -> bool:
     """True in continuous integration, where a missing peer is a failure, not a reason to leave tests out."""
     return os.environ.get("CI", "").lower() in ("1", "true")
+
+
+if __name__ == "__main__":
+    print(PACKAGES, OTHER_PROGRAMS)

@@ -57,3 +57,34 @@ def test_in_continuous_integration_it_is_an_error(run_without_genuine: Path) -> 
 
     assert ended.returncode == pytest.ExitCode.USAGE_ERROR
     assert "genuine ROS 1 is needed here (CI is set) and lacks: python3-rospy" in ended.stderr
+
+
+def test_in_continuous_integration_a_skipped_test_is_a_failure(pytester_folder: Path) -> None:
+    (pytester_folder / "test_it.py").write_text(
+        "import pytest\ndef test_it():\n    pytest.skip('no zsh here')\n"
+    )
+
+    here, in_ci = (_run_test(pytester_folder, **variables) for variables in ({}, {"CI": "true"}))
+
+    assert here.returncode == 0
+    assert in_ci.returncode == 1
+    assert "skipped, which nothing may be in continuous integration" in in_ci.stdout
+    assert "no zsh here" in in_ci.stdout
+
+
+@pytest.fixture
+def pytester_folder(tmp_path: Path) -> Path:
+    (tmp_path / "conftest.py").write_text("from tests.conftest import pytest_runtest_makereport\n")
+    return tmp_path
+
+
+def _run_test(folder: Path, **variables: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(folder)],
+        cwd=folder,
+        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(REPOSITORY), **variables},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
