@@ -1,4 +1,4 @@
-"""The modules that Python code imports from the tools: rosnode, rosparam, rosservice, rostopic."""
+"""The modules that Python code imports from the tools: rosmsg, rosnode, rosparam, rosservice, rostopic."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import rosmsg
 import rosnode
 import rosparam
 import rosservice
@@ -134,3 +135,17 @@ def test_rosservice_finds_and_calls(make_node: MakeNode) -> None:
     assert (request.data, response.success, response.message) == (True, True, "done")
     with pytest.raises(rosservice.ROSServiceIOException, match=r"Service \[/nothing\] is not available"):
         rosservice.call_service("/nothing", [])
+
+
+def test_rosmsg_shows_and_lists_types() -> None:
+    assert rosmsg.get_msg_text("std_msgs/String") == "string data\n"
+    assert rosmsg.get_srv_text("std_srvs/SetBool") == "bool data\n---\nbool success\nstring message\n"
+    assert rosmsg.list_srvs("std_srvs") == ["std_srvs/Empty", "std_srvs/SetBool", "std_srvs/Trigger"]
+    assert "std_msgs/String" in rosmsg.list_msgs("std_msgs")
+    assert list(rosmsg.rosmsg_search(None, rosmsg.MODE_MSG, "PointStamped")) == ["geometry_msgs/PointStamped"]
+    assert rosmsg.rosmsg_md5(rosmsg.MODE_MSG, "std_msgs/String") == String._md5sum
+    assert "std_srvs" in dict(rosmsg.iterate_packages(None, rosmsg.MODE_SRV))
+    with pytest.raises(rosmsg.ROSMsgException, match="nowhere_msgs"):
+        rosmsg.get_msg_text("nowhere_msgs/Nothing")
+    with pytest.raises(rosmsg.ROSMsgException, match="nowhere_msgs"):
+        rosmsg.list_msgs("nowhere_msgs")

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from pipros.cli.command_node import wait
 from pipros.cli.rostopic.fields import InvalidIndex, Step, has_field, parse_path
 from pipros.cli.rostopic.raw import RawMessage, installed_class
 from pipros.cli.rostopic.types import topic_type
@@ -87,7 +88,7 @@ class Listening:
 
         Raises whatever a callback raised.
         """
-        is_over = self._is_over.wait(timeout_s)
+        is_over = wait(self._is_over.wait, timeout_s)
         if self._error is not None:
             raise self._error
         return is_over

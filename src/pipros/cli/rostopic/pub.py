@@ -97,7 +97,7 @@ class _Run:
             publisher = self._advertise(latch=True)
             self._announce(first)
             publisher.publish(first)
-            self._node.wait_for_shutdown(ONCE_S if options.once else None)
+            self._wait(ONCE_S if options.once else None)
             return
         publisher = self._advertise(latch=options.latch)
         message = first
@@ -116,7 +116,7 @@ class _Run:
             for message in islice(messages, 1):
                 self._announce(message)
                 publisher.publish(message)
-                self._node.wait_for_shutdown(ONCE_S if options.once else None)
+                self._wait(ONCE_S if options.once else None)
             return
         beats = self._beats(options.rate_hz or DOCUMENTS_RATE_HZ)
         for message, _ in zip(messages, beats, strict=False):
@@ -131,7 +131,7 @@ class _Run:
         expected = dict(self._node.master.get_system_state()[1]).get(publisher.topic, [])
         deadline = time.monotonic() + LINK_DEADLINE_S
         while publisher.connection_count < len(expected) and time.monotonic() < deadline:
-            self._node.wait_for_shutdown(LOOK_PERIOD_S)
+            self._wait(LOOK_PERIOD_S)
         return publisher
 
     def _beats(self, rate_hz: float) -> Iterator[None]:
@@ -144,7 +144,13 @@ class _Run:
             if clock.is_simulated and self._options.ros_time:
                 clock.sleep(period_s)
             else:
-                self._node.wait_for_shutdown(max(due - time.monotonic(), 0))
+                self._wait(max(due - time.monotonic(), 0))
+
+    def _wait(self, timeout_s: float | None) -> None:
+        """Waits for so long, or until the node ends."""
+        from pipros.cli.command_node import wait
+
+        wait(self._node.wait_for_shutdown, timeout_s)
 
     def _announce(self, message: Message) -> None:
         shown = f"[{message}]" if self._options.verbose else "message"

@@ -1,0 +1,66 @@
+"""`rosversion`: the version of a package, or the name of the distribution."""
+
+from __future__ import annotations
+
+import os
+import sys
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
+from collections.abc import Sequence
+
+from pipros.cli.program import run
+from pipros.workspace.index import Package, PackageIndex
+
+DISTRO = "noetic"
+"""The distribution whose behaviour pipros has; `ROS_DISTRO` may say otherwise."""
+
+UNKNOWN_VERSION = "<unversioned>"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    parser = ArgumentParser(
+        prog="rosversion",
+        formatter_class=RawDescriptionHelpFormatter,
+        description="rosversion -d: Output the version of the given package\n"
+        "rosversion package: Output the ROS distribution name",
+    )
+    parser.add_argument(
+        "-s", "--skip-newline", action="store_true", help="Skip trailing newline", dest="skip_newline"
+    )
+    asked = parser.add_mutually_exclusive_group(required=True)
+    asked.add_argument("package", nargs="?", help="The ROS package name (e.g. 'roscpp')")
+    asked.add_argument("-d", "--distro", action="store_true", help="Output the ROS distribution name")
+    asked.add_argument(
+        "-a", "--all", action="store_true", help="Show all ROS package names and their versions"
+    )
+    options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
+    end = "" if options.skip_newline else "\n"
+
+    def body() -> int:
+        if options.distro:
+            print(os.environ.get("ROS_DISTRO") or DISTRO, end=end)
+            return 0
+        index = PackageIndex.from_environment()
+        if options.all:
+            print("\n".join(f"{package.name}: {version_of(package)}" for package in index), end=end)
+            return 0
+        package = index.get(options.package)
+        if package is None:
+            print(f"Cannot locate [{options.package}]")
+            return 1
+        print(version_of(package), end=end)
+        return 0
+
+    return run(body)
+
+
+def version_of(package: Package) -> str:
+    """The version in the package's manifest.
+
+    Raises:
+        XmlError: the manifest is malformed.
+    """
+    from pipros.safe.xml import parse
+
+    manifest = package.path / "package.xml"
+    version = parse(manifest.read_bytes(), str(manifest)).first("version")
+    return version.text.strip() if version else UNKNOWN_VERSION
