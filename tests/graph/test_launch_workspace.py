@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.genuine import is_required
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 
@@ -74,6 +75,7 @@ def test_a_package_is_created_built_and_found(ros: RosSystem) -> None:
 @pytest.mark.parametrize("program", ["bash", "zsh", "sh"])
 def test_a_sourced_workspace_runs_its_scripts(ros: RosSystem, workspace: Path, program: str) -> None:
     if shutil.which(program) is None:
+        assert not is_required(), f"{program} is not installed, which this test needs"
         pytest.skip(f"no {program} here")
     assert catkin_make(ros, workspace).returncode == 0
     ended = shell(ros, f". {workspace}/devel/setup.{program}; rosrun talkers talk.py", program)

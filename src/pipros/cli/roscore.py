@@ -55,6 +55,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = [word for word in words if ":=" not in word]
     if words:
         parser.error("roscore does not take arguments")
+    from pipros.master.server import devote_process
+
+    devote_process()
     console = Console(is_verbose=options.verbose)
     return run(lambda: Session([], {}, session_options(options), console), console, options)
 

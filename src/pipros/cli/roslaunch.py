@@ -115,7 +115,7 @@ def _handle_signals(session: Callable[[], Session | None]) -> Callable[[], None]
     def handle(_number: int, _frame: object) -> None:
         nonlocal requested
         current = session()
-        if current is not None and current.is_started:
+        if current is not None:
             current.request_stop()
         elif not requested:
             requested = True

@@ -25,6 +25,10 @@ from pipros.launch.upload import apply_parameters
 
 _LOOK_EVERY_S = 0.2
 
+# A signal that comes in the moment in which the main thread begins to wait for a lock is noticed when
+# that wait ends, and not before; so no wait is long, and no Ctrl-C is lost.
+_LONGEST_WAIT_S = 0.2
+
 
 @dataclass(frozen=True, slots=True)
 class RunOptions:
@@ -289,12 +293,13 @@ class Run:
     def _next_event(self, timeout_s: float | None) -> NodeProcess | _Stop | None:
         """The next event; None when the time is over, a restart is due, or it is time to look around."""
         now = time.monotonic()
-        due = [managed.restart_at - now for managed in self._managed if managed.restart_at is not None]
+        due = [_LONGEST_WAIT_S]
+        due += [managed.restart_at - now for managed in self._managed if managed.restart_at is not None]
         # Nobody tells about the end of a process that is not a child of ours.
         due += [_LOOK_EVERY_S for managed in self._managed if managed.left_behind is not None]
         due += [] if timeout_s is None else [timeout_s]
         with suppress(Empty):
-            return self._events.get(timeout=max(0.0, min(due)) if due else None)
+            return self._events.get(timeout=max(0.0, min(due)))
         return None
 
     def _handle(self, event: NodeProcess | _Stop | None) -> None:
@@ -340,7 +345,7 @@ class Run:
         left = [process for process in processes if process.exit_code is None]
         while left and time.monotonic() < deadline and self._stop_requests <= self._answered_requests:
             with suppress(Empty):
-                self._events.get(timeout=max(0.0, deadline - time.monotonic()))
+                self._events.get(timeout=max(0.0, min(_LONGEST_WAIT_S, deadline - time.monotonic())))
             left = [process for process in left if process.exit_code is None]
         self._answered_requests = min(self._answered_requests + 1, self._stop_requests)
         return left

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import socket
 import sys
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -90,6 +91,8 @@ class Session:
         self._load_launch = load_launch
         self._on_end = on_end
         self._is_master_there = False
+        self._is_unwanted = False
+        self._is_interruptible = False
         self._core: Core | None = None
         self._server: LaunchServer | None = None
         self._run: Run | None = None
@@ -112,25 +115,24 @@ class Session:
         """Whether the master was started by this session."""
         return self._core is not None
 
-    @property
-    def is_started(self) -> bool:
-        """Whether there is something that `request_stop` can end."""
-        return self._run is not None
-
     def start(self) -> None:
         """Brings everything up.
 
         Raises:
             PiprosError, OSError: with nothing left running, once `stop` was called.
         """
+        self._is_interruptible = True
         self._open_logs()
         self._set_title()
         self._load()
+        self._is_interruptible = False
         self._start_server()
+        self._check_wanted()
         if self._options.has_summary:
             params = {**STANDARD_PARAMETERS, **self.launch.params}
             self._console.say(summary(params, self.launch.nodes, is_core=self._options.is_core))
         self._start_master()
+        self._check_wanted()
         self._warn_about_machines()
         self._start_nodes()
 
@@ -143,9 +145,16 @@ class Session:
         self._run.wait(until_all_ended=self._core is None)
 
     def request_stop(self) -> None:
-        """Ends `wait`; may be called from a signal handler, and again by somebody impatient."""
+        """Ends `wait`, or the coming up; may be called from a signal handler, and again by the impatient.
+
+        Raises:
+            KeyboardInterrupt: in the main thread while that reads files, which may end anywhere.
+        """
+        self._is_unwanted = True
         if self._run is not None:
             self._run.request_stop()
+        elif self._is_interruptible and threading.current_thread() is threading.main_thread():
+            raise KeyboardInterrupt
 
     def stop(self) -> None:
         """Ends the nodes, then `/rosout`, then the master. Harmless when nothing was started."""
@@ -167,6 +176,11 @@ class Session:
             say("... shutting down processing monitor complete")
             self._console.bold("done")
         self._console.close()
+
+    def _check_wanted(self) -> None:
+        """Ends the coming up between two steps, when nothing is half done."""
+        if self._is_unwanted:
+            raise KeyboardInterrupt
 
     def _open_logs(self) -> None:
         client = MasterClient(self.master_uri, CALLER_ID, timeout_s=_MASTER_ANSWERS_WITHIN_S)
@@ -214,9 +228,10 @@ class Session:
         return launch
 
     def _start_server(self) -> None:
-        self._server = LaunchServer(self._environment, self._running)
-        self._server.start()
-        self._console.bold(f"started roslaunch server {self._server.uri}")
+        server = LaunchServer(self._environment, self._running)
+        server.start()
+        self._server = server
+        self._console.bold(f"started roslaunch server {server.uri}")
         if self._options.is_core:
             self._console.say(f"ros_comm version {ROS_COMM_VERSION}")
 
@@ -304,6 +319,8 @@ class Session:
         )
         self._publish_server()
         self._run = run
+        if self._is_unwanted:
+            run.request_stop()
         run.set_parameters()
         if self._core is not None:
             self._console.bold(f"process[rosout-1]: started with pid [{os.getpid()}]")
