@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from xmlrpc.client import DateTime
 
 import pytest
 
@@ -149,3 +150,23 @@ def test_rosmsg_shows_and_lists_types() -> None:
         rosmsg.get_msg_text("nowhere_msgs/Nothing")
     with pytest.raises(rosmsg.ROSMsgException, match="nowhere_msgs"):
         rosmsg.list_msgs("nowhere_msgs")
+
+
+def test_a_text_file_that_is_no_text_is_a_plain_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "image.png"
+    file.write_bytes(b"\x89PNG\xff\xfe")
+    with pytest.raises(SystemExit) as end:
+        rosparam.yamlmain(["rosparam", "set", "-t", str(file), "/image"])
+    assert end.value.code == 1
+    assert "is no UTF-8 text" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as end:
+        rosparam.yamlmain(["rosparam", "set", "-b", str(file), "/image"])
+    assert end.value.code == 0
+    assert rosparam.get_param("/image") == b"\x89PNG\xff\xfe"
+
+
+def test_dates_of_other_clients_can_be_read() -> None:
+    rosparam.get_param_server().setParam("/date", DateTime("20260102T03:04:05"))
+    assert rosparam.get_param("/date") == "20260102T03:04:05"

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import importlib
 import subprocess
 import sys
 
@@ -105,3 +106,17 @@ def test_quick_commands_import_nothing_heavy(command: str) -> None:
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("uri", ["nonsense", "http://", "http://127.0.0.1", "ftp://127.0.0.1:11311"])
+@pytest.mark.parametrize(
+    "command", ["rostopic list", "rosnode info /x", "rosparam get /x", "rosservice list"]
+)
+def test_a_malformed_master_uri_is_named(
+    command: str, uri: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", uri)
+    program, *arguments = command.split()
+    main = importlib.import_module(f"pipros.cli.{program}").main
+    assert main(arguments) == (2 if program == "rosservice" else 1)
+    assert f"ERROR: ROS_MASTER_URI [{uri}]" in capsys.readouterr().err

@@ -112,6 +112,8 @@ def _describe_connection(connection: Sequence[Any], peers: _Peers) -> list[str]:
     An entry is (id, destination, direction, transport, topic[, is connected[, remark]]); old
     clients leave the end out. The destination is a node's name or the URI of its API.
     """
+    if len(connection) < 5:
+        return []
     _, destination, direction, transport, topic, *state = connection
     if state and not state[0]:
         return []

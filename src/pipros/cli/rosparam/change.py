@@ -51,7 +51,7 @@ def set_parameter(argv: Sequence[str]) -> int:
     with Surroundings("rosparam") as here:
         name = here.resolve(arguments[0])
         if options.text_file:
-            value: Any = _contents(options.text_file).decode("utf-8")
+            value: Any = _text(options.text_file)
         elif options.bin_file:
             value = _contents(options.bin_file)
         else:
@@ -72,6 +72,13 @@ def parse_value(text: str, name: str) -> Any:
     from pipros.safe.yaml import load
 
     return load(text, f"the value of {name}") if text else ""
+
+
+def _text(file: str) -> str:
+    try:
+        return _contents(file).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise CommandError(f"[{file}] is no UTF-8 text ({error.reason}); -b sets it as binary data") from None
 
 
 def _contents(file: str) -> bytes:

@@ -17,16 +17,20 @@ def read_file(file: str, ns: str) -> list[tuple[Any, str]]:
     """The documents of a file, each with the namespace that it belongs to.
 
     Raises:
-        CommandError: no such file.
+        CommandError: no such file, or it cannot be read.
         YamlError: the file is no YAML, or more than plain data.
     """
     path = Path(file)
     if not path.is_file():
         raise CommandError(f"file [{file}] does not exist")
-    return read_text(path.read_text(encoding="utf-8"), file, ns)
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise CommandError(f"cannot read [{file}]: {error.strerror}") from None
+    return read_text(content, file, ns)
 
 
-def read_text(text: str, file: str, ns: str) -> list[tuple[Any, str]]:
+def read_text(text: str | bytes, file: str, ns: str) -> list[tuple[Any, str]]:
     """As `read_file`; `file` only names the text in errors."""
     documents = []
     for document in load_all(text, file):

@@ -12,6 +12,24 @@ from pipros.names import join
 from pipros.net.master import MasterClient
 
 
+def leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """The single parameters that a value at `name` stands for: dictionaries are namespaces.
+
+    >>> list(leaves("/wheels", {"left": 1, "rear": {"left": 2}}))
+    [('/wheels/left', 1), ('/wheels/rear/left', 2)]
+
+    Raises:
+        CommandError: a key that is no string.
+    """
+    if not isinstance(value, Mapping):
+        yield name, value
+        return
+    if not all(isinstance(key, str) for key in value):
+        raise CommandError(f"YAML dictionaries must have string keys. Invalid dictionary is:\n{value}")
+    for key, part in value.items():
+        yield from leaves(join(name, key), part)
+
+
 def read(master: MasterClient, name: str) -> Any:
     """The value, or the dictionary of a namespace; binary values are `bytes`.
 
@@ -25,13 +43,18 @@ def read(master: MasterClient, name: str) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """The value without the wrappers that XML-RPC puts around binary data."""
+    """The value without the wrappers that XML-RPC puts around binary data and dates."""
+    if isinstance(value, (bool, int, float, str)):
+        return value
     if isinstance(value, dict):
         return {key: _plain(part) for key, part in value.items()}
     if isinstance(value, list):
         return [_plain(part) for part in value]
-    data = getattr(value, "data", value)
-    return bytes(data) if isinstance(data, bytes) else value
+    from xmlrpc.client import Binary, DateTime
+
+    if isinstance(value, DateTime):
+        return str(value)
+    return bytes(value.data) if isinstance(value, Binary) else value
 
 
 def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
@@ -51,24 +74,6 @@ def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
         except Refused as error:
             raise CommandError(f"cannot set parameter [{leaf}]: {error.text}") from None
     return written
-
-
-def leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """The single parameters that a value at `name` stands for: dictionaries are namespaces.
-
-    >>> list(leaves("/wheels", {"left": 1, "rear": {"left": 2}}))
-    [('/wheels/left', 1), ('/wheels/rear/left', 2)]
-
-    Raises:
-        CommandError: a key that is no string.
-    """
-    if not isinstance(value, Mapping):
-        yield name, value
-        return
-    if not all(isinstance(key, str) for key in value):
-        raise CommandError(f"YAML dictionaries must have string keys. Invalid dictionary is:\n{value}")
-    for key, part in value.items():
-        yield from leaves(join(name, key), part)
 
 
 def delete(master: MasterClient, name: str) -> None:
