@@ -27,11 +27,7 @@ from pipros.msg.spec import (
 DEFAULT_LIMIT = 1 << 22
 """The most values that a new message may hold: fixed arrays in fixed arrays multiply."""
 
-_PREAMBLE = """\
-import struct as _struct
-
-from pipros.msg.runtime import *
-"""
+_PREAMBLE = "from pipros.msg.runtime import *\n"
 
 _METHODS = frozenset(("serialize", "deserialize", "serialize_numpy", "deserialize_numpy"))
 
@@ -92,7 +88,7 @@ def _message_class(spec: MessageSpec, lookup: Lookup, names: Names) -> list[str]
     if _default_size(spec, lookup, {}) > DEFAULT_LIMIT:
         raise DefinitionError(f"a new message would hold more than {DEFAULT_LIMIT} values", file=spec.file)
     return [
-        f"class {_class_name(spec, spec.name)}(CompiledMessage):",
+        f"class {_class_name(spec, spec.name)}(_CompiledMessage):",
         f"    _md5sum = {message_md5(spec, lookup)!r}",
         f"    _type = {spec.type!r}",
         f"    _has_header = {spec.has_header!r}",
@@ -109,16 +105,16 @@ def _message_class(spec: MessageSpec, lookup: Lookup, names: Names) -> list[str]
         "    def serialize(self, buff):",
         "        try:",
         *serialize_body(spec, lookup, names, indent=3),
-        "        except WRITE_ERRORS as error:",
-        "            refuse(self, error)",
+        "        except _WRITE_ERRORS as error:",
+        "            _refuse(self, error)",
         "",
         "    def deserialize(self, str):",
         "        try:",
         *deserialize_body(spec, lookup, names, indent=3),
-        "        except UnicodeDecodeError as error:",
-        "            return mend(self, str, error)",
+        "        except _UnicodeDecodeError as error:",
+        "            return _mend(self, str, error)",
         "        except _struct.error as error:",
-        "            raise DeserializationError(error) from None",
+        "            raise _DeserializationError(error) from None",
         "        return self",
     ]
 
@@ -130,14 +126,14 @@ def _init(spec: MessageSpec, slots: list[str], names: Names) -> list[str]:
     lines = [
         "    def __init__(self, *args, **kwds):",
         "        if args:",
-        f"            if kwds or len(args) != {len(slots)}:",
-        "                Message.__init__(self, *args, **kwds)  # says what is wrong",
+        f"            if kwds or _len(args) != {len(slots)}:",
+        "                _Message.__init__(self, *args, **kwds)  # says what is wrong",
         f"            ({', '.join(f'self.{slot}' for slot in slots)},) = args",
         "        elif kwds:",
         "            take = kwds.pop",
         *(f"            self.{slot} = take({slot!r}, None)" for slot in slots),
         "            if kwds:",
-        "                Message.__init__(self, **kwds)  # says what is wrong",
+        "                _Message.__init__(self, **kwds)  # says what is wrong",
         "        else:",
         *(f"            self.{slot} = {default}" for slot, default in defaults.items()),
         "            return",
@@ -152,7 +148,7 @@ def _default(kind: FieldType, names: Names) -> str:
     if kind.is_array and not kind.length:
         return 'b""' if kind.base in OCTETS else "[]"
     if kind.base in OCTETS and kind.is_array:
-        return f"bytes({kind.length})"
+        return f"_bytes({kind.length})"
     if kind.base in INTEGERS:
         single = "0"
     elif kind.base in FLOATS:
@@ -163,7 +159,7 @@ def _default(kind: FieldType, names: Names) -> str:
         single = '""'
     else:
         maker = f"_{kind.base.title()}" if kind.is_builtin else names.message_class(kind.base)
-        return f"[{maker}() for _ in range({kind.length})]" if kind.is_array else f"{maker}()"
+        return f"[{maker}() for _ in _range({kind.length})]" if kind.is_array else f"{maker}()"
     return f"[{single}] * {kind.length}" if kind.is_array else single
 
 

@@ -57,7 +57,7 @@ class _Decoder(Source):
         """Octets are cut out of a view as they are; all else is read quicker from `bytes`."""
         self._keeps_view = self._shapes.has_octets(spec) or self._is_numpy
         self.emit(
-            "data = str" if self._keeps_view else "data = str if str.__class__ is bytes else bytes(str)"
+            "data = str" if self._keeps_view else "data = str if str.__class__ is _bytes else _bytes(str)"
         )
 
     def fields(self, spec: MessageSpec, owner: str) -> None:
@@ -70,7 +70,7 @@ class _Decoder(Source):
             self._check_end()
 
     def _check_end(self) -> None:
-        with self.block(f"if {self._offset()} > len(data):"):
+        with self.block(f"if {self._offset()} > _len(data):"):
             self.emit("raise _struct.error(_TOO_SHORT)")
         self._is_end_checked = True
 
@@ -117,7 +117,7 @@ class _Decoder(Source):
         if kind.length is not None:
             self._scalar(f"{kind.length}s", target)
             return
-        self.emit(f"{target} = bytes({self._slice(self._length())})")
+        self.emit(f"{target} = _bytes({self._slice(self._length())})")
 
     def _number_array(self, kind: FieldType, target: str, within: MessageSpec) -> None:
         code = NUMBERS[kind.base]
@@ -136,7 +136,7 @@ class _Decoder(Source):
             value = f"_numpy_numbers(numpy, {code!r}, data, {self._offset()}, {count})"
         else:
             value = f"_struct.unpack_from(f'<{{{count}}}{code}', data, {self._offset()})"
-            value = f"list({value})" if code == "?" else value
+            value = f"_list({value})" if code == "?" else value
         self.emit(f"{target} = {value}")
         size = struct.calcsize(f"<{code}")
         self._advance(count if size == 1 else f"{count} * {size}")
@@ -165,7 +165,7 @@ class _Decoder(Source):
         return count
 
     def _strings(self, count: str, offset: str, array: str, within: MessageSpec) -> None:
-        with self.loop(f"for _ in range({count}):", within):
+        with self.loop(f"for _ in _range({count}):", within):
             length = self._length()
             self.emit(f"{offset} += 4")
             text = self._text(f"data[{offset} : ({offset} := {offset} + {length})]")
@@ -197,7 +197,7 @@ class _Decoder(Source):
     def _elements(self, base: str, count: str, offset: str, array: str, within: MessageSpec) -> None:
         element = self.local("e")
         was_checked = self._is_end_checked
-        with self.loop(f"for _ in range({count}):", within):
+        with self.loop(f"for _ in _range({count}):", within):
             self._single(base, element, within)
             self._flush()
             self.emit(f"{array}.append({element})")

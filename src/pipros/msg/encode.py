@@ -17,7 +17,7 @@ from pipros.msg.shape import Shapes
 from pipros.msg.source import Names, Source, python_name, struct_layout
 from pipros.msg.spec import NUMBERS, OCTETS, TIMES, FieldType, MessageSpec
 
-_WRONG_LENGTH = 'raise ValueError("an array has another length")'
+_WRONG_LENGTH = 'raise _ValueError("an array has another length")'
 
 
 def serialize_body(spec: MessageSpec, lookup: Lookup, names: Names, *, indent: int) -> list[str]:
@@ -68,7 +68,7 @@ class _Encoder(Source):
                 self._scalar(code, f"{time}.{part}")
         elif base == "string":
             text = self.assign("s", f"{value}.encode()")
-            self._scalar("I", f"len({text})")
+            self._scalar("I", f"_len({text})")
             self._piece(text)
         else:
             inner = self.embedded(base, within)
@@ -88,7 +88,7 @@ class _Encoder(Source):
             return
         packed = self.assign("a", f"_octets({value})" if is_octets else f"_numbers({code!r}, {value})")
         size = SIZES[code]
-        self._scalar("I", f"len({packed})" if size == 1 else f"len({packed}) // {size}")
+        self._scalar("I", f"_len({packed})" if size == 1 else f"_len({packed}) // {size}")
         self._flush()
         if self._is_looping:
             self._piece(packed)
@@ -99,15 +99,15 @@ class _Encoder(Source):
     def _loop(self, kind: FieldType, value: str, within: MessageSpec) -> None:
         array = self.assign("a", value)
         if kind.length is None:
-            self._scalar("I", f"len({array})")
+            self._scalar("I", f"_len({array})")
         else:
-            with self.block(f"if len({array}) != {kind.length}:"):
+            with self.block(f"if _len({array}) != {kind.length}:"):
                 self.emit(_WRONG_LENGTH)
         code = self._shapes.only_code(kind.base)
         if code is not None:
             names = [python_name(field.name) for field in self.embedded(kind.base, within).fields]
             parts = ", ".join(f"e.{name}" for name in names)
-            layout = f"f'<{{len({array}) * {len(names)}}}{code}'"
+            layout = f"f'<{{_len({array}) * {len(names)}}}{code}'"
             self._piece(f"_struct.pack({layout}, *[v for e in {array} for v in ({parts},)])")
             return
         self._flush()
@@ -136,7 +136,7 @@ class _Encoder(Source):
         if len(self._fixed_arrays) > 1:
             # One array alone that is too long or too short makes `pack` fail; two could make up for it.
             for array, length in self._fixed_arrays:
-                with self.block(f"if len({array}) != {length}:"):
+                with self.block(f"if _len({array}) != {length}:"):
                     self.emit(_WRONG_LENGTH)
         self._fixed_arrays = []
         if self._codes:

@@ -1,21 +1,19 @@
-"""What the source made by `compiler.py` calls by name. Nothing else imports this module."""
+"""What the source made by `compiler.py` calls by name, names that no definition can have.
+
+Nothing else imports this module.
+"""
 
 from __future__ import annotations
 
-import struct
+import struct as _struct
 
 from pipros.msg.arrays import numbers as _numbers
 from pipros.msg.arrays import numpy_numbers as _numpy_numbers
 from pipros.msg.arrays import octets as _octets
-from pipros.msg.base import (
-    Buffer,
-    CompiledMessage,
-    DeserializationError,
-    Message,
-    SerializationError,
-    read_specially,
-    special_reader,
-)
+from pipros.msg.base import Buffer, SerializationError, read_specially, special_reader
+from pipros.msg.base import CompiledMessage as _CompiledMessage
+from pipros.msg.base import DeserializationError as _DeserializationError
+from pipros.msg.base import Message as _Message
 from pipros.msg.time import Duration as _Duration
 from pipros.msg.time import Time as _Time
 
@@ -24,36 +22,46 @@ if TYPE_CHECKING:
     from typing import Any, NoReturn
 
 __all__ = [
-    "WRITE_ERRORS",
     "_TOO_SHORT",
-    "CompiledMessage",
-    "DeserializationError",
-    "Message",
+    "_WRITE_ERRORS",
+    "_CompiledMessage",
+    "_DeserializationError",
     "_Duration",
+    "_Message",
     "_Time",
+    "_UnicodeDecodeError",
+    "_ValueError",
+    "_bytes",
     "_check_empty_elements",
     "_fixed_octets",
+    "_len",
+    "_list",
+    "_mend",
     "_new",
     "_numbers",
     "_numpy_numbers",
     "_octets",
+    "_range",
+    "_refuse",
     "_str",
-    "mend",
-    "refuse",
+    "_struct",
 ]
 
-WRITE_ERRORS = (struct.error, TypeError, ValueError, OverflowError, AttributeError)
+# The class that is made stands in the same namespace, and a definition may be called Message, or len.
+_bytes, _len, _list, _range, _str = bytes, len, list, range, str
+_UnicodeDecodeError, _ValueError = UnicodeDecodeError, ValueError
+_new = object.__new__
+
+_WRITE_ERRORS = (_struct.error, TypeError, ValueError, OverflowError, AttributeError)
 """What a field of the wrong kind leads to while a message is written."""
+
+_TOO_SHORT = "the data is too short for the message"
 
 EMPTY_ELEMENTS_LIMIT = 65_536
 """The longest array of messages without any field: no byte bears witness to its length."""
 
-_TOO_SHORT = "the data is too short for the message"
-_new = object.__new__
-_str = str
 
-
-def refuse(message: Message, error: Exception) -> NoReturn:
+def _refuse(message: _Message, error: Exception) -> NoReturn:
     """Says why `message` could not be written.
 
     Raises:
@@ -66,7 +74,7 @@ def refuse(message: Message, error: Exception) -> NoReturn:
     raise SerializationError(f"{type(error)}: '{error}' when writing a {message._type}")
 
 
-def mend(message: Any, data: Buffer, error: UnicodeDecodeError) -> Any:
+def _mend(message: Any, data: Buffer, error: UnicodeDecodeError) -> Any:
     """Reads a message with replacements for what is no UTF-8; logs it once a type."""
     cls = type(message)
     if "_lenient_reader" not in vars(cls):
@@ -91,4 +99,4 @@ def _fixed_octets(value: Any, length: int) -> bytes:
 
 def _check_empty_elements(count: int) -> None:
     if count > EMPTY_ELEMENTS_LIMIT:
-        raise struct.error(f"an array of {count} empty messages is longer than {EMPTY_ELEMENTS_LIMIT}")
+        raise _struct.error(f"an array of {count} empty messages is longer than {EMPTY_ELEMENTS_LIMIT}")

@@ -67,6 +67,19 @@ class TestConstruction:
         assert cls.None_ == "x"
         assert written(cls(from_=1, self_=2)) == struct.pack("<2i", 1, 2)
 
+    @pytest.mark.parametrize(
+        "name", ["Message", "len", "bytes", "list", "str", "ValueError", "struct", "float"]
+    )
+    def test_a_definition_may_bear_a_name_of_python_or_ours(self, name: str) -> None:
+        text = "string a\nuint8[] b\nbool[] c\nfloat64[3] d\nfloat32 e\ntime[] f"
+        cls: Any = message_classes_from_text(f"made/{name}", text)[f"made/{name}"]
+        message = cls(a="x", b=[1], c=[True], f=[genpy.Time(1)])
+        assert cls._from_bytes(written(message)).b == b"\1"
+        with pytest.raises(AttributeError, match="z is not an attribute"):
+            cls(z=1)
+        with pytest.raises(SerializationError):
+            written(cls(e="x"))
+
 
 class TestEquality:
     def test_lists_and_tuples_with_equal_elements_are_equal(self) -> None:
