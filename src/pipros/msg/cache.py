@@ -31,6 +31,7 @@ _COMPILER = (
     "digest.py",
     "encode.py",
     "parse.py",
+    "runtime.py",
     "shape.py",
     "source.py",
     "spec.py",
