@@ -237,6 +237,27 @@ def test_hz_of_a_silent_topic_says_that_there_is_nothing_new(commands: Commands,
     assert hz.wait() == 0
 
 
+@pytest.mark.parametrize(("option", "report"), [((), "no new messages"), (("--wall-time",), "average rate")])
+def test_hz_measures_by_the_simulated_clock_unless_told_otherwise(
+    commands: Commands,
+    master: Master,
+    talker: Publisher,
+    option: tuple[str, ...],
+    report: str,
+) -> None:
+    client = MasterClient(master.uri, "/test")
+    client.set_param("/use_sim_time", True)  # and nobody publishes /clock: simulated time stands still
+    client.close()
+    hz = commands.start("rostopic", "hz", *option, "/chatter")
+    wait_until_connected(talker)
+    for _ in range(3):
+        talker.publish(String("hello"))
+    hz.wait_for(report)
+    hz.press_ctrl_c()
+
+    assert hz.wait() == 0
+
+
 def test_delay_is_the_age_of_the_stamps(commands: Commands, make_node: MakeNode) -> None:
     node = make_node("talker")
     point = load_message_class("geometry_msgs/PointStamped")

@@ -53,8 +53,10 @@ def measure_rate(argv: Sequence[str]) -> int:
 
         def count(topic: str) -> Callable[[RawMessage], None]:
             def callback(raw: RawMessage) -> None:
-                if passes is None or passes(classes.decode(raw), topic):
-                    rates.add(topic, clock.now_ns() / 1e9)
+                now_ns = clock.now_ns()
+                has_begun = now_ns > 0  # a simulated clock stands at 0 until its first message
+                if has_begun and (passes is None or passes(classes.decode(raw), topic)):
+                    rates.add(topic, now_ns / 1e9)
 
             return callback
 
