@@ -85,6 +85,11 @@ def _choose(found: Executables) -> Path | None:
 
 
 def _run(program: Path, command: list[str]) -> int:
+    # A script with a bad first line starts well and fails in its interpreter's words, which help nobody.
+    reason = why_not_startable(program) if command[0] == str(program) else None
+    if reason is not None:
+        print(f"[rosrun] {reason}", file=sys.stderr)
+        return CANNOT_RUN
     environment = with_own_python_first(os.environ)
     sys.stdout.flush()
     try:
@@ -93,14 +98,9 @@ def _run(program: Path, command: list[str]) -> int:
 
             return subprocess.run(command, env=environment, check=False).returncode  # noqa: S603
         _become(command, environment)
-    except FileNotFoundError as error:
-        reason = why_not_startable(program) if command[0] == str(program) else None
-        print(f"[rosrun] {reason or f'{command[0]}: {error.strerror}'}", file=sys.stderr)
-        return NO_SUCH_COMMAND
     except OSError as error:
-        reason = why_not_startable(program) or f"{command[0]}: {error.strerror}"
-        print(f"[rosrun] {reason}", file=sys.stderr)
-        return CANNOT_RUN
+        print(f"[rosrun] {command[0]}: {error.strerror}", file=sys.stderr)
+        return NO_SUCH_COMMAND if isinstance(error, FileNotFoundError) else CANNOT_RUN
 
 
 def _become(command: list[str], environment: dict[str, str]) -> NoReturn:

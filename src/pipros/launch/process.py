@@ -10,6 +10,7 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import IO
 
 from pipros.launch.command import CannotLaunch, Command
 from pipros.launch.guardian import Guardian
@@ -118,32 +119,38 @@ def _start(
     command: Command, stdout_log: Path | None, label: LabelledOutput | None, *, is_again: bool
 ) -> subprocess.Popen[bytes]:
     sys.stdout.flush()
+    output: IO[bytes] | None = None
     try:
+        _check_first_line(command)
         command.folder.mkdir(parents=True, exist_ok=True)
-        output = None if stdout_log is None else stdout_log.open("ab" if is_again else "wb")
-    except OSError as error:
-        raise CannotLaunch(f"cannot write to [{error.filename}]: {error.strerror}") from None
-    try:
+        if stdout_log is not None:
+            output = stdout_log.open("ab" if is_again else "wb")
+        stdout = output if output is not None or label is None else label.write_end
         return subprocess.Popen(  # noqa: S603
             command.argv,
             env=dict(command.environment),
             cwd=command.folder,
-            stdout=output if output is not None or label is None else label.write_end,
+            stdout=stdout,
             stderr=None if label is None else label.write_end,
             start_new_session=not _ON_WINDOWS,
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
         )
     except OSError as error:
-        program = Path(command.argv[0])
-        reason = why_not_startable(program) if program.is_file() else None
-        raise CannotLaunch(
-            f"Unable to launch [{' '.join(command.argv)}]: {reason or f'{program}: {error.strerror}'}"
-        ) from None
+        what = error.filename or command.argv[0]
+        raise CannotLaunch(f"Unable to launch [{' '.join(command.argv)}]: {what}: {error.strerror}") from None
     finally:
         if output is not None:
             output.close()
         if label is not None:
             label.started()
+
+
+def _check_first_line(command: Command) -> None:
+    """Explains what is wrong with a script before its interpreter does so in words that help nobody."""
+    program = Path(command.argv[0])
+    reason = why_not_startable(program) if program.is_file() else None
+    if reason is not None:
+        raise CannotLaunch(f"Unable to launch [{' '.join(command.argv)}]: {reason}")
 
 
 def _is_group_alive(group: int) -> bool:

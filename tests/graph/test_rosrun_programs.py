@@ -1,0 +1,91 @@
+"""rosrun as a process: it becomes the program, with its arguments, its exit code and its signals."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.support.ros import RosSystem
+
+
+@pytest.fixture
+def folder(ros: RosSystem) -> Path:
+    """A package `programs`, alone on the package path."""
+    package = ros.home / "programs"
+    package.mkdir()
+    (package / "package.xml").write_text("<package><name>programs</name></package>")
+    ros.pipros.environment["ROS_PACKAGE_PATH"] = str(package)
+    return package
+
+
+def script(folder: Path, name: str, content: str, mode: int = 0o755) -> Path:
+    path = folder / name
+    path.write_text(content)
+    path.chmod(mode)
+    return path
+
+
+def test_the_program_takes_over_arguments_and_exit_code(ros: RosSystem, folder: Path) -> None:
+    script(folder, "show", '#!/bin/sh\nfor word; do echo "$word"; done\nexit 7\n')
+    ended = ros.pipros.run("rosrun", "programs", "show", "a b", "--debug", "x:=y", "__name:=n")
+    assert ended.returncode == 7
+    assert ended.stdout == ["a b", "--debug", "x:=y", "__name:=n"]
+
+
+def test_rosrun_is_the_program_afterwards(ros: RosSystem, folder: Path) -> None:
+    script(folder, "wait", "#!/bin/sh\necho pid $$\nexec sleep 1000\n")
+    running = ros.pipros.start("rosrun", "programs", "wait")
+    assert int(running.wait_for(r"pid (\d+)")[1]) == running.pid
+    running.send_signal(signal.SIGTERM)
+    assert running.wait() == -signal.SIGTERM
+
+
+def test_python_nodes_get_the_python_that_pipros_is_in(ros: RosSystem, folder: Path) -> None:
+    script(folder, "which.py", "#!/usr/bin/env python3\nimport sys, rospy\nprint(sys.prefix)\n")
+    rosrun = Path(sys.executable).parent / "rosrun"
+    ended = ros.pipros.run(rosrun, "programs", "which.py", PATH="/usr/bin:/bin")
+    assert ended.stdout == [sys.prefix]
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        ("import rospy\n", "put '#!/usr/bin/env python3' there"),
+        ("#!/usr/bin/env python3\r\nimport rospy\r\n", "Windows line ends"),
+        ("#!/no/such/python\n", "/no/such/python, which does not exist"),
+    ],
+)
+def test_a_script_that_cannot_start_is_explained(
+    ros: RosSystem, folder: Path, content: str, complaint: str
+) -> None:
+    script(folder, "bad.py", content)
+    ended = ros.pipros.run("rosrun", "programs", "bad.py")
+    assert ended.returncode == 126
+    assert complaint in ended.output
+
+
+def test_a_missing_prefix_command_ends_with_127(ros: RosSystem, folder: Path) -> None:
+    script(folder, "show", "#!/bin/sh\n")
+    ended = ros.pipros.run("rosrun", "--prefix", "no_such_debugger", "programs", "show")
+    assert ended.returncode == 127
+    assert "no_such_debugger" in ended.output
+
+
+def test_an_answer_picks_one_of_several(ros: RosSystem, folder: Path) -> None:
+    for place in ("a", "b"):
+        (folder / place).mkdir()
+        script(folder / place, "show", f"#!/bin/sh\necho from {place}\n")
+    ended = subprocess.run(
+        ["rosrun", "programs", "show"],
+        input="2\n",
+        env=ros.pipros.environment,
+        text=True,
+        capture_output=True,
+        check=False,
+    )
+    assert ended.returncode == 0
+    assert ended.stdout.splitlines()[-1] == "from b"

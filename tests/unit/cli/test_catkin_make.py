@@ -1,0 +1,109 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipros.cli import catkin_init_workspace, catkin_make, catkin_test_results
+
+MANIFEST = (
+    '<package format="2"><name>{name}</name><version>0.1.0</version><description>d</description>'
+    '<maintainer email="a@example.org">A</maintainer><license>Apache-2.0</license></package>'
+)
+
+
+@pytest.fixture
+def base(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A workspace of two packages, and a machine without CMake."""
+    for name in ("one", "two"):
+        folder = tmp_path / "src" / name
+        folder.mkdir(parents=True)
+        (folder / "package.xml").write_text(MANIFEST.format(name=name))
+        (folder / "CMakeLists.txt").write_text(f"project({name})\ncatkin_package()\n")
+    monkeypatch.setenv("PATH", "/nowhere")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_spaces_are_announced_as_in_noetic(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert catkin_make.main([]) == 0
+    assert capsys.readouterr().out.splitlines()[:5] == [
+        f"Base path: {base}",
+        f"Source space: {base}/src",
+        f"Build space: {base}/build",
+        f"Devel space: {base}/devel",
+        f"Install space: {base}/install",
+    ]
+    assert (base / ".catkin_workspace").is_file()
+    assert (base / "devel" / "setup.bash").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "built"),
+    [
+        (["--pkg", "one"], ["one"]),
+        (["--only-pkg-with-deps", "two"], ["two"]),
+        (["-DCATKIN_WHITELIST_PACKAGES=one"], ["one"]),
+        (["-DCATKIN_BLACKLIST_PACKAGES=one"], ["two"]),
+        (
+            ["-DCATKIN_WHITELIST_PACKAGES=", "-j4", "-l2", "--cmake-args", "-DCMAKE_BUILD_TYPE=Release"],
+            ["one", "two"],
+        ),
+    ],
+)
+def test_packages_are_chosen(
+    base: Path, arguments: list[str], built: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert catkin_make.main(arguments) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split("'")[1] for line in lines if "+++ processing" in line] == built
+
+
+def test_the_devel_space_can_be_elsewhere(base: Path) -> None:
+    assert catkin_make.main(["-DCATKIN_DEVEL_PREFIX=other", "--source", "src"]) == 0
+    assert (base / "other" / "setup.sh").is_file()
+    assert not (base / "devel").exists()
+
+
+def test_clean_makes_the_next_build_a_full_one(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    catkin_make.main([])
+    capsys.readouterr()
+    catkin_make.main([])
+    assert "Nothing has changed: 2 packages are up to date" in capsys.readouterr().out
+    assert catkin_make.main(["clean"]) == 0
+    capsys.readouterr()
+    catkin_make.main([])
+    assert "Nothing has changed" not in capsys.readouterr().out
+
+
+def test_an_unknown_option_ends_with_2(base: Path) -> None:
+    with pytest.raises(SystemExit) as end:
+        catkin_make.main(["--nonsense"])
+    assert end.value.code == 2
+
+
+def test_a_source_folder_is_initialised_once(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert catkin_init_workspace.main([str(base / "src")]) == 0
+    assert (base / "src" / "CMakeLists.txt").exists()
+    assert catkin_init_workspace.main([str(base / "src")]) == 1
+    assert "already exists" in capsys.readouterr().err
+
+
+def result_file(folder: Path, name: str, **counts: int) -> None:
+    attributes = "".join(f' {key}="{value}"' for key, value in counts.items())
+    file = folder / "build" / "test_results" / name
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(f"<testsuite{attributes}/>")
+
+
+def test_results_are_summed_up(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result_file(base, "one/good.xml", tests=3, errors=0, failures=0)
+    assert catkin_test_results.main([]) == 0
+    assert capsys.readouterr().out == "Summary: 3 tests, 0 errors, 0 failures, 0 skipped\n"
+    result_file(base, "one/bad.xml", tests=2, errors=1, failures=1)
+    assert catkin_test_results.main([]) == 1
+    assert capsys.readouterr().out.splitlines() == [
+        "one/bad.xml: 2 tests, 1 errors, 1 failures, 0 skipped",
+        "Summary: 5 tests, 1 errors, 1 failures, 0 skipped",
+    ]
+    assert catkin_test_results.main(["/nowhere"]) == 1
