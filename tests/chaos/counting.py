@@ -1,0 +1,57 @@
+"""What a process holds: memory, threads and descriptors, for tests that it gives all of them back."""
+
+from __future__ import annotations
+
+import gc
+import os
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipros.node.workers import KEPT_IDLE
+from tests.support.waiting import wait_until
+
+#: What the allocator may keep of its own accord.
+_MEMORY_SLACK_BYTES = 4 * 1024 * 1024
+
+
+@dataclass(frozen=True, slots=True)
+class Holdings:
+    """Threads, open descriptors and resident bytes of this process.
+
+    Of the threads that serve, those that are kept for the next calls do not count.
+    """
+
+    threads: int
+    descriptors: int
+    resident_bytes: int
+
+
+def count() -> Holdings:
+    gc.collect()
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    serving = max(0, sum(name.startswith("service of ") for name in names()) - KEPT_IDLE)
+    others = sum(not name.startswith("service of ") for name in names())
+    return Holdings(others + serving, len(os.listdir("/proc/self/fd")), pages * os.sysconf("SC_PAGE_SIZE"))
+
+
+def wait_until_back(before: Holdings) -> None:
+    """Waits until the process holds no more than it did.
+
+    Raises:
+        AssertionError: it keeps something.
+    """
+
+    def is_back() -> bool:
+        now = count()
+        return (
+            now.threads <= before.threads
+            and now.descriptors <= before.descriptors
+            and now.resident_bytes <= before.resident_bytes + _MEMORY_SLACK_BYTES
+        )
+
+    wait_until(is_back, what=lambda: f"{before} became {count()}; threads: {sorted(names())}")
+
+
+def names() -> list[str]:
+    return [thread.name for thread in threading.enumerate()]

@@ -1,0 +1,214 @@
+"""Peers that die in the middle of a word, or talk nonsense: nothing of them stays."""
+
+from __future__ import annotations
+
+import random
+import socket
+import struct
+import sys
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pipros.master.server import Master
+from pipros.msg import load_message_class, load_service_class
+from pipros.net.master import MasterClient
+from pipros.node import Node
+from pipros.node.client import ServiceFailed
+from pipros.wire.header import HeaderReader, encode_header
+from tests.chaos.counting import count, wait_until_back
+from tests.support.nodes import Inbox, MakeNode, wait_until_connected
+from tests.support.waiting import wait_until
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="counts descriptors in /proc")
+
+String: Any = load_message_class("std_msgs/String")
+SetBool: Any = load_service_class("std_srvs/SetBool")
+
+SUBSCRIBE = encode_header({"topic": "/chat", "md5sum": "*", "callerid": "/mayfly"})
+CALL = encode_header({"service": "/set", "md5sum": SetBool._md5sum, "callerid": "/mayfly"})
+
+
+def connect(node: Node) -> socket.socket:
+    return socket.create_connection(("127.0.0.1", node.topics.port), 10)
+
+
+def read_header(sock: socket.socket) -> None:
+    reader = HeaderReader()
+    while reader.feed(sock.recv(4096)) is None:
+        pass
+
+
+def nonsense(seed: int) -> bytes:
+    """Bytes that no peer should send: noise, false lengths, halves of a header."""
+    chance = random.Random(seed)  # noqa: S311 - repeatable, not secret
+    noise = chance.randbytes(chance.randrange(1, 200))
+    length = struct.pack("<I", chance.choice([0, 1, 3, len(noise), 2**31 - 1, 2**32 - 1]))
+    return chance.choice(
+        [
+            noise,
+            length,
+            length + noise,
+            SUBSCRIBE[: chance.randrange(len(SUBSCRIBE))],
+            b"GET / HTTP/1.1\r\n\r\n",
+        ]
+    )
+
+
+def assert_all_goes_on(make_node: MakeNode, publisher: Any) -> None:
+    inbox, listener = Inbox(), make_node("friend")
+    listener.subscribe("chat", String, inbox)
+    wait_until_connected(publisher)
+    publisher.publish(String("hello"))
+    assert inbox.wait()[0].data == "hello"
+    assert listener.client("set", SetBool).call(SetBool._request_class(data=True), 10).success
+
+
+@pytest.fixture
+def node(make_node: MakeNode) -> Node:
+    node = make_node("node")
+    node.advertise("chat", String)
+    node.serve("set", SetBool, lambda request: SetBool._response_class(success=request.data))
+    return node
+
+
+def subscribe_and_leave(node: Node) -> None:
+    with connect(node) as peer:
+        peer.sendall(SUBSCRIBE)
+        read_header(peer)
+
+
+def die_within_the_header(node: Node) -> None:
+    with connect(node) as peer:
+        peer.sendall(SUBSCRIBE[:10])
+
+
+def die_between_header_and_request(node: Node) -> None:
+    with connect(node) as peer:
+        peer.sendall(CALL)
+        read_header(peer)
+
+
+def die_within_the_request(node: Node) -> None:
+    with connect(node) as peer:
+        peer.sendall(CALL + struct.pack("<I", 1000) + b"half")
+        read_header(peer)
+
+
+def announce_4_gigabytes(node: Node) -> None:
+    with connect(node) as peer:
+        peer.sendall(CALL + struct.pack("<I", 0xFFFFFFFF))
+        read_header(peer)
+        assert peer.recv(1) == b""
+
+
+def die_without_reading_the_answer(node: Node) -> None:
+    with connect(node) as peer:
+        peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # a reset at close
+        peer.sendall(CALL + struct.pack("<IB", 1, 1))
+
+
+def send_nonsense(node: Node) -> None:
+    for seed in range(20):
+        with connect(node) as peer:
+            peer.sendall(nonsense(seed))
+
+
+@pytest.mark.parametrize(
+    "die",
+    [
+        subscribe_and_leave,
+        die_within_the_header,
+        die_between_header_and_request,
+        die_within_the_request,
+        announce_4_gigabytes,
+        die_without_reading_the_answer,
+        send_nonsense,
+    ],
+)
+def test_nothing_stays_of_peers_that_die(
+    make_node: MakeNode, node: Node, die: Callable[[Node], None]
+) -> None:
+    publication = node.topics.publication("/chat")
+    assert publication is not None
+    die(node)
+    wait_until(lambda: not publication.links)
+    before = count()
+    for _ in range(20):
+        die(node)
+    wait_until(lambda: not publication.links)
+    wait_until_back(before)
+    assert_all_goes_on(make_node, node.advertise("chat", String))
+
+
+def test_a_thousand_subscribers_come_and_go_and_nothing_stays(make_node: MakeNode, node: Node) -> None:
+    publisher = node.advertise("chat", String)
+    publication = publisher.publication
+
+    def come_and_go(times: int) -> None:
+        for _ in range(times):
+            subscribe_and_leave(node)
+            publisher.publish(String("x" * 1000))
+        wait_until(lambda: not publication.links)
+
+    come_and_go(100)
+    before = count()
+    come_and_go(1000)
+    wait_until_back(before)
+    assert_all_goes_on(make_node, publisher)
+
+
+def test_a_thousand_calls_leave_nothing(node: Node, make_node: MakeNode) -> None:
+    client = make_node("client").client("set", SetBool)
+    request = SetBool._request_class(data=True)
+    client.call(request, 10)
+    before = count()
+    for _ in range(1000):
+        assert client.call(request, 10).success
+    wait_until_back(before)
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        (b"", "unable to receive data from sender"),
+        (b"\x01", "unable to receive data from sender"),
+        (b"\x01" + struct.pack("<I", 1000) + b"half", "unable to receive data from sender"),
+        (b"\x00" + struct.pack("<I", 4), "unable to receive data from sender"),
+        (b"\x01" + struct.pack("<I", 0xFFFFFFFF), "unable to receive data from sender"),
+    ],
+    ids=["silence", "within the answer", "within the body", "within the error", "4 GB announced"],
+)
+def test_a_call_ends_with_an_error_when_the_server_dies(
+    make_node: MakeNode, master: Master, answer: bytes, said: str
+) -> None:
+    node = make_node("client")
+    client = node.client("set", SetBool)
+    node.master.get_pid()  # the node keeps a connection to its master
+    before = count()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve() -> None:
+            peer, _ = server.accept()
+            with peer:
+                reader = HeaderReader()
+                while reader.feed(peer.recv(4096)) is None:
+                    pass
+                header = {"md5sum": SetBool._md5sum, "type": "std_srvs/SetBool", "callerid": "/fake"}
+                peer.sendall(encode_header(header))
+                peer.recv(4096)
+                peer.sendall(answer)
+
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        register = MasterClient(master.uri, "/fake")
+        register.register_service(
+            "/set", f"rosrpc://127.0.0.1:{server.getsockname()[1]}", "http://127.0.0.1:1/"
+        )
+        register.close()
+        with pytest.raises(ServiceFailed, match=said):
+            client.call(SetBool._request_class(data=True), 10)
+        thread.join(10)
+    wait_until_back(before)
