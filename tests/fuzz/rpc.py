@@ -83,8 +83,7 @@ WORDS = [
 def target(stream: bytes) -> None:
     whole, whole_status = read_requests([stream])
     pieces, pieces_status = read_requests([bytes([byte]) for byte in stream])
-    assert pieces[: len(whole)] == whole
-    assert whole_status == pieces_status
+    assert (pieces, pieces_status) == (whole, whole_status)
     for request in whole:
         examine(request.body)
     examine(stream)
@@ -101,7 +100,7 @@ def read_requests(pieces: list[bytes]) -> tuple[list[Request], int]:
     reader = RequestReader(head_limit=500, body_limit=2000)
     found: list[Request] = []
     try:
-        for piece in pieces:
+        for piece in [*pieces, b""]:
             found += reader.feed(piece)
     except HttpError as error:
         return found, error.status

@@ -185,6 +185,14 @@ def test_what_is_no_request_is_refused_by_its_status_counted_and_closed(
     assert caplog.text.count("refused 127.0.0.1") == 1
 
 
+def test_what_came_before_garbage_is_answered_before_that_is_refused(serving: Serving) -> None:
+    with serving.connect() as peer:
+        peer.sendall(request("wait") + request("echo", "second") + b"\x00garbage")
+        serving.open_gate()
+        answers = read_to_end(peer)
+    assert answers.index(b"waited") < answers.index(b"second") < answers.index(b"400 Bad Request")
+
+
 def test_a_peer_that_takes_too_long_over_a_request_is_closed() -> None:
     serving = Serving(limits=RpcLimits(request_s=0.1))
     with serving.connect() as slow, serving.connect() as idle:

@@ -2,13 +2,15 @@
 
 Theory of operation: quick methods are answered at once, in the callback that brought the bytes.
 While a method that waits is in progress (or a large body is decoded in a thread), the requests
-behind it queue up in `_waiting`; when there are too many, the socket is read no further. It is
-also read no further while the peer does not read our answers.
+behind it queue up in `_waiting`, bytes that are no request as the error that they are; when there
+are too many, the socket is read no further. It is also read no further while the peer does not
+read our answers.
 """
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import inspect
 import logging
 from collections import deque
@@ -60,7 +62,7 @@ class RpcConnection(asyncio.Protocol):
         self._loop = loop
         self._reader = RequestReader(body_limit=server.limits.body_bytes)
         self._transport: asyncio.Transport | None = None
-        self._waiting: deque[Request] = deque()
+        self._waiting: deque[Request | HttpError] = deque()
         self._task: asyncio.Task[None] | None = None
         self._is_closing = False
         self._is_stalled = False
@@ -88,17 +90,18 @@ class RpcConnection(asyncio.Protocol):
         self._server.connections.leave(self)
 
     def data_received(self, data: bytes) -> None:
-        if self._is_closing:
+        if self._is_closing or self._reader.failure:
             return
-        try:
+        requests: list[Request] = []
+        with contextlib.suppress(HttpError):  # it is the reader's `failure` as well
             requests = self._reader.feed(data)
-        except HttpError as error:
-            self._refuse(error)
-            return
         if requests:
             self.last_used = self._loop.time()
             self._server.connections.touch(self)
             self._waiting.extend(requests)
+        if self._reader.failure:
+            self._waiting.append(self._reader.failure)
+        if self._waiting:
             self._answer_waiting()
         if self._transport and self._reader.wants_continue():
             self._transport.write(CONTINUE)
@@ -152,7 +155,11 @@ class RpcConnection(asyncio.Protocol):
 
     def _answer_waiting(self) -> None:
         while self._waiting and not self._task and not self._is_stalled and self._transport:
-            self._answer(self._waiting.popleft())
+            request = self._waiting.popleft()
+            if isinstance(request, HttpError):
+                self._refuse(request)
+            else:
+                self._answer(request)
         if self._is_stalled or len(self._waiting) > self._server.limits.requests_ahead:
             self._hold_reading()
         else:

@@ -136,7 +136,7 @@ class _Reader:
             if buffer and not 0x41 <= buffer[0] <= 0x5A:  # TLS, say: no need to wait for more of it
                 raise HttpError(400, f"no HTTP message: it begins with {bytes(buffer[:20])!r}")
         end = _END_OF_HEAD.search(buffer, max(0, self._searched - 3))
-        if (end.start() if end else len(buffer)) > self._head_limit:
+        if (end.start() if end else len(buffer) - 3) > self._head_limit:  # three bytes of an end may be there
             raise HttpLimitExceeded(431, f"an HTTP head of more than {self._head_limit} bytes")
         if end is None:
             self._searched = len(buffer)
@@ -203,7 +203,11 @@ class RequestReader(_Reader):
     Feed it whatever the socket gave; it returns the requests that became complete, in order.
 
     Raises `HttpError` for bytes that are no request, also for a request without a length, with a
-    compressed body or with another method than POST; the connection is of no use after that.
+    compressed body or with another method than POST; the connection is of no use after that. When
+    such bytes follow complete requests, these are returned first, and the next call raises.
+
+    Attributes:
+        failure: what the next call will raise.
 
     >>> reader = RequestReader()
     >>> reader.feed(b"POST / HTTP/1.1\\r\\nContent-Length: 2\\r\\n\\r\\nh")
@@ -212,18 +216,32 @@ class RequestReader(_Reader):
     [b'hi']
     """
 
+    failure: HttpError | None = None
+
     def feed(self, data: bytes) -> list[Request]:
+        if self.failure:
+            raise self.failure
         self._buffer += data
-        requests = []
-        while self._start is not None or (self._buffer and self._read_head()):
-            body = self._read_body()
-            if body is None:
-                break
-            start = self._start
-            assert start is not None  # noqa: S101  # _read_head() has set it
-            self._start = None
-            requests.append(Request(start[1], start[2], self._headers, body, self._keep_alive(start, 3, 4)))
+        requests: list[Request] = []
+        try:
+            while request := self._next():
+                requests.append(request)
+        except HttpError as error:
+            self.failure = error
+            if not requests:
+                raise
         return requests
+
+    def _next(self) -> Request | None:
+        if self._start is None and not (self._buffer and self._read_head()):
+            return None
+        body = self._read_body()
+        if body is None:
+            return None
+        start = self._start
+        assert start is not None  # noqa: S101  # _read_head() has set it
+        self._start = None
+        return Request(start[1], start[2], self._headers, body, self._keep_alive(start, 3, 4))
 
     def wants_continue(self) -> bool:
         """True, once a request, when the client waits for `100 Continue` before it sends the body."""

@@ -49,6 +49,15 @@ def test_requests_are_cut_the_same_however_the_stream_is_cut(
     assert [found.body for found in got] == bodies
 
 
+def test_requests_before_garbage_are_returned_before_it_is_refused() -> None:
+    reader = RequestReader()
+    [found] = reader.feed(build_request("h:1", "/", b"good") + b"\x00garbage")
+    assert found.body == b"good"
+    for _ in range(2):
+        with pytest.raises(HttpError):
+            reader.feed(b"")
+
+
 def test_chunked_bodies_are_put_together() -> None:
     stream = request("Transfer-Encoding: chunked", body=b"3\r\nabc\r\n2;x=y\r\nde\r\n0\r\nTrailer: t\r\n\r\n")
     for size in (1, 2, 7, len(stream)):
