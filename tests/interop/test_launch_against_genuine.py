@@ -97,9 +97,14 @@ def inspect(side: Side, *arguments: str) -> list[str]:
     return ended.stdout
 
 
-@pytest.mark.parametrize("option", ["--nodes", "--files", "--ros-args", "--dump-params"])
+@pytest.mark.parametrize("option", ["--nodes", "--ros-args", "--dump-params"])
 def test_the_inspections_print_the_same(ros: RosSystem, package: Path, option: str) -> None:
     assert inspect(ros.pipros, option) == inspect(ros.genuine, option)
+
+
+def test_the_files_are_the_same(ros: RosSystem, package: Path) -> None:
+    # Genuine roslaunch prints them in an order that differs from run to run.
+    assert sorted(inspect(ros.pipros, "--files")) == sorted(inspect(ros.genuine, "--files"))
 
 
 @pytest.mark.parametrize("node", ["inner/one", "/abs/olute/two", "three", "sub/four"])
@@ -183,6 +188,26 @@ def add_package(source: Path, name: str, depends: str, cmake: str) -> Path:
         f"cmake_minimum_required(VERSION 3.0.2)\nproject({name})\n{cmake}\n"
     )
     return folder
+
+
+def test_genuine_catkin_builds_a_workspace_that_we_built_before(ros: RosSystem) -> None:
+    base = ros.home / "both_ws"
+    words = add_package(
+        base / "src",
+        "words",
+        "message_generation message_runtime",
+        "find_package(catkin REQUIRED COMPONENTS message_generation)\nadd_message_files(FILES Word.msg)\n"
+        "generate_messages()\ncatkin_package(CATKIN_DEPENDS message_runtime)",
+    )
+    (words / "msg").mkdir()
+    (words / "msg" / "Word.msg").write_text("string word\n")
+    assert ros.pipros.run("catkin_make", "-C", base, ROS_PACKAGE_PATH="").returncode == 0
+    for _ in range(2):
+        made = ros.genuine.run("catkin_make", "-C", base, ROS_PACKAGE_PATH="", timeout_s=55)
+        assert made.returncode == 0, made.output
+    asked = f". {base}/devel/setup.bash; which rosmsg; rosmsg show words/Word"
+    assert ros.genuine.run("bash", "-c", asked).stdout[:2] == ["/usr/bin/rosmsg", "string word"]
+    assert ros.pipros.run("catkin_make", "-C", base, ROS_PACKAGE_PATH="").returncode == 0
 
 
 def test_a_workspace_with_cpp_is_built_by_genuine_catkin_through_ours(ros: RosSystem) -> None:

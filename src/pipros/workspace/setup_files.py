@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,6 +13,8 @@ from pipros.workspace.environment import UNDERLAYS_FILE
 from pipros.workspace.overlays import MARKER
 
 SHELL_FOLDER = Path(__file__).resolve().parent / "shell"
+
+_OLDER_BY_S = 10
 
 _COMPUTE = "from pipros.workspace.environment import main; main()"
 
@@ -122,14 +126,25 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
     for name, template in files.items():
         if name == "setup.ps1":
             values["python"] = sys.executable.replace("'", "''")
-        write_if_changed(prefix / name, template.format(**values))
+        _write(prefix / name, template.format(**values))
         values["python"] = shlex.quote(sys.executable)
     (prefix / "env.sh").chmod(0o755)
     for shell in ("sh", "bash", "zsh"):
-        write_if_changed(
+        _write(
             prefix / f"local_setup.{shell}",
             _LOCAL.format(setup=shlex.quote(str(prefix / f"setup.{shell}"))),
         )
+
+
+def _write(file: Path, content: str) -> None:
+    """Writes a setup file so that genuine catkin will replace it by its own.
+
+    CMake takes files whose times differ by less than a second for the same, and would leave ours in place
+    when genuine catkin builds the workspace right after us.
+    """
+    if write_if_changed(file, content):
+        earlier = time.time() - _OLDER_BY_S
+        os.utime(file, (earlier, earlier))
 
 
 def write_if_changed(file: Path, content: str) -> bool:
