@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from pipros.msg import load_message_class
-from pipros.net import outgoing
+from pipros.net import outgoing, sockets
 from pipros.wire.header import HeaderReader, encode_header
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
 from tests.support.waiting import wait_until
@@ -35,6 +35,9 @@ def test_five_healthy_subscribers_miss_nothing_while_a_sixth_has_stopped_and_it_
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, queue_size: int | None
 ) -> None:
     monkeypatch.setattr(outgoing, "STALL_LIMIT_S", 0.05)
+    # One that does not read is alive all the same, and must not be taken for one that vanished.
+    monkeypatch.setattr(outgoing, "CHECK_PEER_INTERVAL_S", 0.01)
+    monkeypatch.setattr(sockets, "KEEPALIVE_LIMIT_S", 0.01)
     talker, listeners = make_node("talker"), [make_node(f"listener{number}") for number in range(HEALTHY)]
     publisher = talker.advertise("chat", UInt8MultiArray, queue_size=queue_size)
     inboxes = [Inbox() for _ in listeners]

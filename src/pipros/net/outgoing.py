@@ -18,6 +18,7 @@ What `queue_size` means, as in rospy:
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import itertools
 import socket
@@ -32,6 +33,9 @@ from pipros.net.loop import BackgroundLoop
 
 #: How long a synchronous publisher waits for a subscriber that takes nothing at all.
 STALL_LIMIT_S = 2.0
+
+#: How often a link is asked whether its peer still acknowledges what it is sent.
+CHECK_PEER_INTERVAL_S = 5.0
 
 Buffer = bytes | memoryview
 #: How long a publisher with a queue waits for a subscriber to make room for the rest of a large frame.
@@ -84,6 +88,7 @@ class OutgoingLink:
         self._is_watched = False
         self._is_stalled = False
         self._lingers = True
+        self._next_check: asyncio.TimerHandle | None = None
         loop.call(self._watch_peer)
 
     def send(self, frame: Frame, size: int) -> None:
@@ -220,6 +225,16 @@ class OutgoingLink:
     def _watch_peer(self) -> None:
         if not self.is_closed:
             self._loop.asyncio.add_reader(self._sock, self._read)
+            self._check_peer()
+
+    def _check_peer(self) -> None:
+        """Ends a link whose peer has vanished without a word: a cut cable, a host without power."""
+        if self.is_closed:
+            return
+        if sockets.is_unanswered(self._sock, sockets.KEEPALIVE_LIMIT_S):
+            self.close()
+        else:
+            self._next_check = self._loop.asyncio.call_later(CHECK_PEER_INTERVAL_S, self._check_peer)
 
     def _read(self) -> None:
         """A subscriber has nothing to say on a topic link; its silence ends when it leaves."""
@@ -245,6 +260,8 @@ class OutgoingLink:
                 self._loop.asyncio.remove_writer(self._sock)
 
     def _end(self) -> None:
+        if self._next_check is not None:
+            self._next_check.cancel()
         self._loop.asyncio.remove_reader(self._sock)
         self._loop.asyncio.remove_writer(self._sock)
         self._sock.close()

@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import select
 import socket
+import struct
+import sys
 from collections.abc import Sequence
 
 _DONTWAIT: int = getattr(socket, "MSG_DONTWAIT", 0)
@@ -16,6 +18,11 @@ GATHER_LIMIT = 512
 KEEPALIVE_IDLE_S = 20
 KEEPALIVE_INTERVAL_S = 5
 KEEPALIVE_COUNT = 4
+KEEPALIVE_LIMIT_S = KEEPALIVE_IDLE_S + KEEPALIVE_INTERVAL_S * KEEPALIVE_COUNT
+
+#: The beginning of Linux' `struct tcp_info`: bytes 2 and 3 count what was sent again, and probes, without
+#: an answer; the 13th of the 32-bit numbers is the age of the last acknowledgement in milliseconds.
+_TCP_INFO = struct.Struct("=8B13I")
 
 
 def listen(host: str, port: int = 0, backlog: int = 128) -> socket.socket:
@@ -47,6 +54,22 @@ def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
     ):
         if hasattr(socket, name):
             sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
+
+
+def is_unanswered(sock: socket.socket, limit_s: float) -> bool:
+    """True when the peer has not acknowledged what was sent, and sent again, for longer than `limit_s`.
+
+    Keepalive looks after idle connections only; one with data under way is given up by the system after
+    a quarter of an hour. A peer that is alive but does not read acknowledges all the same, and is not meant.
+    False where the system does not tell (it is not Linux).
+    """
+    if not sys.platform.startswith("linux"):
+        return False
+    with contextlib.suppress(OSError, struct.error):
+        info = _TCP_INFO.unpack(sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _TCP_INFO.size))
+        sent_again, probes, age_ms = int(info[2]), int(info[3]), int(info[-1])
+        return sent_again + probes >= 2 and age_ms > limit_s * 1000
+    return False
 
 
 def receive_now(sock: socket.socket, room: memoryview) -> int:

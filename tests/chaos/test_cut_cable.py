@@ -1,0 +1,135 @@
+"""A cable that is cut between a publisher and one of its subscribers, or between a caller and its server."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from pipros.env import Environment
+from pipros.master.server import Master
+from pipros.msg import load_message_class
+from pipros.net import outgoing, sockets
+from pipros.node import Node
+from tests.chaos.network import FarNetwork, needs_network
+from tests.support.nodes import Inbox, wait_until_connected
+from tests.support.processes import Process, Processes
+from tests.support.waiting import wait_until
+
+pytestmark = needs_network
+
+String: Any = load_message_class("std_msgs/String")
+
+LISTENER = """
+from pipros.node import Node
+from std_msgs.msg import String
+with Node("far") as node:
+    node.subscribe("chat", String, lambda message: print("heard", message.data[:20].strip(), flush=True))
+    node.wait_for_shutdown()
+"""
+TALKER = """
+from pipros.node import Node
+from std_msgs.msg import String
+with Node("far") as node:
+    publisher = node.advertise("chat", String, latch=True)
+    publisher.publish(String("hello"))
+    node.wait_for_shutdown()
+"""
+
+
+@pytest.fixture
+def network() -> Iterator[FarNetwork]:
+    network = FarNetwork()
+    yield network
+    network.close()
+
+
+@pytest.fixture
+def master(network: FarNetwork) -> Iterator[Master]:
+    with Master(host=network.near, port=0) as running:
+        yield running
+
+
+@pytest.fixture
+def node(network: FarNetwork, master: Master) -> Iterator[Node]:
+    uri = f"http://{network.near}:{master.port}"
+    with Node("near", environment=Environment(master_uri=uri, ip=network.near)) as running:
+        yield running
+
+
+def start_far(network: FarNetwork, master: Master, processes: Processes, script: str) -> Process:
+    uri = f"http://{network.near}:{master.port}"
+    return processes.start(
+        *network.command(sys.executable, "-c", script),
+        environment={"ROS_MASTER_URI": uri, "ROS_IP": network.far},
+    )
+
+
+def numbered(number: int) -> Any:
+    return String(f"{number:<100000}")
+
+
+def test_a_cut_cable_costs_the_others_nothing_and_the_newest_comes_when_it_is_mended(
+    network: FarNetwork, master: Master, node: Node, processes: Processes
+) -> None:
+    far = start_far(network, master, processes, LISTENER)
+    inbox = Inbox()
+    node.subscribe("chat", String, inbox)
+    publisher = node.advertise("chat", String, queue_size=5)
+    wait_until_connected(publisher, 2)
+    publisher.publish(numbered(0))
+    far.wait_for("heard 0")
+
+    network.cut()
+    for number in range(1, 201):
+        publisher.publish(numbered(number))
+        inbox.wait(number + 1)
+    assert publisher.statistics()["dropped"] > 0
+    network.mend()
+
+    far.wait_for("heard 200", timeout_s=30)
+
+
+def test_a_subscriber_behind_a_cut_cable_is_given_up_in_time(
+    network: FarNetwork,
+    master: Master,
+    node: Node,
+    processes: Processes,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(sockets, "KEEPALIVE_LIMIT_S", 0.5)
+    monkeypatch.setattr(outgoing, "CHECK_PEER_INTERVAL_S", 0.05)
+    far = start_far(network, master, processes, LISTENER)
+    publisher = node.advertise("chat", String, queue_size=5)
+    wait_until_connected(publisher)
+    publisher.publish(numbered(0))
+    far.wait_for("heard 0")
+
+    network.cut()
+    publisher.publish(numbered(1))
+    wait_until(lambda: publisher.connection_count == 0)
+    network.mend()
+
+
+def test_a_publisher_behind_a_cut_cable_is_given_up_and_found_again(
+    network: FarNetwork,
+    master: Master,
+    node: Node,
+    processes: Processes,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in ("IDLE", "INTERVAL"):
+        monkeypatch.setattr(sockets, f"KEEPALIVE_{name}_S", 1)
+    monkeypatch.setattr(sockets, "KEEPALIVE_COUNT", 1)
+    start_far(network, master, processes, TALKER)
+    inbox = Inbox()
+    subscriber = node.subscribe("chat", String, inbox)
+    inbox.wait()
+
+    network.cut()
+    wait_until(lambda: subscriber.connection_count == 0)
+    network.mend()
+
+    assert inbox.wait(2)[1].data == "hello"  # latched, by the new link
