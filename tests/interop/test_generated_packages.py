@@ -11,6 +11,7 @@ import pytest
 
 from tests.interop.examine_messages import ask, ask_genuine
 from tests.interop.test_messages_against_genuine import installed_types
+from tests.support.catkin import CatkinWorkspace
 
 GENERATED = Path("/usr/lib/python3/dist-packages")
 PACKAGES = ["actionlib_msgs", "diagnostic_msgs", "geometry_msgs", "nav_msgs", "rosgraph_msgs", "sensor_msgs"]
@@ -50,6 +51,21 @@ print(Goal._from_bytes(b"".join(goal._to_buffers())) == goal, type(goal.pose).__
 """
     environment = {**ENVIRONMENT, "PYTHONPATH": str(generated), "ROS_PACKAGE_PATH": str(package.parent)}
     assert shown([sys.executable], code, environment) == "True Message"
+
+
+def test_a_devel_space_of_genuine_catkin_serves_pipros(catkin_workspace: CatkinWorkspace) -> None:
+    generated = catkin_workspace.folder / "devel" / "lib" / "python3" / "dist-packages"
+    code = """
+from composiv_tryouts.msg import BatteryLevel
+from pipros.msg import load_message_class
+print(BatteryLevel.__base__.__name__, load_message_class("composiv_tryouts/BatteryLevel") is BatteryLevel)
+print(__import__("composiv_tryouts").__file__, BatteryLevel._from_bytes(BatteryLevel("25")._to_buffers()[0]))
+"""
+    said = shown([sys.executable], code, {**ENVIRONMENT, "PYTHONPATH": str(generated)})
+    assert said.splitlines() == [
+        "Message True",
+        f'{generated}/composiv_tryouts/__init__.py battery: "25"',
+    ]
 
 
 MAKE = """
