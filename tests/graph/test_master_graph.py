@@ -41,6 +41,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """A master that makes up its mind in a moment."""
     monkeypatch.setattr(liveness, "CONFIRMATION_PAUSE_S", 0.02)
     monkeypatch.setattr(liveness, "ROUND_S", 0.1)
+    monkeypatch.setattr(liveness, "NEWCOMERS_S", 0.05)
     monkeypatch.setattr(liveness, "ANSWER_S", 0.3)
 
 
@@ -153,6 +154,7 @@ def test_a_node_that_vanished_is_removed_and_its_subscribers_are_told(
     client(master, "/gone").register_publisher("/t", "x/Y", gone.api)
     client(master, "/gone").register_service("/srv", "rosrpc://127.0.0.1:9", gone.api)
     wait_until(lambda: slave.publishers() == [[gone.api]])
+    wait_until(lambda: figures(master)["nodes_met"] == 2)
     gone.stop()
     wait_until(lambda: slave.publishers()[-1] == [])
     assert client(master, "/x").get_system_state() == [[], [["/t", ["/s"]]], []]

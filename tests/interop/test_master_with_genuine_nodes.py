@@ -132,6 +132,7 @@ def test_a_node_that_is_killed_is_forgotten_without_rosnode_cleanup(
     start_master()
     talker = script(ros, tmp_path, TALKER)
     wait_until(lambda: publishers(ros) == ["/talker"])
+    wait_until(lambda: master(ros).call("pipros.getStatistics")["nodes_met"] == 1)
     talker.send_signal(signal.SIGKILL)
     wait_until(lambda: not publishers(ros), timeout_s=25)
     cleanup = ros.genuine.run("rosnode", "cleanup")

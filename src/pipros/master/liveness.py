@@ -9,6 +9,9 @@ could not be delivered to it. What comes of it decides:
   `CONFIRMATIONS` times in a row, it is gone;
 - no answer in time, or no way to its host: it is kept, and shown as unreachable. A node that
   hangs, is being debugged or lost its network for a while is not forgotten for that.
+
+A node that was never met is kept and shown as unreachable whatever comes of asking it: it may be one
+in a container whose address means something only there, and others may well reach it.
 """
 
 from __future__ import annotations
@@ -29,6 +32,8 @@ _log = logging.getLogger("rosmaster.master")
 ROUND_S: Final = 3.0
 """How often every node is asked, as long as that makes no more than `ASKED_PER_S` questions."""
 ASKED_PER_S: Final = 100
+NEWCOMERS_S: Final = 0.3
+"""How soon a node is asked for the first time."""
 ANSWER_S: Final = 3.0
 """How long a node may take to answer."""
 CONFIRMATIONS: Final = 3
@@ -55,6 +60,8 @@ class Liveness:
         self._registry = registry
         self._gone = gone
         self._pids: dict[tuple[str, str], tuple[int, int]] = {}
+        self._asked: set[tuple[str, str]] = set()
+        self._met: set[tuple[str, str]] = set()
         self._unreachable: set[str] = set()
         self._suspects: set[str] = set()
         self._tasks: set[asyncio.Task[None]] = set()
@@ -64,6 +71,11 @@ class Liveness:
     def unreachable(self) -> list[str]:
         """The nodes that did not answer when they were asked last."""
         return sorted(name for name in self._unreachable if name in self._registry.nodes)
+
+    @property
+    def met_count(self) -> int:
+        """How many of the nodes have ever answered."""
+        return sum(self._is_current(*key) for key in self._met)
 
     def start(self) -> None:
         self._spawn(self._ask_rounds())
@@ -83,6 +95,9 @@ class Liveness:
     def note_reached(self, node: str) -> None:
         """The node answered somebody."""
         self._unreachable.discard(node)
+        api = self._registry.api_of(node)
+        if api is not None:
+            self._met.add((node, api))
 
     async def is_at(self, node: str, api: str) -> bool:
         """True when `api` still belongs to the node of that name, as far as can be found out.
@@ -108,13 +123,24 @@ class Liveness:
         task.add_done_callback(self._tasks.discard)
 
     async def _ask_rounds(self) -> None:
+        loop = asyncio.get_running_loop()
+        places = asyncio.Semaphore(ASKED_AT_A_TIME)
+        next_round = loop.time()
         while True:
-            await asyncio.sleep(max(ROUND_S, len(self._registry.nodes) / ASKED_PER_S))
-            self._pids = {key: pid for key, pid in self._pids.items() if self._is_current(*key)}
-            self._unreachable &= set(self._registry.nodes)
-            places = asyncio.Semaphore(ASKED_AT_A_TIME)
-            nodes = [name for name in self._registry.nodes if name not in self._suspects]
-            await asyncio.gather(*(self._ask_in_turn(places, name) for name in nodes))
+            await asyncio.sleep(NEWCOMERS_S)
+            if loop.time() >= next_round:
+                next_round = loop.time() + max(ROUND_S, len(self._registry.nodes) / ASKED_PER_S)
+                self._forget_the_gone()
+                self._asked.clear()
+            nodes = {(entry.name, entry.api) for entry in self._registry.nodes.values()} - self._asked
+            self._asked |= nodes
+            waiting = [self._ask_in_turn(places, node) for node, _ in nodes if node not in self._suspects]
+            await asyncio.gather(*waiting)
+
+    def _forget_the_gone(self) -> None:
+        self._pids = {key: pid for key, pid in self._pids.items() if self._is_current(*key)}
+        self._met = {key for key in self._met if self._is_current(*key)}
+        self._unreachable &= set(self._registry.nodes)
 
     async def _ask_in_turn(self, places: asyncio.Semaphore, node: str) -> None:
         async with places:
@@ -133,7 +159,9 @@ class Liveness:
                 presence = await self._presence(node, api)
                 if presence in (Presence.THERE, Presence.SILENT):
                     return
-            if api and self._is_current(node, api):
+            if (node, api) not in self._met:
+                self._unreachable.add(node)
+            elif api and self._is_current(node, api):
                 _log.info("%s at %s has gone without a word (%s)", node, api, presence.value)
                 self._gone(node, api)
         finally:
@@ -151,10 +179,12 @@ class Liveness:
             self._unreachable.add(node)
             return Presence.SILENT
         except Fault:
+            self._met.add((node, api))
             return Presence.THERE  # a node that does not tell its process id
         except PiprosError:
             return Presence.REPLACED  # something that is no ROS node answers there
         self._unreachable.discard(node)
+        self._met.add((node, api))
         if type(pid) is not int or pid <= 0:
             return Presence.THERE
         entry = self._registry.nodes.get(node)

@@ -114,6 +114,8 @@ class MasterServer:
         self.registry.journal = store
         self.params.journal = store
         restore_registrations(self.registry, kept, answering)
+        for node in answering:
+            self.liveness.note_reached(node)
         if kept.parameters or nodes:
             _log.info(
                 "resumed from %s: %d of %d nodes are still there", store.file, len(answering), len(nodes)

@@ -48,6 +48,7 @@ def collect(
     return {
         "uptime_s": uptime_s,
         "nodes": len(registry.nodes),
+        "nodes_met": liveness.met_count,
         "topics_published": sum(1 for _ in registry.keys_of(Role.PUBLISHER)),
         "topics_subscribed": sum(1 for _ in registry.keys_of(Role.SUBSCRIBER)),
         "services": sum(1 for _ in registry.keys_of(Role.SERVICE)),

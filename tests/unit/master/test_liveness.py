@@ -48,8 +48,10 @@ class Case:
             raise answer
         return answer
 
-    def register(self, node: str = "/n", api: str = API) -> None:
+    def register(self, node: str = "/n", api: str = API, *, is_met: bool = True) -> None:
         self.registry.register_publisher(node, "/t", "x/Y", api)
+        if is_met:
+            self.liveness.note_reached(node)
 
     def suspect(self, node: str = "/n") -> None:
         async def until_sure() -> None:
@@ -80,6 +82,19 @@ def test_a_node_that_refuses_every_time_is_gone(case: Case) -> None:
     case.suspect()
     assert case.gone == [("/n", API)]
     assert len(case.asked) == liveness.CONFIRMATIONS
+
+
+def test_a_node_that_was_never_met_is_unreachable_and_stays(case: Case) -> None:
+    """In a container, say: its address means something only there."""
+    case.register(is_met=False)
+    case.answers[API, "getPid"] = refused()
+    case.suspect()
+    assert case.gone == []
+    assert case.liveness.unreachable == ["/n"]
+    case.answers[API, "getPid"] = [7, refused()]
+    case.suspect()
+    case.suspect()
+    assert case.gone == [("/n", API)]
 
 
 def test_a_node_that_refuses_for_a_moment_stays(case: Case) -> None:
