@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import re
 import signal
+import socket
+import threading
 from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
@@ -240,6 +242,32 @@ def test_a_bad_file_stops_everything_with_its_place(ros: RosSystem, package: Pat
     assert "RLException: Invalid <node> tag: package must be non-empty." in running.output
     assert f"in {package}/x.launch:2:3: <node pkg=" in running.output
     assert "auto-starting" not in running.output
+
+
+@pytest.mark.parametrize(
+    "uri", ["http://localhost", "http://localhost:x", "localhost:11311", "ftp://localhost:1"]
+)
+def test_a_master_uri_that_is_none_is_refused(ros: RosSystem, package: Path, uri: str) -> None:
+    running = launch(ros, package, node("sleeper"), ROS_MASTER_URI=uri)
+    assert running.wait() == 1
+    assert f"ROS_MASTER_URI [{uri}]" in running.output
+    assert "Traceback" not in running.output
+
+
+def test_a_port_with_another_program_on_it_is_explained(ros: RosSystem, package: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        threading.Thread(target=answer_like_a_web_server, args=(server,), daemon=True).start()
+        port = server.getsockname()[1]
+        running = launch(ros, package, node("sleeper"), ROS_MASTER_URI=f"http://127.0.0.1:{port}")
+        assert running.wait() == 1
+    assert "is no ROS master" in running.output
+
+
+def answer_like_a_web_server(server: socket.socket) -> None:
+    connection, _ = server.accept()
+    with connection:
+        connection.recv(65536)
+        connection.sendall(b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n")
 
 
 def test_a_second_roscore_on_the_port_is_refused(ros: RosSystem) -> None:

@@ -7,15 +7,14 @@ is what people wait for, so what can be done later is done later.
 from __future__ import annotations
 
 import os
-import socket
 import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from pipros.env import DEFAULT_MASTER_PORT, Environment, split_master_uri
-from pipros.errors import PiprosError, Refused, Unreachable
+from pipros.env import Environment, split_master_uri
+from pipros.errors import PiprosError
 from pipros.launch.command import CommandMaker
 from pipros.launch.console import Console
 from pipros.launch.core import ROS_COMM_VERSION, STANDARD_PARAMETERS, Core, new_run_id
@@ -27,6 +26,7 @@ from pipros.launch.server import LaunchServer
 from pipros.launch.summary import summary
 from pipros.launch.surroundings import Surroundings
 from pipros.launch.upload import CALLER_ID
+from pipros.launch.whereabouts import is_this_computer, master_environment, run_id_of
 from pipros.launch.xml import load
 from pipros.net import address
 from pipros.net.master import MasterClient
@@ -86,7 +86,9 @@ class Session:
         self._options = options
         self._console = console
         self._index = index or PackageIndex.from_environment(environment)
-        self._environment = _with_master(environment, options)
+        self._environment = master_environment(
+            environment, is_core=options.is_core, port=options.port, bind=options.bind
+        )
         self._ordered_uri = environment.master_uri
         self._load_launch = load_launch
         self._on_end = on_end
@@ -183,8 +185,9 @@ class Session:
             raise KeyboardInterrupt
 
     def _open_logs(self) -> None:
+        split_master_uri(self.master_uri)  # complains about one that is none
         client = MasterClient(self.master_uri, CALLER_ID, timeout_s=_MASTER_ANSWERS_WITHIN_S)
-        running = _run_id_of(client)
+        running = run_id_of(client)
         client.close()
         self._is_master_there = running is not None
         self.run_id = self._options.run_id or running or new_run_id()
@@ -251,7 +254,7 @@ class Session:
         host, port = split_master_uri(self._environment.master_uri)
         if self._options.is_core:
             self._warn_about_port(port)
-        elif not _is_here(host):
+        elif not is_this_computer(host):
             raise LaunchError(
                 f"ERROR: unable to contact ROS master at [{self.master_uri}], and [{host}] is not this "
                 "computer, so no master can be started there. Is roscore running on it?"
@@ -351,46 +354,3 @@ class Session:
             pass  # the master may be gone, or somebody deleted it
         finally:
             client.close()
-
-
-def _with_master(environment: Environment, options: SessionOptions) -> Environment:
-    """The environment with the master's address that the options lead to.
-
-    `roscore` is reached by the name that this computer tells others; it takes the usual port unless
-    told, whatever `ROS_MASTER_URI` says: so Noetic has it.
-    """
-    if options.is_core:
-        port = options.port or DEFAULT_MASTER_PORT
-        if options.bind and options.bind not in (address.ANY, address.ANY_IPV6):
-            host = options.bind
-        else:
-            local = replace(environment, master_uri=f"http://localhost:{port}")
-            host = address.advertised_host(local if options.bind is None else environment)
-        return replace(environment, master_uri=address.uri(host, port))
-    if options.port is not None:
-        host, _ = split_master_uri(environment.master_uri)
-        return replace(environment, master_uri=f"http://{host}:{options.port}")
-    return environment
-
-
-def _run_id_of(client: MasterClient) -> str | None:
-    """The run of the master that answers there; empty when it has none; None when nobody answers."""
-    try:
-        return str(client.get_param("/run_id"))
-    except Refused:
-        return ""
-    except Unreachable:
-        return None
-
-
-def _is_here(host: str) -> bool:
-    """Whether a host name or address is this computer's: a port can be opened on it."""
-    if address.is_loopback(host):
-        return True
-    try:
-        family, kind, protocol, _, where = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
-        with socket.socket(family, kind, protocol) as probe:
-            probe.bind(where)
-    except OSError:
-        return False
-    return True
