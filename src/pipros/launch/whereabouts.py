@@ -23,11 +23,14 @@ def master_environment(
     """
     if is_core:
         port = port or DEFAULT_MASTER_PORT
-        if bind and bind not in (address.ANY, address.ANY_IPV6):
+        if bind in (address.ANY, address.ANY_IPV6):
+            # Opened on purpose: others are told the name of this computer, as in Noetic.
+            host = environment.hostname or environment.ip or socket.gethostname()
+        elif bind is not None:
             host = bind
         else:
             local = replace(environment, master_uri=f"http://localhost:{port}")
-            host = address.advertised_host(local if bind is None else environment)
+            host = address.advertised_host(local)
         return replace(environment, master_uri=address.uri(host, port))
     if port is not None:
         host, _ = split_master_uri(environment.master_uri)
