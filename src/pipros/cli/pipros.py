@@ -5,11 +5,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros import __version__
+import pipros
 from pipros.cli.program import USAGE_ERROR, dispatch, run
 
 OVERVIEW = f"""\
-pipros {__version__}: ROS 1 from pip. ROS' own commands have their own names: roscore, roslaunch, rostopic, ...
+pipros {pipros.__version__}: ROS 1 from pip. ROS' own commands have their own names: roscore, rostopic, …
 
 Commands:
 \tpipros stubs\twrite type stubs for the messages of packages, for editors
@@ -23,6 +23,6 @@ SUBCOMMANDS = {"stubs": "pipros.cli.stubs:main"}
 def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     if arguments == ["--version"]:
-        print(__version__)
+        print(pipros.__version__)
         return 0
     return run(lambda: dispatch(SUBCOMMANDS, arguments, OVERVIEW, USAGE_ERROR if arguments else 0))
