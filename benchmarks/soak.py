@@ -1,0 +1,221 @@
+"""A graph in which nodes come and go for a long time: what is held, and what is lost.
+
+    python benchmarks/soak.py --minutes 30
+
+This process has the master, a talker at 50 Hz, a listener and a service, and stays. Around it 20 nodes, each
+a process, live for a while: they listen, talk back, call the service, and end, every third one by SIGKILL. A
+line is printed every ten seconds; the exit status is 1 when this process ends up holding more than at first,
+or when a message was lost between nodes that were connected.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pipros.env import Environment
+from pipros.master.server import Master
+from pipros.msg import load_message_class, load_service_class
+from pipros.node import Node
+
+BEAT_S = 0.02
+LIFE_S = 10.0, 30.0
+LINE_EVERY_S = 10.0
+KILL_EVERY = 3
+MEMORY_SLACK_MB = 8.0
+#: By then all nodes have come once, and the parent has what it keeps: threads, buffers, imports.
+WARM_UP_S = 20.0
+
+String: Any = load_message_class("std_msgs/String")
+Trigger: Any = load_service_class("std_srvs/Trigger")
+
+
+@dataclass(slots=True)
+class Sequence:
+    """Counts the gaps in numbers that should follow each other."""
+
+    last: int | None = None
+    received: int = 0
+    lost: int = 0
+
+    def take(self, number: int) -> None:
+        if self.last is not None and number > self.last + 1:
+            self.lost += number - self.last - 1
+        self.last = number
+        self.received += 1
+
+
+# -- a node that comes and goes ------------------------------------------------------------
+
+
+def visit(name: str) -> None:
+    """Listens, answers each beat, and calls the service, until it is told to end."""
+    beats, calls = Sequence(), Counter[str]()
+    stop = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: stop.set())
+    with Node(name) as node:
+        echo = node.advertise("/echo", String, queue_size=0)
+        client = node.client("/count", Trigger)
+        number = 0
+
+        def answer(message: Any) -> None:
+            nonlocal number
+            beats.take(int(message.data))
+            number += 1
+            echo.publish(
+                String(f"{name} {number} {beats.received} {beats.lost} {calls['good']} {calls['bad']}")
+            )
+
+        node.subscribe("/beat", String, answer)
+        while not stop.wait(1.0):
+            try:
+                calls["good" if client.call(Trigger._request_class(), 5.0).success else "bad"] += 1
+            except Exception:
+                calls["bad"] += 1
+
+
+# -- the process that stays ----------------------------------------------------------------
+
+
+@dataclass(slots=True)
+class Tally:
+    """What the visitors told so far, by their names."""
+
+    echoes: dict[str, Sequence] = field(default_factory=dict)
+    told: dict[str, tuple[int, int, int, int]] = field(default_factory=dict)
+
+    def hear(self, message: Any) -> None:
+        name, *numbers = message.data.split()
+        number, *rest = map(int, numbers)
+        self.echoes.setdefault(name, Sequence()).take(number)
+        self.told[name] = tuple(rest)  # type: ignore[assignment]
+
+    def sums(self) -> dict[str, int]:
+        told = list(self.told.values())
+        return {
+            "received": sum(one[0] for one in told) + sum(one.received for one in list(self.echoes.values())),
+            "lost": sum(one[1] for one in told) + sum(one.lost for one in list(self.echoes.values())),
+            "calls": sum(one[2] for one in told),
+            "failed calls": sum(one[3] for one in told),
+        }
+
+
+class Visitors:
+    """Keeps so many nodes running; each lives for a while."""
+
+    def __init__(self, count: int, environment: dict[str, str]) -> None:
+        self.started = self.killed = 0
+        self._environment = environment
+        self._running: list[tuple[subprocess.Popen[bytes], float]] = []
+        self._count = count
+
+    def look(self) -> None:
+        """Ends those whose time has come, and starts others in their place."""
+        now = time.monotonic()
+        for process, end in list(self._running):
+            if process.poll() is not None or now > end:
+                self._running.remove((process, end))
+                self._end(process, is_polite=(self.started % KILL_EVERY) != 0)
+        if len(self._running) < self._count:
+            self.started += 1
+            command = [sys.executable, __file__, "--visitor", f"visitor_{self.started}"]
+            process = subprocess.Popen(command, env=self._environment)
+            self._running.append((process, now + random.uniform(*LIFE_S)))
+
+    def close(self) -> None:
+        for process, _ in self._running:
+            self._end(process, is_polite=True)
+        self._running.clear()
+
+    def _end(self, process: subprocess.Popen[bytes], *, is_polite: bool) -> None:
+        process.terminate() if is_polite else process.kill()
+        self.killed += not is_polite
+        process.wait(10)
+
+
+def held() -> tuple[float, int, int]:
+    """Resident megabytes, threads and descriptors of this process."""
+    gc.collect()
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    megabytes = pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+    return megabytes, threading.active_count(), len(os.listdir("/proc/self/fd"))
+
+
+def soak(minutes: float, count: int) -> int:
+    tally, calls = Tally(), Counter[str]()
+
+    def respond(_: Any) -> Any:
+        calls["all"] += 1
+        return Trigger._response_class(success=True)
+
+    with Master(port=0) as master, Node("host", environment=Environment(master_uri=master.uri)) as node:
+        publisher = node.advertise("/beat", String, queue_size=0)
+        node.subscribe("/echo", String, tally.hear)
+        node.serve("/count", Trigger, respond)
+        alone = held()
+        visitors = Visitors(count, {**os.environ, "ROS_MASTER_URI": master.uri})
+        print(
+            f"{'minutes':>8} {'MB':>6} {'threads':>7} {'files':>6} {'nodes so far':>12} {'killed':>6}",
+            end=" ",
+        )
+        print(f"{'received':>9} {'lost':>5} {'calls':>7} {'failed':>6}", flush=True)
+        begin = time.monotonic()
+        next_line, next_look, beat, warm = begin + LINE_EVERY_S, begin, 0, None
+        while (now := time.monotonic()) < begin + minutes * 60:
+            publisher.publish(String(str(beat)))
+            beat += 1
+            if now >= next_look:
+                next_look = now + 0.2
+                visitors.look()
+            if warm is None and now > begin + WARM_UP_S:
+                warm = held()
+            if now >= next_line:
+                next_line += LINE_EVERY_S
+                megabytes, threads, files = held()
+                sums = tally.sums()
+                print(
+                    f"{(now - begin) / 60:8.1f} {megabytes:6.1f} {threads:7} {files:6} {visitors.started:12} "
+                    f"{visitors.killed:6} {sums['received']:9} {sums['lost']:5} {sums['calls']:7} "
+                    f"{sums['failed calls']:6}",
+                    flush=True,
+                )
+            time.sleep(max(0.0, begin + beat * BEAT_S - time.monotonic()))
+        visitors.close()
+        deadline = time.monotonic() + 10
+        while publisher.connection_count and time.monotonic() < deadline:
+            time.sleep(0.05)
+        time.sleep(1)
+        after = held()
+        print(f"alone before: {alone[0]:.1f} MB, {alone[1]} threads, {alone[2]} files")
+        print(f"alone after:  {after[0]:.1f} MB, {after[1]} threads, {after[2]} files")
+        lost = tally.sums()["lost"]
+        print(f"{visitors.started} nodes came, {visitors.killed} of them were killed; {lost} messages lost")
+        has_grown = warm is not None and after[0] > warm[0] + MEMORY_SLACK_MB
+        return int(bool(lost) or has_grown or after[1] > alone[1] + 10 or after[2] > alone[2] + 8)
+
+
+def main() -> int:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("--minutes", type=float, default=30.0)
+    options.add_argument("--nodes", type=int, default=20)
+    options.add_argument("--visitor", metavar="NAME", help=argparse.SUPPRESS)
+    given = options.parse_args()
+    if given.visitor:
+        visit(given.visitor)
+        return 0
+    return soak(given.minutes, given.nodes)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
