@@ -37,6 +37,8 @@ MEMORY_SLACK_MB = 8.0
 #: By then all nodes have come once, and the parent has what it keeps: threads, buffers, imports.
 WARM_UP_S = 20.0
 
+HEADINGS = " minutes     MB threads  files nodes so far killed  received  lost   calls failed"
+
 String: Any = load_message_class("std_msgs/String")
 Trigger: Any = load_service_class("std_srvs/Trigger")
 
@@ -73,9 +75,8 @@ def visit(name: str) -> None:
             nonlocal number
             beats.take(int(message.data))
             number += 1
-            echo.publish(
-                String(f"{name} {number} {beats.received} {beats.lost} {calls['good']} {calls['bad']}")
-            )
+            figures = number, beats.received, beats.lost, calls["good"], calls["bad"]
+            echo.publish(String(" ".join(map(str, (name, *figures)))))
 
         node.subscribe("/beat", String, answer)
         while not stop.wait(1.0):
@@ -131,7 +132,7 @@ class Visitors:
             self.started += 1
             command = [sys.executable, __file__, "--visitor", f"visitor_{self.started}"]
             process = subprocess.Popen(command, env=self._environment)
-            self._running.append((process, now + random.uniform(*LIFE_S)))
+            self._running.append((process, now + random.uniform(*LIFE_S)))  # noqa: S311
 
     def close(self) -> None:
         for process, _ in self._running:
@@ -165,11 +166,7 @@ def soak(minutes: float, count: int) -> int:
         node.serve("/count", Trigger, respond)
         alone = held()
         visitors = Visitors(count, {**os.environ, "ROS_MASTER_URI": master.uri})
-        print(
-            f"{'minutes':>8} {'MB':>6} {'threads':>7} {'files':>6} {'nodes so far':>12} {'killed':>6}",
-            end=" ",
-        )
-        print(f"{'received':>9} {'lost':>5} {'calls':>7} {'failed':>6}", flush=True)
+        print(HEADINGS, flush=True)
         begin = time.monotonic()
         next_line, next_look, beat, warm = begin + LINE_EVERY_S, begin, 0, None
         while (now := time.monotonic()) < begin + minutes * 60:
