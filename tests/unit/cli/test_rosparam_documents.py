@@ -3,6 +3,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
 
 from pipros.cli.program import CommandError
 from pipros.cli.rosparam.documents import read_file, read_text
@@ -73,10 +76,16 @@ def test_values_are_shown_as_noetic_shows_them(value: object, text: str) -> None
 
 
 @pytest.mark.parametrize("value", [0, -7, True, False, 2**31 - 1])
-def test_the_quick_way_writes_what_yaml_would(value: object) -> None:
-    import yaml
-
+def test_numbers_are_written_as_yaml_would(value: object) -> None:
     assert as_document(value) == yaml.safe_dump(value)
+
+
+@given(
+    st.text("abenoyxNUYE0159_./-: #'~\n", max_size=70)
+    | st.sampled_from(["yes", "No", "TRUE", "off", "null", "NULL", "y", "N", ".inf", "1e3", "0x1", "=", "<<"])
+)
+def test_texts_are_written_as_yaml_would(text: str) -> None:
+    assert as_document(text) == yaml.safe_dump(text)
 
 
 def test_pretty_text_leaves_quotes_out() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,16 +10,25 @@ END_OF_SCALAR = "...\n"
 """How a YAML document ends that is a bare word and nothing else."""
 
 
+_PLAIN_WORD = re.compile(r"[A-Za-z/][A-Za-z0-9_./-]{0,59}")
+_WORDS_WITH_A_MEANING = frozenset(("y", "n", "yes", "no", "true", "false", "on", "off", "null"))
+
+
 def as_document(value: Any) -> str:
     """The value as a YAML document, in block style and with sorted keys."""
     if isinstance(value, bool):
         return f"{str(value).lower()}\n{END_OF_SCALAR}"
-    if isinstance(value, int):
+    if isinstance(value, int) or (isinstance(value, str) and _is_plain(value)):
         return f"{value}\n{END_OF_SCALAR}"
     import yaml
 
     text: str = yaml.safe_dump(value)
     return text
+
+
+def _is_plain(text: str) -> bool:
+    """True for words that YAML writes as they are; what is not sure is left to PyYAML."""
+    return _PLAIN_WORD.fullmatch(text) is not None and text.lower() not in _WORDS_WITH_A_MEANING
 
 
 def as_shown(value: Any) -> str:
