@@ -233,6 +233,7 @@ class World:
     def __init__(self, name, python):
         self.name, self.python = name, python
         self.home = tempfile.TemporaryDirectory()
+        self.errors = tempfile.TemporaryFile("w+")
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
             self.port = probe.getsockname()[1]
@@ -259,7 +260,7 @@ class World:
             cwd=self.home.name,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
+            stderr=self.errors,
             text=True,
         )
 
@@ -278,7 +279,7 @@ def answer(process):
     for line in process.stdout:
         if line.startswith("@@"):
             return json.loads(line[2:])
-    raise SystemExit(f"{process.args} ended without a result")
+    raise SystemExit(f"{process.args} ended without a result, with exit code {process.wait()}")
 
 
 def finish(process):

@@ -12,6 +12,7 @@ from genpy import Message
 from pipros.env import Environment
 from pipros.errors import Interrupted, NotFound, Refused
 from pipros.names import is_remapping_argument
+from pipros.node.waiting import wait_in_slices
 from rospy.core import is_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.logs import DEBUG as DEBUG
@@ -144,7 +145,7 @@ def wait_for_message(topic: str, topic_type: type[AnyMessage], timeout: float | 
     session.when_started(lambda node: node.at_end(changed.set))
     subscriber = Subscriber(topic, topic_type, take)
     try:
-        changed.wait(timeout)
+        wait_in_slices(changed.wait, timeout)
     finally:
         subscriber.unregister()
     if arrived:

@@ -10,6 +10,7 @@ import contextlib
 import logging
 import os
 import signal
+import socket
 import sys
 import threading
 import time
@@ -68,6 +69,7 @@ class Session:
         self._lock = threading.RLock()
         self._previous_handlers: dict[int, Any] = {}
         self._is_told_to_end = False
+        self._signal_sockets: tuple[socket.socket, socket.socket]
         self._early_clients: tuple[str, MasterClient, Parameters] | None = None
 
     def wait(self, seconds: float) -> None:
@@ -185,10 +187,10 @@ class Session:
         )
         node.at_end(self._call_client_hooks)
         self._start_logging(node, log_level)
-        if not disable_signals:
-            self._take_signals()
         node.start()
         self.node = node
+        if not disable_signals:
+            self._take_signals(node)
         self.remappings = {**node.identity.arguments.special, **node.identity.arguments.remappings}
         atexit.register(self.end, "atexit")
         try:
@@ -341,29 +343,46 @@ class Session:
         print(f"shutdown request: {reason}", flush=True)
         self.end(f"external shutdown request: {reason}")
 
-    def _take_signals(self) -> None:
+    def _take_signals(self, node: Node) -> None:
+        """Has SIGINT and SIGTERM end the node, whatever the main thread is doing.
+
+        Python itself looks at signals only when the main thread runs Python code, so one that comes
+        just before it begins to wait would be lost. The interpreter writes each signal's number to a
+        descriptor at once, though, and the node's event loop reads it.
+        """
         if threading.current_thread() is not threading.main_thread():
             raise ROSInitException(
                 "init_node() must be called in the main thread, or with disable_signals=True: "
                 "only the main thread can handle signals"
             )
         for number in (signal.SIGINT, signal.SIGTERM):
-            self._previous_handlers[number] = signal.signal(number, self._on_signal)
+            self._previous_handlers[number] = signal.signal(number, self._call_previous_handler)
+        told, tell = socket.socketpair()
+        told.setblocking(False)
+        tell.setblocking(False)
+        self._signal_sockets = told, tell
+        node.watch_descriptor(told, self._read_signals)
+        signal.set_wakeup_fd(tell.fileno(), warn_on_full_buffer=False)
+        if hasattr(os, "register_at_fork"):  # a child's signals are not ours
+            os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
 
-    def _on_signal(self, number: int, frame: FrameType | None) -> None:
-        """Ends the node in a thread of its own.
+    def _read_signals(self) -> None:
+        """Ends the node in a thread of its own; a second signal ends the process at once.
 
         The main thread may be in the middle of anything, a publish for example, and may hold what
-        the end needs; so the end must not run on top of it. A second signal ends the process.
+        the end needs, so the end does not run on top of it.
         """
-        if self._is_told_to_end:
-            signal.signal(number, signal.SIG_DFL)
-            os.kill(os.getpid(), number)
-            return
-        self._is_told_to_end = True
-        threading.Thread(
-            target=self.end, args=(f"signal-{number}",), name="end of the node", daemon=True
-        ).start()
+        for number in self._signal_sockets[0].recv(64):
+            if number not in self._previous_handlers:
+                continue
+            if self._is_told_to_end:
+                os._exit(128 + number)
+            self._is_told_to_end = True
+            threading.Thread(
+                target=self.end, args=(f"signal-{number}",), name="end of the node", daemon=True
+            ).start()
+
+    def _call_previous_handler(self, number: int, frame: FrameType | None) -> None:
         previous = self._previous_handlers.get(number)
         if callable(previous) and previous is not signal.default_int_handler:
             with contextlib.suppress(KeyboardInterrupt):

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from pipros.errors import PiprosError
+from pipros.node.waiting import wait_in_slices
 
 NS_PER_S = 1_000_000_000
 
@@ -71,7 +72,7 @@ class WallClock:
             return True
         if duration_s <= 0:
             return not self._interrupted.is_set()
-        return not self._interrupted.wait(duration_s)
+        return not wait_in_slices(self._interrupted.wait, duration_s)
 
     def interrupt(self, exempt: int | None = None) -> None:
         self._exempt = exempt
@@ -117,11 +118,11 @@ class SimulatedClock:
 
     def _wait_for_start(self) -> None:
         with self._changed:
-            if self._changed.wait_for(self._has_started, SILENCE_S):
+            if wait_in_slices(lambda limit_s: self._changed.wait_for(self._has_started, limit_s), SILENCE_S):
                 return
         self._on_silence()
         with self._changed:
-            self._changed.wait_for(self._has_started)
+            wait_in_slices(lambda limit_s: self._changed.wait_for(self._has_started, limit_s))
 
     def _has_started(self) -> bool:
         return self._now_ns > 0 or self._must_end()

@@ -7,6 +7,7 @@ import concurrent.futures
 import functools
 import inspect
 import logging
+import socket
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from threading import get_ident
@@ -33,6 +34,7 @@ from pipros.node.stream import MessageStream
 from pipros.node.subscriber import NO_ARGS, Callback, Subscriber
 from pipros.node.topics import Topics
 from pipros.node.traffic import WindowLimits
+from pipros.node.waiting import wait_in_slices
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -195,6 +197,10 @@ class Node:
             "Start the simulator or `rosbag play --clock`, or set /use_sim_time to false"
         )
 
+    def watch_descriptor(self, descriptor: socket.socket, on_readable: Callable[[], object]) -> None:
+        """Has `on_readable` called in the node's event loop whenever the socket can be read."""
+        self._loop.call(self._loop.asyncio.add_reader, descriptor, on_readable)
+
     def enable_statistics(self, limits: WindowLimits | None = None) -> None:
         """Publishes on `/statistics` what the subscriptions measure."""
         from pipros.node.statistics import StatisticsPublisher
@@ -217,7 +223,7 @@ class Node:
 
     def wait_for_shutdown(self, timeout_s: float | None = None) -> bool:
         """Waits until the node has been shut down; False when the time is over first."""
-        return self._ended.wait(timeout_s)
+        return wait_in_slices(self._ended.wait, timeout_s)
 
     def at_end(self, hook: Callable[[], object]) -> None:
         """Has `hook` called when the node ends, while it can still publish; the earliest one first."""
@@ -239,7 +245,7 @@ class Node:
             is_first, self._ending_thread = self._ending_thread is None, self._ending_thread or get_ident()
         if not is_first:
             if self._ending_thread != get_ident():  # a hook that asks for the end is in the middle of it
-                self._ended.wait()
+                wait_in_slices(self._ended.wait)
             return
         self.log.debug("signal_shutdown [%s]", reason)
         is_started = self._registrations is not None

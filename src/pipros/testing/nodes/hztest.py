@@ -1,0 +1,82 @@
+"""`hztest`: messages come at a rate, or none come.
+
+Private parameters: `topic`, `hz` (0: it must be silent), `hzerror`, `test_duration`, `wait_time` (20 s)
+for the first message, `check_intervals` (each gap must fit the rate too), `wall_clock` (measure in wall
+time even when time is simulated).
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+from pipros.node import Node
+from pipros.node.clock import NS_PER_S, WallClock
+from pipros.node.raw import RawMessage
+from pipros.testing.nodes.program import looks, number, parameter, run_check
+
+
+@dataclass(frozen=True, slots=True)
+class Rate:
+    """The rate that is allowed, in hertz."""
+
+    hz: float
+    error: float
+
+    def check(self, arrivals_ns: list[int], *, check_intervals: bool) -> None:
+        """Holds arrivals against the rate. Pure.
+
+        Raises:
+            AssertionError: too slow, too fast, too irregular, or not silent.
+        """
+        if not self.hz:
+            if arrivals_ns:
+                raise AssertionError(f"{len(arrivals_ns)} messages received, and none must be")
+            return
+        if len(arrivals_ns) < 2:
+            raise AssertionError("only one message received" if arrivals_ns else "no messages received")
+        span_s = (arrivals_ns[-1] - arrivals_ns[0]) / NS_PER_S
+        rate = (len(arrivals_ns) - 1) / span_s if span_s else float("inf")
+        lowest, highest = self.hz - self.error, self.hz + self.error
+        if not lowest <= rate <= highest:
+            raise AssertionError(
+                f"average rate {rate:.3f}Hz is not within {lowest:.3f}Hz and {highest:.3f}Hz"
+            )
+        if check_intervals:
+            self._check_gaps(arrivals_ns, lowest, highest)
+
+    @staticmethod
+    def _check_gaps(arrivals_ns: list[int], lowest: float, highest: float) -> None:
+        for earlier, later in itertools.pairwise(arrivals_ns):
+            gap_s = (later - earlier) / NS_PER_S
+            if gap_s < 1 / highest or (lowest > 0 and gap_s > 1 / lowest):
+                raise AssertionError(
+                    f"an interval of {gap_s:.3f}s does not fit {lowest:.3f}Hz to {highest:.3f}Hz"
+                )
+
+
+def check(node: Node) -> None:
+    """Raises AssertionError when the rate is not as expected."""
+    topic = parameter(node, "~topic")
+    rate = Rate(number(node, "~hz"), number(node, "~hzerror", 0))
+    duration = number(node, "~test_duration")
+    if rate.hz < 0 or rate.error < 0 or duration <= 0 or not topic:
+        raise AssertionError(
+            f"bad parameters: hz {rate.hz:g} and hzerror {rate.error:g} must not be negative, "
+            f"test_duration {duration:g} must be positive, and topic [{topic}] must not be empty"
+        )
+    clock = WallClock() if parameter(node, "~wall_clock", False) else node.clock
+    arrivals_ns: list[int] = []
+    node.subscribe(topic, RawMessage, lambda _: arrivals_ns.append(clock.now_ns()))
+    if rate.hz:
+        for _ in looks(node, number(node, "~wait_time", 20)):
+            if arrivals_ns:
+                break
+        else:
+            raise AssertionError("no messages before timeout")
+    clock.sleep(duration)
+    rate.check(list(arrivals_ns), check_intervals=bool(parameter(node, "~check_intervals", False)))
+
+
+def main() -> None:
+    run_check("hztest", check)

@@ -1,0 +1,39 @@
+"""`paramtest`: a parameter gets set, to a certain value if one is given.
+
+Private parameters: `param_name_target`, `param_value_expected` (optional), `wait_time` (20 s) until it
+is set, `test_duration` (5 s) that it may take beyond that to have its value.
+"""
+
+from __future__ import annotations
+
+from pipros.node import Node
+from pipros.testing.nodes.program import looks, number, parameter, run_check
+
+_UNSET = object()
+
+
+def check(node: Node) -> None:
+    """Raises AssertionError when the parameter is not as expected in time."""
+    target = parameter(node, "~param_name_target")
+    expected = parameter(node, "~param_value_expected", None)
+    duration = number(node, "~test_duration", 5)
+    if duration <= 0:
+        raise AssertionError("bad parameter (test_duration)")
+    value: object = _UNSET
+    for _ in looks(node, number(node, "~wait_time", 20)):
+        value = parameter(node, target, _UNSET)
+        if value is not _UNSET:
+            break
+    if value is _UNSET:
+        raise AssertionError(f"parameter [{node.resolve(target)}] was not set in time")
+    if expected is None:
+        return
+    for _ in looks(node, duration):
+        value = parameter(node, target, _UNSET)
+        if value == expected:
+            return
+    raise AssertionError(f"parameter [{node.resolve(target)}] is {value!r}, not {expected!r}")
+
+
+def main() -> None:
+    run_check("paramtest", check)

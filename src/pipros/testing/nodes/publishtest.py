@@ -1,0 +1,31 @@
+"""`publishtest`: messages arrive on topics, or do not.
+
+Private parameter `topics`: a list of `{name, timeout: 10.0, negative: false}`.
+"""
+
+from __future__ import annotations
+
+from pipros.node import Node
+from pipros.node.raw import RawMessage
+from pipros.testing.nodes.program import Expectation, check_all, expectations, run_check
+
+
+def check(node: Node) -> None:
+    """Raises AssertionError when a topic is silent, or one that must be silent is not."""
+    expected = expectations(node, "~topics")
+    heard: dict[str, str] = {}
+
+    def hear(message: RawMessage) -> None:
+        heard[message.header["topic"]] = message.header["type"]
+
+    for one in expected:
+        node.subscribe(one.name, RawMessage, hear)
+
+    def find(one: Expectation) -> str | None:
+        return heard.get(one.name)
+
+    check_all(node, expected, find, what="a message on")
+
+
+def main() -> None:
+    run_check("publishtest", check)
