@@ -5,29 +5,11 @@ from __future__ import annotations
 import contextlib
 import signal
 import threading
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from types import FrameType
 
 from pipros.errors import PiprosError
 from pipros.node import Node
-
-WAIT_SLICE_S = 0.2
-
-
-def wait(wait_for: Callable[[float], bool], timeout_s: float | None = None) -> bool:
-    """Waits with `wait_for`, such as `event.wait`, in the main thread; False when the time is over first.
-
-    In slices: a signal that arrives in the moment in which an endless wait begins is not looked at
-    until the wait is over, and Ctrl-C would be lost.
-    """
-    deadline = None if timeout_s is None else time.monotonic() + timeout_s
-    while True:
-        left = WAIT_SLICE_S if deadline is None else min(WAIT_SLICE_S, deadline - time.monotonic())
-        if wait_for(max(left, 0)):
-            return True
-        if left <= 0:
-            return False
 
 
 @contextlib.contextmanager

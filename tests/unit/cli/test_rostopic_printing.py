@@ -7,9 +7,10 @@ from pipros.cli.rostopic.brief import Briefing
 from pipros.cli.rostopic.fields import Part
 from pipros.cli.rostopic.filters import MessageFilter
 from pipros.cli.rostopic.plot import Plot
-from pipros.cli.rostopic.raw import MessageClasses, RawMessage
+from pipros.cli.rostopic.raw import MessageClasses
 from pipros.msg import load_message_class
 from pipros.msg.text import strify_message
+from pipros.node.raw import RawMessage
 
 String = load_message_class("std_msgs/String")
 Image = load_message_class("sensor_msgs/Image")

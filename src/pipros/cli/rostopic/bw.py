@@ -12,7 +12,7 @@ from pipros.cli.rostopic.samples import Bandwidth, Figures, as_bytes
 from pipros.names import parse_arguments
 
 if TYPE_CHECKING:
-    from pipros.cli.rostopic.raw import RawMessage
+    from pipros.node.raw import RawMessage
 
 DEFAULT_WINDOW = 100
 REPORT_PERIOD_S = 1.0

@@ -12,7 +12,7 @@ from pipros.cli.rostopic.samples import DEFAULT_WINDOW, Figures, Samples
 from pipros.names import parse_arguments
 
 if TYPE_CHECKING:
-    from pipros.cli.rostopic.raw import RawMessage
+    from pipros.node.raw import RawMessage
 
 REPORT_PERIOD_S = 1.0
 

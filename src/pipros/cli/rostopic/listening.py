@@ -8,12 +8,13 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pipros.cli.command_node import wait
 from pipros.cli.rostopic.fields import InvalidIndex, Step, has_field, parse_path
-from pipros.cli.rostopic.raw import RawMessage, installed_class
+from pipros.cli.rostopic.raw import installed_class
 from pipros.cli.rostopic.types import topic_type
 from pipros.net.master import MasterClient
 from pipros.node import Node
+from pipros.node.raw import RawMessage
+from pipros.node.waiting import wait_in_slices
 
 LOOK_PERIOD_S = 0.1
 """How often the master is asked again for a topic that is not there yet."""
@@ -88,7 +89,7 @@ class Listening:
 
         Raises whatever a callback raised.
         """
-        is_over = wait(self._is_over.wait, timeout_s)
+        is_over = wait_in_slices(self._is_over.wait, timeout_s)
         if self._error is not None:
             raise self._error
         return is_over

@@ -12,11 +12,12 @@ from pipros.cli.rostopic.fields import Part, describe_path, extract
 from pipros.cli.rostopic.filters import MessageFilter
 from pipros.cli.rostopic.listening import Source
 from pipros.cli.rostopic.plot import Plot
-from pipros.cli.rostopic.raw import MessageClasses, RawMessage
+from pipros.cli.rostopic.raw import MessageClasses
 from pipros.errors import NotFound
 from pipros.msg.text import strify_message
 from pipros.msg.time import Time
 from pipros.node.clock import Clock
+from pipros.node.raw import RawMessage
 
 
 class MessagePrinter:

@@ -147,10 +147,7 @@ class _Run:
                 self._wait(max(due - time.monotonic(), 0))
 
     def _wait(self, timeout_s: float | None) -> None:
-        """Waits for so long, or until the node ends."""
-        from pipros.cli.command_node import wait
-
-        wait(self._node.wait_for_shutdown, timeout_s)
+        self._node.wait_for_shutdown(timeout_s)
 
     def _announce(self, message: Message) -> None:
         shown = f"[{message}]" if self._options.verbose else "message"
