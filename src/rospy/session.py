@@ -269,7 +269,7 @@ class Session:
     def _start_rosout(self, node: Node) -> None:
         from pipros.msg import load_message_class
 
-        publisher: Publisher = node.advertise(
+        publisher: Publisher[Any] = node.advertise(
             "/rosout", load_message_class("rosgraph_msgs/Log"), queue_size=ROSOUT_QUEUE_SIZE, latch=True
         )
         with contextlib.suppress(LookupError, Unreachable, Refused):

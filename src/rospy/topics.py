@@ -107,7 +107,7 @@ class Publisher(Topic[AnyMessage]):
                 stacklevel=2,
             )
         del tcp_nodelay
-        self._handle: node_api.Publisher | None = None
+        self._handle: node_api.Publisher[AnyMessage] | None = None
         self._is_unregistered = False
         self._publish: Callable[[AnyMessage], None] = self._refuse
         queue_size = queue_size if queue_size is None or queue_size > 0 else 0
@@ -200,7 +200,7 @@ class Subscriber(Topic[AnyMessage]):
         del buff_size
         self.callback = callback
         self.callback_args = callback_args
-        self._handle: node_api.Subscriber | None = None
+        self._handle: node_api.Subscriber[AnyMessage] | None = None
         self._is_unregistered = False
 
         def subscribe(node: Node) -> None:

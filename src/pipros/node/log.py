@@ -129,7 +129,7 @@ class RosoutHandler(logging.Handler):
 
     def __init__(
         self,
-        publisher: Publisher,
+        publisher: Publisher[Any],
         node_name: str,
         clock: Callable[[], Clock],
         topics: Callable[[], Iterable[str]],

@@ -12,7 +12,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from threading import get_ident
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pipros.env import Environment
 from pipros.errors import Interrupted, Unreachable
@@ -31,13 +31,15 @@ from pipros.node.registration import Registrations
 from pipros.node.service import ServiceClass, ServiceServer
 from pipros.node.slave import on_bad_arity, slave_methods
 from pipros.node.stream import MessageStream
-from pipros.node.subscriber import NO_ARGS, Callback, Subscriber
+from pipros.node.subscriber import NO_ARGS, Subscriber
 from pipros.node.topics import Topics
 from pipros.node.traffic import WindowLimits
 from pipros.node.waiting import wait_in_slices
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
+
+AnyMessage = TypeVar("AnyMessage", bound="Message")
 
 #: How often a node that found no master tries again.
 MASTER_RETRY_S = 0.2
@@ -299,11 +301,11 @@ class Node:
     def advertise(
         self,
         topic: str,
-        message_class: type[Message],
+        message_class: type[AnyMessage],
         *,
         queue_size: int | None = 10,
         latch: bool = False,
-    ) -> Publisher:
+    ) -> Publisher[AnyMessage]:
         """Publishes on a topic; see `pipros.net.outgoing` for what `queue_size` means.
 
         A latched topic gives its newest message to every subscriber that comes later.
@@ -313,13 +315,13 @@ class Node:
     def subscribe(
         self,
         topic: str,
-        message_class: type[Message],
-        callback: Callback | None = None,
+        message_class: type[AnyMessage],
+        callback: Callable[[AnyMessage], object] | Callable[[AnyMessage, Any], object] | None = None,
         *,
         callback_args: object = NO_ARGS,
         queue_size: int | None = None,
         tcp_nodelay: bool = True,
-    ) -> Subscriber:
+    ) -> Subscriber[AnyMessage]:
         """Has `callback` called with each message of a topic, in a thread of the link it came over.
 
         With `queue_size` n, a slow callback gets the n newest messages and misses older ones.

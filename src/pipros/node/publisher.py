@@ -7,7 +7,7 @@ import struct
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from pipros.net.outgoing import Buffer, Frame, OutgoingLink
 from pipros.net.tcpros import Connection, refuse_connection
@@ -17,6 +17,8 @@ from pipros.wire.header import encode_header
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
+
+AnyMessage = TypeVar("AnyMessage", bound="Message")
 
 #: Frames up to this size are joined and written by one plain send; larger ones are never copied.
 JOIN_LIMIT_BYTES = 32 * 1024
@@ -191,7 +193,7 @@ def _serialize(message: Message) -> list[Buffer]:
     return [file.getvalue()]
 
 
-class Publisher:
+class Publisher(Generic[AnyMessage]):
     """A handle on a topic that the node publishes. Made by `Node.advertise`."""
 
     def __init__(self, publication: Publication, release: Callable[[Publication], None]) -> None:
@@ -210,7 +212,7 @@ class Publisher:
     def is_unregistered(self) -> bool:
         return self._release is None
 
-    def publish(self, message: Message) -> None:
+    def publish(self, message: AnyMessage) -> None:
         """See `Publication.publish`; does nothing once the node has shut down."""
         self.publication.publish(message)
 

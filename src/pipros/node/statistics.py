@@ -22,7 +22,7 @@ class StatisticsPublisher:
     def __init__(
         self,
         node_name: str,
-        advertise: Callable[..., Publisher],
+        advertise: Callable[..., Publisher[Any]],
         now_ns: Callable[[], int],
         limits: WindowLimits,
     ) -> None:

@@ -6,7 +6,7 @@ import asyncio
 import threading
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pipros.errors import PiprosError, ProtocolError, Refused, Unreachable
 from pipros.net import reach, tcpros
@@ -18,6 +18,8 @@ from pipros.wire.handshake import Interface, check_topic_reply, request_topic_li
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
+
+AnyMessage = TypeVar("AnyMessage", bound="Message")
 
 #: Waits between attempts to reach a publisher that the master still lists.
 RETRY_FIRST_S = 0.1
@@ -244,7 +246,7 @@ def _finish(future: asyncio.Future[None]) -> None:
         future.set_result(None)
 
 
-class Subscriber:
+class Subscriber(Generic[AnyMessage]):
     """A handle on one callback of a topic. Made by `Node.subscribe`."""
 
     def __init__(
@@ -282,7 +284,7 @@ class Subscriber:
             if self._listener is not None and isinstance(self._listener.callback, MessageStream):
                 self._listener.callback.close()
 
-    def __aiter__(self) -> AsyncIterator[Any]:
+    def __aiter__(self) -> AsyncIterator[AnyMessage]:
         """The messages, for a subscriber that was made in an asyncio loop without a callback.
 
         Raises:

@@ -114,7 +114,7 @@ class Topics:
         queue_size: int | None,
         latch: bool,
         headers: Mapping[str, str] | None = None,
-    ) -> Publisher:
+    ) -> Publisher[Any]:
         """A new handle on a topic, which is registered at the master with the first one.
 
         `headers` are further fields for the connection headers that subscribers get.
@@ -163,7 +163,7 @@ class Topics:
         callback_args: object = NO_ARGS,
         queue_size: int | None,
         tcp_nodelay: bool,
-    ) -> Subscriber:
+    ) -> Subscriber[Any]:
         """A new callback on a topic, which is registered at the master with the first one.
 
         Raises:

@@ -123,7 +123,7 @@ class _Run:
             self._say(message)
             publisher.publish(message)
 
-    def _advertise(self, *, latch: bool, queue_size: int | None = QUEUE_SIZE) -> Publisher:
+    def _advertise(self, *, latch: bool, queue_size: int | None = QUEUE_SIZE) -> Publisher[Any]:
         """Advertises the topic, and waits a little for the subscribers that it has already."""
         publisher = self._node.advertise(
             self._options.topic, self._message_class, queue_size=queue_size, latch=latch

@@ -5,31 +5,43 @@ Private parameters `topics` and `services`: lists of `{name, timeout: 10.0, nega
 
 from __future__ import annotations
 
-from pipros.errors import PiprosError, Refused
+from pipros.errors import PiprosError
 from pipros.node import Node
 from pipros.node.client import ServiceLink
-from pipros.testing.nodes.program import Expectation, check_all, expectations, run_check
+from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
+from pipros.testing.nodes.program import run_checks
 from pipros.wire.handshake import Interface
 
 
-def check(node: Node) -> None:
-    """Raises AssertionError when a topic or service is not there, or is and must not be."""
+def check_topics(node: Node) -> None:
+    """Raises AssertionError when a topic is not there, or is and must not be."""
 
-    def find_topic(one: Expectation) -> str | None:
-        return {topic: kind for topic, kind in node.master.get_published_topics()}.get(one.name)
+    def find(one: Expectation) -> str | None:
+        published = node.master.get_published_topics()
+        return next((kind for topic, kind in published if topic == one.name), None)
 
-    def find_service(one: Expectation) -> str | None:
+    expected = expectations(node, "~topics")
+    if not expected and not expectations(node, "~services"):
+        raise AssertionError("No topic or service is specified in rosparam.")
+    follow(node, Watch(expected, "topic"), find)
+
+
+def check_services(node: Node) -> None:
+    """Raises AssertionError when a service is not there, or is and must not be."""
+
+    def find(one: Expectation) -> str | None:
         try:
             uri = node.master.lookup_service(one.name)
             link = ServiceLink(uri, one.name, node.name, Interface("*", "*"), deadline=None, probe=True)
-        except (Refused, PiprosError):
+        except PiprosError:
             return None
         link.close()
         return link.fields.get("type", "")
 
-    check_all(node, expectations(node, "~topics"), find_topic, what="topic")
-    check_all(node, expectations(node, "~services"), find_service, what="service")
+    follow(node, Watch(expectations(node, "~services"), "service"), find)
 
 
 def main() -> None:
-    run_check("advertisetest", check)
+    run_checks(
+        "advertisetest", "AdvertiseTest", advertise_topics=check_topics, advertise_services=check_services
+    )

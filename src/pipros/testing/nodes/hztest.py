@@ -1,8 +1,8 @@
 """`hztest`: messages come at a rate, or none come.
 
-Private parameters: `topic`, `hz` (0: it must be silent), `hzerror`, `test_duration`, `wait_time` (20 s)
-for the first message, `check_intervals` (each gap must fit the rate too), `wall_clock` (measure in wall
-time even when time is simulated).
+Private parameters: `topic`, `hz` (0: it must be silent), `hzerror` (needed unless `hz` is 0),
+`test_duration`, `wait_time` (20 s) for the first message, `check_intervals` (each gap must fit the rate
+too), `wall_clock` (measure in wall time even when time is simulated).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pipros.node import Node
 from pipros.node.clock import NS_PER_S, WallClock
 from pipros.node.raw import RawMessage
-from pipros.testing.nodes.program import looks, number, parameter, run_check
+from pipros.testing.nodes.program import looks, number, parameter
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +58,9 @@ class Rate:
 def check(node: Node) -> None:
     """Raises AssertionError when the rate is not as expected."""
     topic = parameter(node, "~topic")
-    rate = Rate(number(node, "~hz"), number(node, "~hzerror", 0))
-    duration = number(node, "~test_duration")
+    hz = number(node, "~hz")
+    rate = Rate(hz, number(node, "~hzerror") if hz else 0.0)
+    duration, wait = number(node, "~test_duration"), number(node, "~wait_time", 20)
     if rate.hz < 0 or rate.error < 0 or duration <= 0 or not topic:
         raise AssertionError(
             f"bad parameters: hz {rate.hz:g} and hzerror {rate.error:g} must not be negative, "
@@ -67,16 +68,23 @@ def check(node: Node) -> None:
         )
     clock = WallClock() if parameter(node, "~wall_clock", False) else node.clock
     arrivals_ns: list[int] = []
-    node.subscribe(topic, RawMessage, lambda _: arrivals_ns.append(clock.now_ns()))
-    if rate.hz:
-        for _ in looks(node, number(node, "~wait_time", 20)):
-            if arrivals_ns:
+
+    def arrive(_: RawMessage) -> None:
+        now_ns = clock.now_ns()
+        if arrivals_ns and now_ns < arrivals_ns[0]:
+            arrivals_ns.clear()  # simulated time began anew
+        arrivals_ns.append(now_ns)
+
+    node.subscribe(topic, RawMessage, arrive)
+    # Silence has to last for this time too: a publisher may only be coming up.
+    if not any(arrivals_ns for _ in looks(node, wait)) and rate.hz:
+        raise AssertionError("no messages before timeout")
+    if rate.hz or not arrivals_ns:
+        for _ in looks(node, duration, clock):
+            if arrivals_ns and not rate.hz:
                 break
-        else:
-            raise AssertionError("no messages before timeout")
-    clock.sleep(duration)
     rate.check(list(arrivals_ns), check_intervals=bool(parameter(node, "~check_intervals", False)))
 
 
 def main() -> None:
-    run_check("hztest", check)
+    run_checks("hztest", "HzTest", hz=check)

@@ -7,18 +7,21 @@ is set, `test_duration` (5 s) that it may take beyond that to have its value.
 from __future__ import annotations
 
 from pipros.node import Node
-from pipros.testing.nodes.program import looks, number, parameter, run_check
+from pipros.testing.nodes.program import looks, number, parameter
 
 _UNSET = object()
 
 
 def check(node: Node) -> None:
     """Raises AssertionError when the parameter is not as expected in time."""
-    target = parameter(node, "~param_name_target")
+    target = str(parameter(node, "~param_name_target"))
     expected = parameter(node, "~param_value_expected", None)
     duration = number(node, "~test_duration", 5)
-    if duration <= 0:
-        raise AssertionError("bad parameter (test_duration)")
+    if duration <= 0 or not target:
+        raise AssertionError(
+            f"bad parameters: test_duration {duration:g} must be positive, "
+            f"and param_name_target [{target}] must not be empty"
+        )
     value: object = _UNSET
     for _ in looks(node, number(node, "~wait_time", 20)):
         value = parameter(node, target, _UNSET)
@@ -36,4 +39,4 @@ def check(node: Node) -> None:
 
 
 def main() -> None:
-    run_check("paramtest", check)
+    run_checks("paramtest", "ParamTest", param=check)

@@ -1,40 +1,46 @@
-"""What the test nodes share: a node of their own, its parameters, and the report."""
+"""What the test nodes share: a node of their own, its parameters, waits, and the report."""
 
 from __future__ import annotations
 
 import sys
 import unittest
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from pipros.env import Environment
 from pipros.errors import NotFound
 from pipros.node import Node
+from pipros.node.clock import NS_PER_S, Clock, WallClock
 from pipros.testing.program import exit_unless, run_program
 
-#: How long a topic or service may take to appear when the test does not say.
-DEFAULT_TIMEOUT_S = 10.0
+#: How often is looked again whether what is expected came true.
+LOOK_INTERVAL_S = 0.05
 
-#: How often the master is asked again.
-LOOK_INTERVAL_S = 0.1
+#: How long simulated time may take to begin.
+CLOCK_TIMEOUT_S = 10.0
 
 
-def run_check(name: str, check: Callable[[Node], None]) -> None:
-    """Runs `check` as the only case of a test script called `name`; ends the process with 1 if it fails.
+def run_checks(name: str, class_name: str, **checks: Callable[[Node], None]) -> None:
+    """Runs checks as the cases of a test script called `name`; ends the process with 1 if one fails.
 
-    A check fails by an AssertionError that says what was expected.
+    A check fails by an AssertionError that says what was expected. Classes and cases bear the names that
+    they have in Noetic, since dashboards group by them.
     """
+    cases = {f"test_{what}": _case(name, check) for what, check in checks.items()}
+    kind = type(class_name, (unittest.TestCase,), {**cases, "__module__": "__main__"})
+    exit_unless(run_program("rostest", name, kind, sys.argv))
 
+
+def _case(name: str, check: Callable[[Node], None]) -> Callable[[unittest.TestCase], None]:
     def run(_: unittest.TestCase) -> None:
         with Node(name, argv=sys.argv, environment=Environment.from_os()) as node:
             node.wait_for_master()
             if parameter(node, "/use_sim_time", False):
                 node.use_simulated_time()
+                _wait_for_time(node)
             check(node)
 
-    case = type(f"{name.capitalize()}Case", (unittest.TestCase,), {f"test_{name.removesuffix('test')}": run})
-    exit_unless(run_program("rostest", name, case, sys.argv))
+    return run
 
 
 _REQUIRED = object()
@@ -69,74 +75,26 @@ def number(node: Node, name: str, default: Any = _REQUIRED) -> float:
         raise AssertionError(f"parameter [{node.resolve(name)}] is no number: {value!r}") from None
 
 
-@dataclass(frozen=True, slots=True)
-class Expectation:
-    """One entry of a list of topics or services to check.
+def looks(node: Node, timeout_s: float, clock: Clock | None = None) -> Iterator[float]:
+    """Comes round until the time is over, at least twice; gives the seconds since the first time.
 
-    Attributes:
-        name: the global name.
-        timeout_s: how long it may take to appear; for a negative one, how long it must stay away.
-        negative: it must not be there.
-        type: its type, if that matters.
+    Args:
+        clock: whose seconds they are; those of the wall when it is left out.
     """
-
-    name: str
-    timeout_s: float
-    negative: bool
-    type: str | None
-
-    @classmethod
-    def read(cls, node: Node, entry: Any) -> Expectation:
-        """Raises:
-        AssertionError: the entry is no dictionary with a name.
-        """
-        if not isinstance(entry, Mapping) or not isinstance(entry.get("name"), str):
-            raise AssertionError(
-                f"'name' is missing in {entry!r}: needed is {{name: …, timeout: …, negative: …}}"
-            )
-        return cls(
-            node.resolve(entry["name"]),
-            float(entry.get("timeout", DEFAULT_TIMEOUT_S)),
-            bool(entry.get("negative", False)),
-            entry.get("type"),
-        )
+    wall = WallClock()
+    clock = clock or wall
+    start_ns = clock.now_ns()
+    elapsed_s = 0.0
+    yield elapsed_s
+    while elapsed_s < timeout_s and not node.is_shutdown:
+        # Simulated time may stand still; this goes on looking.
+        wall.sleep(LOOK_INTERVAL_S)
+        elapsed_s = (clock.now_ns() - start_ns) / NS_PER_S
+        yield elapsed_s
 
 
-def expectations(node: Node, name: str) -> list[Expectation]:
-    """The list that a parameter holds; empty when it is not set."""
-    entries = parameter(node, name, [])
-    if not isinstance(entries, list):
-        raise AssertionError(f"parameter [{node.resolve(name)}] is no list: {entries!r}")
-    return [Expectation.read(node, entry) for entry in entries]
-
-
-def looks(node: Node, timeout_s: float) -> Iterator[None]:
-    """Comes round until the time is over, at least once."""
-    end_ns = node.clock.now_ns() + int(timeout_s * 1e9)
-    yield
-    while node.clock.now_ns() < end_ns and not node.is_shutdown:
-        node.clock.sleep(LOOK_INTERVAL_S)
-        yield
-
-
-def check_all(
-    node: Node, expected: list[Expectation], find: Callable[[Expectation], str | None], *, what: str
-) -> None:
-    """Checks that each expectation comes true in its time. `find` gives the type of what is there, or None.
-
-    Raises:
-        AssertionError: naming the first that does not.
-    """
-    for one in expected:
-        found: str | None = None
-        for _ in looks(node, one.timeout_s):
-            found = find(one)
-            if found is not None:
-                break
-        if one.negative:
-            if found is not None:
-                raise AssertionError(f"{what} [{one.name}] is there, and must not be")
-        elif found is None:
-            raise AssertionError(f"{what} [{one.name}] did not appear within {one.timeout_s:g} s")
-        elif one.type not in (None, found):
-            raise AssertionError(f"{what} [{one.name}] has the type [{found}], not [{one.type}]")
+def _wait_for_time(node: Node) -> None:
+    for _ in looks(node, CLOCK_TIMEOUT_S):
+        if node.clock.now_ns():
+            return
+    raise AssertionError(f"/use_sim_time is true, and nobody published on /clock for {CLOCK_TIMEOUT_S:g} s")

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 from pipros.node import Node
 from pipros.node.raw import RawMessage
-from pipros.testing.nodes.program import Expectation, check_all, expectations, run_check
+from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
+from pipros.testing.nodes.program import run_checks
 
 
 def check(node: Node) -> None:
     """Raises AssertionError when a topic is silent, or one that must be silent is not."""
     expected = expectations(node, "~topics")
+    if not expected:
+        raise AssertionError("No topic is specified in rosparam.")
     heard: dict[str, str] = {}
 
     def hear(message: RawMessage) -> None:
@@ -24,8 +27,8 @@ def check(node: Node) -> None:
     def find(one: Expectation) -> str | None:
         return heard.get(one.name)
 
-    check_all(node, expected, find, what="a message on")
+    follow(node, Watch(expected, "a message on"), find, node.clock)
 
 
 def main() -> None:
-    run_check("publishtest", check)
+    run_checks("publishtest", "PublishTest", publish=check)

@@ -1,12 +1,13 @@
 """`subscribetest`: topics are subscribed to, or are not.
 
-Private parameter `topics`: a list of `{name, timeout: 10.0, negative: false}`.
+Private parameter `topics`: a list of `{name, timeout: 10.0, negative: false, type}`.
 """
 
 from __future__ import annotations
 
 from pipros.node import Node
-from pipros.testing.nodes.program import Expectation, check_all, expectations, run_check
+from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
+from pipros.testing.nodes.program import run_checks
 
 
 def check(node: Node) -> None:
@@ -14,11 +15,15 @@ def check(node: Node) -> None:
 
     def find(one: Expectation) -> str | None:
         _, subscribed, _ = node.master.get_system_state()
-        types = {topic: type_name for topic, type_name in node.master.get_topic_types()}
-        return next((types.get(topic, "") for topic, _ in subscribed if topic == one.name), None)
+        if all(topic != one.name for topic, _ in subscribed):
+            return None
+        return next((kind for topic, kind in node.master.get_topic_types() if topic == one.name), "")
 
-    check_all(node, expectations(node, "~topics"), find, what="a subscriber of")
+    expected = expectations(node, "~topics")
+    if not expected:
+        raise AssertionError("No topic is specified in rosparam.")
+    follow(node, Watch(expected, "a subscriber of"), find)
 
 
 def main() -> None:
-    run_check("subscribetest", check)
+    run_checks("subscribetest", "SubscribeTest", subscribe=check)
