@@ -58,6 +58,18 @@ def test_a_persistent_client_keeps_its_connection_and_survives_errors(make_node:
     proxy.close()
 
 
+def test_a_persistent_client_connects_again_after_its_server_was_gone(make_node: MakeNode) -> None:
+    client = make_node("client")
+    proxy = client.client("set", SetBool, persistent=True)
+    for number in range(2):
+        server = make_node("server")
+        server.serve("set", SetBool, answer(str(number)))
+        assert proxy.call(ON).message == str(number)
+        server.shutdown("restart")
+        with pytest.raises(ServiceFailed):
+            proxy.call(ON)
+
+
 def test_a_call_may_be_given_a_time_limit(make_node: MakeNode) -> None:
     server, client, gate = make_node("server"), make_node("client"), threading.Event()
     server.serve("slow", Empty, lambda _: (gate.wait(10), Empty._response_class())[1])

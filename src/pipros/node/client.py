@@ -126,7 +126,7 @@ class ServiceClient:
             finally:
                 self._close(link)
         with self._turn:
-            if self._kept is None:
+            if self._kept is None or self._kept.is_closed:  # broken by an earlier call: begin anew
                 self._kept = self._connect(deadline)
             body = self._kept.call(self.service, request, deadline)
         return self._decode(body)
@@ -262,6 +262,10 @@ class ServiceLink:
     def interrupt(self) -> None:
         """Ends a call that another thread waits for."""
         sockets.abort(self.sock)
+
+    @property
+    def is_closed(self) -> bool:
+        return self.sock.fileno() < 0
 
     def close(self) -> None:
         sockets.abort(self.sock)
