@@ -279,6 +279,17 @@ def test_only_hooks_may_publish_while_the_node_ends(make_node: MakeNode) -> None
     assert [message.data for message in inbox.messages] == [9, 0]
 
 
+def test_what_was_published_last_arrives_although_the_node_ends(make_node: MakeNode) -> None:
+    talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
+    listener.subscribe("cloud", ByteArray, inbox)
+    publisher = talker.advertise("cloud", ByteArray, queue_size=0)
+    wait_until_connected(publisher)
+    for number in range(20):
+        publisher.publish(ByteArray(data=bytes([number]) * 1_000_000))
+    talker.shutdown("done")
+    assert [message.data[0] for message in inbox.wait(20)] == list(range(20))
+
+
 def test_a_duplicate_name_ends_the_older_node(make_node: MakeNode) -> None:
     reasons: list[str] = []
     old = make_node("twin", on_shutdown_request=lambda reason: (reasons.append(reason), old.shutdown(reason)))

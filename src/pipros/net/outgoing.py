@@ -137,6 +137,15 @@ class OutgoingLink:
                 self._is_watched = True
                 self._loop.call(self._start_writer)
 
+    def drain(self, limit_s: float) -> None:
+        """Gives what waits a last chance to go out; takes no longer than `limit_s` in all."""
+        end = time.monotonic() + limit_s
+        while self.is_behind and not self.is_closed and (left_s := end - time.monotonic()) > 0:
+            with contextlib.suppress(OSError, ValueError):  # closed meanwhile
+                sockets.wait_writable(self._sock, left_s)
+            with self._lock:
+                self._flush()
+
     def greet(self, header: bytes) -> None:
         """Sends the answering connection header, before anything else. It counts as no frame."""
         self.send((header,), len(header))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import struct
 import threading
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
@@ -22,6 +23,9 @@ AnyMessage = TypeVar("AnyMessage", bound="Message")
 
 #: Frames up to this size are joined and written by one plain send; larger ones are never copied.
 JOIN_LIMIT_BYTES = 32 * 1024
+
+#: What was published last should arrive, but no slow subscriber keeps a node from ending.
+FAREWELL_S = 0.2
 
 _pack_length = struct.Struct("<I").pack
 
@@ -139,9 +143,12 @@ class Publication:
             peer.link.queue_size = queue_size
 
     def close(self) -> None:
-        """Closes all links; further messages go nowhere."""
+        """Closes all links once what waits has gone out, or had FAREWELL_S to; new messages go nowhere."""
         self._is_closed = True
+        end = time.monotonic() + FAREWELL_S
         for peer in self.links:
+            if peer.link.is_behind:
+                peer.link.drain(end - time.monotonic())
             peer.link.close()
 
     def _frame(self, message: Message) -> tuple[Frame, int]:
