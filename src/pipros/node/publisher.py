@@ -142,10 +142,13 @@ class Publication:
         for peer in self.links:
             peer.link.queue_size = queue_size
 
-    def close(self) -> None:
-        """Closes all links once what waits has gone out, or had FAREWELL_S to; new messages go nowhere."""
+    def close(self, end: float | None = None) -> None:
+        """Closes all links; new messages go nowhere.
+
+        What waits gets until `end` (of `time.monotonic`) to go out, by default for FAREWELL_S.
+        """
         self._is_closed = True
-        end = time.monotonic() + FAREWELL_S
+        end = time.monotonic() + FAREWELL_S if end is None else end
         for peer in self.links:
             if peer.link.is_behind:
                 peer.link.drain(end - time.monotonic())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import logging
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ from pipros.net.address import uri
 from pipros.net.loop import BackgroundLoop
 from pipros.net.tcpros import Connection, refuse_connection
 from pipros.node.context import NodeContext
-from pipros.node.publisher import Publication, Publisher
+from pipros.node.publisher import FAREWELL_S, Publication, Publisher
 from pipros.node.registration import (
     Entry,
     PublicationEntry,
@@ -273,8 +274,9 @@ class Topics:
 
     def close(self) -> None:
         """Ends every link and every connection."""
+        end = time.monotonic() + FAREWELL_S  # for all topics together
         for publication, _ in self._publications.values():
-            publication.close()
+            publication.close(end)
         for subscription, _ in self._subscriptions.values():
             subscription.close()
         for server, _ in self._services.values():
