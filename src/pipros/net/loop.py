@@ -11,6 +11,10 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 
+#: A transport that is closed (by a task that was cancelled in the middle of an accept, for example)
+#: closes its socket in the turn after the next.
+CLOSING_TURNS = 3
+
 
 class BackgroundLoop:
     """Runs an event loop in a thread of its own, for threads that want to block.
@@ -62,7 +66,8 @@ class BackgroundLoop:
             left = asyncio.all_tasks(loop)
             for task in left:
                 task.cancel()
-            if left:
-                loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
+            loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
+            for _ in range(CLOSING_TURNS):
+                loop.run_until_complete(asyncio.sleep(0))
         finally:
             loop.close()

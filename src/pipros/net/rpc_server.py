@@ -107,6 +107,7 @@ class RpcServer:
         self._on_bad_arity = on_bad_arity or _bad_arity
         self._server: asyncio.Server | None = None
         self._sweeper: asyncio.TimerHandle | None = None
+        self._is_stopped = False
         self.limits = limits or RpcLimits()
         self.calls = dict.fromkeys(self._methods, 0)
         self.refusals = Refusals()
@@ -128,6 +129,7 @@ class RpcServer:
         Raises:
             OSError: when the port is taken or the address is not of this machine.
         """
+        self._is_stopped = False
         loop = asyncio.get_running_loop()
         listener = listen(self._host, self._port)
         self._port = listener.getsockname()[1]
@@ -139,6 +141,7 @@ class RpcServer:
 
     async def stop(self) -> None:
         """Closes the port and all connections. Calls in progress are not waited for."""
+        self._is_stopped = True
         if self._sweeper:
             self._sweeper.cancel()
         if self._server:
@@ -156,7 +159,9 @@ class RpcServer:
     # ---- what connections ask
 
     def admits(self, peer: str) -> bool:
-        """False, and noted, when the peer may not connect."""
+        """False, and noted, when the peer may not connect; False for whoever was being accepted at the end."""
+        if self._is_stopped:
+            return False
         if self._admits is None or self._admits(peer):
             return True
         self.refusals.note(peer, "its network is not allowed here")
