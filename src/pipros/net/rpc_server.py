@@ -159,7 +159,7 @@ class RpcServer:
     # ---- what connections ask
 
     def admits(self, peer: str) -> bool:
-        """False, and noted, when the peer may not connect; False for whoever was being accepted at the end."""
+        """False, and noted, when the peer may not connect; False when the server has stopped meanwhile."""
         if self._is_stopped:
             return False
         if self._admits is None or self._admits(peer):
