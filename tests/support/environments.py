@@ -15,7 +15,7 @@ VENV_BIN = Path(sys.executable).parent
 _SHELL_TOOLS = (
     "bash", "sh", "env", "cat", "ls", "chmod", "mkdir", "cp", "mv", "rm", "sleep", "kill", "sed", "grep",
     "head", "tail", "tee", "stty", "uname", "touch", "ln", "id", "date", "tty", "dirname", "basename",
-    "find", "ps", "timeout", "true", "false",
+    "find", "ps", "timeout", "true", "false", "zsh", "fish",
 )
 # fmt: on
 
