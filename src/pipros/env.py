@@ -6,9 +6,9 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import urlsplit
 
 from pipros.errors import PiprosError
+from pipros.wire.uri import split_uri
 
 DEFAULT_MASTER_PORT = 11311
 DEFAULT_MASTER_URI = f"http://localhost:{DEFAULT_MASTER_PORT}"
@@ -79,11 +79,10 @@ def split_master_uri(uri: str) -> tuple[str, int]:
         InvalidEnvironment: for another scheme than http, or without a host or a port.
     """
     try:
-        parts = urlsplit(uri)
-        host, port = parts.hostname, parts.port
-    except ValueError as error:
-        raise InvalidEnvironment(f"ROS_MASTER_URI [{uri}] is no URI: {error}") from None
-    if parts.scheme not in ("http", "rosrpc") or not host or not port:
+        host, port, _ = split_uri(uri)
+    except ValueError:
+        host, port = "", 0
+    if not host or not port:
         raise InvalidEnvironment(
             f"ROS_MASTER_URI [{uri}] needs the form http://HOST:PORT, for example {DEFAULT_MASTER_URI}"
         )

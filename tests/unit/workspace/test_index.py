@@ -36,6 +36,22 @@ def test_a_name_inside_a_comment_is_not_the_name(tmp_path: Path) -> None:
     assert [package.name for package in PackageIndex([tmp_path])] == ["new"]
 
 
+@pytest.mark.parametrize(
+    "manifest",
+    [
+        "<package><name>two words</name><name>right</name>",
+        "<name><b>bold</b></name><name>\n right\t</name>",
+        "<!-- <name>a</name> --><!----><name>right</name><!-- <name>b</name>",
+        "<!-- never closed <name>right</name>",
+        "<na<!-- -->me>right</name>",
+    ],
+)
+def test_the_name_is_found_in_odd_manifests(tmp_path: Path, manifest: str) -> None:
+    add_package(tmp_path / "folder")
+    (tmp_path / "folder" / "package.xml").write_text(manifest)
+    assert [package.name for package in PackageIndex([tmp_path])] == ["right"]
+
+
 def test_a_manifest_without_a_name_is_known_by_its_folder(tmp_path: Path) -> None:
     add_package(tmp_path / "broken")
     (tmp_path / "broken" / "package.xml").write_text("<package")
@@ -120,6 +136,40 @@ def test_a_large_folder_is_answered_from_the_cache_while_nothing_changes(tmp_pat
     assert "from_the_cache" in PackageIndex([root], cache_folder=cache)
 
 
+def test_one_package_of_a_cached_folder_is_good_as_long_as_its_own_manifest(tmp_path: Path) -> None:
+    root, cache = tmp_path / "root", tmp_path / "cache"
+    many_packages(root)
+    list(PackageIndex([root], cache_folder=cache))
+    (root / "p3" / "package.xml").write_text("<package><name>renamed</name></package>")
+
+    assert PackageIndex([root], cache_folder=cache).find("p7").path == root / "p7"
+    assert PackageIndex([root], cache_folder=cache).get("p3") is None
+    assert PackageIndex([root], cache_folder=cache).find("renamed").path == root / "p3"
+
+
+def test_all_are_listed_rightly_after_one_was_found_in_an_outdated_cache(tmp_path: Path) -> None:
+    root, cache = tmp_path / "root", tmp_path / "cache"
+    many_packages(root)
+    list(PackageIndex([root], cache_folder=cache))
+    add_package(root / "new")
+    index = PackageIndex([root], cache_folder=cache)
+
+    assert index.find("p7").path == root / "p7"
+    assert "new" in {package.name for package in index}
+
+
+def test_a_package_in_an_earlier_folder_wins_over_one_in_a_cached_later_one(tmp_path: Path) -> None:
+    early, late, cache = tmp_path / "early", tmp_path / "late", tmp_path / "cache"
+    many_packages(late)
+    many_packages(early)
+    list(PackageIndex([early, late], cache_folder=cache))
+    index = PackageIndex([early, late], cache_folder=cache)
+    assert index.find("p7").path == early / "p7"
+
+    (early / "p7" / "package.xml").unlink()
+    assert PackageIndex([early, late], cache_folder=cache).find("p7").path == late / "p7"
+
+
 @pytest.mark.parametrize("change", ["new package", "gone package", "other name", "damaged cache"])
 def test_the_cache_gives_way_to_every_change(tmp_path: Path, change: str) -> None:
     root, cache = tmp_path / "root", tmp_path / "cache"
@@ -159,5 +209,7 @@ def test_a_crawl_survives_being_written_down(tmp_path: Path) -> None:
     found = crawling.crawl(str(tmp_path))
     text = crawling.dump(found)
     assert text is not None
-    assert crawling.load(text, str(tmp_path)) == found
+    again = crawling.load(text, str(tmp_path))
+    assert again is not None
+    assert crawling.dump(again) == text
     assert crawling.load(text, "/elsewhere") is None
