@@ -1,0 +1,25 @@
+"""Every example of docs/client.md runs, and prints what stands below it."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from pipros.master.server import Master
+from tests.support.environments import REPOSITORY, VENV_BIN
+from tests.support.processes import Processes
+
+TEXT = (REPOSITORY / "docs" / "client.md").read_text()
+EXAMPLES = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", TEXT, re.DOTALL)
+
+
+def test_every_example_says_what_it_prints() -> None:
+    assert len(EXAMPLES) == TEXT.count("```python") >= 6
+
+
+@pytest.mark.parametrize(("code", "printed"), EXAMPLES)
+def test_the_example_prints_what_stands_below_it(processes: Processes, code: str, printed: str) -> None:
+    with Master(port=0) as master:
+        ended = processes.run(VENV_BIN / "python", "-c", code, environment={"ROS_MASTER_URI": master.uri})
+    assert (ended.returncode, ended.stdout) == (0, printed.splitlines()), ended.output
