@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import importlib
 import importlib.metadata
+import stat
 import subprocess
 import sys
+import zipfile
+from pathlib import Path
 
 import pytest
 
@@ -49,3 +52,22 @@ def test_the_import_hook_is_there_in_every_interpreter_of_the_environment() -> N
     ended = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
 
     assert ended.stdout == "True\n"
+
+
+def test_programs_in_shipped_packages_may_be_executed_after_an_installation(tmp_path: Path) -> None:
+    subprocess.run(
+        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", tmp_path],
+        cwd=REPOSITORY,
+        check=True,
+        capture_output=True,
+    )
+    (wheel,) = tmp_path.glob("*.whl")
+
+    with zipfile.ZipFile(wheel) as archive:
+        programs = {
+            file.filename: stat.S_IMODE(file.external_attr >> 16)
+            for file in archive.infolist()
+            if file.filename.startswith("pipros/share/rostest/nodes/")
+        }
+    assert len(programs) == 5
+    assert set(programs.values()) == {0o755}

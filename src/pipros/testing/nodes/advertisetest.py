@@ -5,7 +5,10 @@ Private parameters `topics` and `services`: lists of `{name, timeout: 10.0, nega
 
 from __future__ import annotations
 
+import time
+
 from pipros.errors import PiprosError
+from pipros.net.tcpros import HANDSHAKE_DEADLINE_S
 from pipros.node import Node
 from pipros.node.client import ServiceLink
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
@@ -32,13 +35,19 @@ def check_services(node: Node) -> None:
     def find(one: Expectation) -> str | None:
         try:
             uri = node.master.lookup_service(one.name)
-            link = ServiceLink(uri, one.name, node.name, Interface("*", "*"), deadline=None, probe=True)
+            return "" if one.type is None else _service_type(node, one.name, uri)
         except PiprosError:
             return None
-        link.close()
-        return link.fields.get("type", "")
 
     follow(node, Watch(expectations(node, "~services"), "service"), find)
+
+
+def _service_type(node: Node, service: str, uri: str) -> str:
+    any_kind = Interface("*", "*")
+    deadline = time.monotonic() + HANDSHAKE_DEADLINE_S
+    link = ServiceLink(uri, service, node.name, any_kind, deadline=deadline, probe=True)
+    link.close()
+    return link.fields.get("type", "")
 
 
 def main() -> None:

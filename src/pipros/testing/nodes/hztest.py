@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pipros.node import Node
 from pipros.node.clock import NS_PER_S, WallClock
 from pipros.node.raw import RawMessage
-from pipros.testing.nodes.program import looks, number, parameter
+from pipros.testing.nodes.program import looks, number, parameter, run_checks
 
 
 @dataclass(frozen=True, slots=True)

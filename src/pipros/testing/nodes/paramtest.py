@@ -7,7 +7,7 @@ is set, `test_duration` (5 s) that it may take beyond that to have its value.
 from __future__ import annotations
 
 from pipros.node import Node
-from pipros.testing.nodes.program import looks, number, parameter
+from pipros.testing.nodes.program import looks, number, parameter, run_checks
 
 _UNSET = object()
 

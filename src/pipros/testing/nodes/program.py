@@ -11,6 +11,7 @@ from pipros.env import Environment
 from pipros.errors import NotFound
 from pipros.node import Node
 from pipros.node.clock import NS_PER_S, Clock, WallClock
+from pipros.safe import yaml
 from pipros.testing.program import exit_unless, run_program
 
 #: How often is looked again whether what is expected came true.
@@ -35,6 +36,8 @@ def _case(name: str, check: Callable[[Node], None]) -> Callable[[unittest.TestCa
     def run(_: unittest.TestCase) -> None:
         with Node(name, argv=sys.argv, environment=Environment.from_os()) as node:
             node.wait_for_master()
+            for key, text in node.identity.arguments.params.items():
+                node.params.set("~" + key, yaml.load(text))
             if parameter(node, "/use_sim_time", False):
                 node.use_simulated_time()
                 _wait_for_time(node)

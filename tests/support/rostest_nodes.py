@@ -1,0 +1,182 @@
+"""Rostest files around the test nodes of the package rostest, and what becomes of each.
+
+The one node around them is plain rospy, so pipros and genuine ROS run the same files.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+NODES = '<node pkg="around" type="level.py" name="level"/><param name="/ready" value="25"/>'
+LEVEL = """#!/usr/bin/env python3
+import rospy
+from std_msgs.msg import String
+from std_srvs.srv import Empty
+
+rospy.init_node("level")
+level = rospy.Publisher("level", String, queue_size=1)
+rospy.Service("reset", Empty, lambda request: [])
+rospy.Subscriber("orders", String, print)
+rate = rospy.Rate(20)
+while not rospy.is_shutdown():
+    level.publish("%25")
+    rate.sleep()
+"""
+MANIFEST = """<package format="2"><name>around</name><version>0.0.0</version><description>d</description>
+<maintainer email="a@example.com">a</maintainer><license>none</license></package>"""
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A test node with parameters, among the nodes of NODES.
+
+    Attributes:
+        cases: what its result file holds: the class and name of each case, and whether it passed.
+        said: what a failure says, in pipros' words.
+    """
+
+    node: str
+    params: str
+    cases: tuple[tuple[str, str, bool], ...]
+    said: str = ""
+
+    @property
+    def passes(self) -> bool:
+        return all(passed for _, _, passed in self.cases)
+
+    def write(self, folder: Path) -> None:
+        """Makes the package `around` in the folder, with this scene as `scene.test`."""
+        package = folder / "around"
+        package.mkdir(parents=True)
+        (package / "package.xml").write_text(MANIFEST)
+        (package / "level.py").write_text(LEVEL)
+        (package / "level.py").chmod(0o755)
+        (package / "scene.test").write_text(
+            f'<launch>{NODES}<test test-name="scene" pkg="rostest" type="{self.node}" time-limit="30">'
+            f"<rosparam>{self.params}</rosparam></test></launch>"
+        )
+
+
+def _hz(passed: bool) -> tuple[tuple[str, str, bool], ...]:
+    return (("__main__.HzTest", "test_hz", passed),)
+
+
+def _param(passed: bool) -> tuple[tuple[str, str, bool], ...]:
+    return (("__main__.ParamTest", "test_param", passed),)
+
+
+def _publish(passed: bool) -> tuple[tuple[str, str, bool], ...]:
+    return (("__main__.PublishTest", "test_publish", passed),)
+
+
+def _advertise(topics: bool, services: bool) -> tuple[tuple[str, str, bool], ...]:
+    return (
+        ("__main__.AdvertiseTest", "test_advertise_services", services),
+        ("__main__.AdvertiseTest", "test_advertise_topics", topics),
+    )
+
+
+def _subscribe(passed: bool) -> tuple[tuple[str, str, bool], ...]:
+    return (("__main__.SubscribeTest", "test_subscribe", passed),)
+
+
+SCENES = (
+    Scene("hztest", "{topic: level, hz: 20, hzerror: 8, test_duration: 1.0}", _hz(True)),
+    Scene(
+        "hztest",
+        "{topic: level, hz: 100, hzerror: 8, test_duration: 0.5}",
+        _hz(False),
+        "is not within 92.000Hz and 108.000Hz",
+    ),
+    Scene(
+        "hztest",
+        "{topic: silent, hz: 20, hzerror: 8, test_duration: 0.5, wait_time: 0.5}",
+        _hz(False),
+        "no messages before timeout",
+    ),
+    Scene("hztest", "{topic: level, hz: 20, test_duration: 0.5}", _hz(False), "hzerror] is not set"),
+    Scene("hztest", "{hz: 20, hzerror: 8, test_duration: 0.5}", _hz(False), "topic] is not set"),
+    Scene("hztest", "{topic: level, hz: -1, hzerror: 8, test_duration: 1}", _hz(False), "bad parameters"),
+    Scene("paramtest", "{param_name_target: /ready, param_value_expected: 25}", _param(True)),
+    Scene("paramtest", "{param_name_target: ready}", _param(True)),
+    Scene(
+        "paramtest",
+        "{param_name_target: /ready, param_value_expected: 26, test_duration: 0.2}",
+        _param(False),
+        "parameter [/ready] is 25, not 26",
+    ),
+    Scene(
+        "paramtest",
+        "{param_name_target: /unready, wait_time: 0.3}",
+        _param(False),
+        "parameter [/unready] was not set in time",
+    ),
+    Scene(
+        "publishtest",
+        "{topics: [{name: level}, {name: /orders, timeout: 1, negative: true}]}",
+        _publish(True),
+    ),
+    Scene(
+        "publishtest",
+        "{topics: [{name: /orders, timeout: 0.5}]}",
+        _publish(False),
+        "a message on [/orders] did not appear within 0.5 s",
+    ),
+    Scene(
+        "publishtest",
+        "{topics: [{name: level, timeout: 5, negative: true}]}",
+        _publish(False),
+        "a message on [/level] is there, and must not be",
+    ),
+    Scene(
+        "advertisetest",
+        "{topics: [{name: /level, type: std_msgs/String}, {name: /gone, timeout: 0.5, negative: true}],"
+        " services: [{name: /reset, type: std_srvs/Empty}, {name: /gone, timeout: 0.5, negative: true}]}",
+        _advertise(True, True),
+    ),
+    Scene(
+        "advertisetest",
+        "{topics: [{name: /level, type: std_msgs/Int8}], services: [{name: /gone, timeout: 0.5}]}",
+        _advertise(False, False),
+        "service [/gone] did not appear within 0.5 s",
+    ),
+    Scene(
+        "advertisetest",
+        "{topics: [{name: /level}], services: [{name: /reset, type: std_srvs/Trigger}]}",
+        _advertise(True, False),
+        "service [/reset] has the type [std_srvs/Empty], not [std_srvs/Trigger]",
+    ),
+)
+
+ONLY_OURS = (
+    Scene(
+        "subscribetest",
+        "{topics: [{name: /orders, type: std_msgs/String}, {name: /level, timeout: 0.5, negative: true}]}",
+        _subscribe(True),
+    ),
+    Scene(
+        "subscribetest",
+        "{topics: [{name: /level, timeout: 0.5}]}",
+        _subscribe(False),
+        "a subscriber of [/level] did not appear within 0.5 s",
+    ),
+    # Genuine hztest calls a method that Python 3.11 no longer has when it wants silence.
+    Scene("hztest", "{topic: silent, hz: 0, test_duration: 0.3, wait_time: 0.3}", _hz(True)),
+    Scene(
+        "hztest",
+        "{topic: level, hz: 0, test_duration: 5, wait_time: 10}",
+        _hz(False),
+        "messages received, and none must be",
+    ),
+    # Genuine nodes without anything to check end with a traceback and without results.
+    Scene("publishtest", "{unused: 0}", _publish(False), "No topic is specified in rosparam."),
+    Scene("subscribetest", "{unused: 0}", _subscribe(False), "No topic is specified in rosparam."),
+    Scene(
+        "advertisetest",
+        "{unused: 0}",
+        _advertise(False, True),
+        "No topic or service is specified in rosparam.",
+    ),
+)
+"""What genuine ROS has no node for, or what its nodes break on."""
