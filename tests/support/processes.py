@@ -84,7 +84,7 @@ class Process:
         """A place in the output, for `wait_for(..., since=mark)`."""
         return len(self.lines)
 
-    def wait_for(self, pattern: str, timeout_s: float = 20.0, since: int = 0) -> re.Match[str]:
+    def wait_for(self, pattern: str, timeout_s: float = 30.0, since: int = 0) -> re.Match[str]:
         """Waits for a line in which the regular expression `pattern` is found.
 
         Raises:
@@ -116,7 +116,7 @@ class Process:
     def kill(self) -> None:
         self._popen.kill()
 
-    def wait(self, timeout_s: float = 20.0) -> int:
+    def wait(self, timeout_s: float = 30.0) -> int:
         """The exit code, once the program ended and its output is read.
 
         Raises:

@@ -76,11 +76,11 @@ class RosSystem:
         """The nodes that the master knows as subscribers of the topic; none while no master answers."""
         return self._registered(1).get(topic, [])
 
-    def wait_for_publisher(self, topic: str, timeout_s: float = 20.0) -> None:
+    def wait_for_publisher(self, topic: str, timeout_s: float = 30.0) -> None:
         """Waits until the master knows a publisher of the topic."""
         wait_until(lambda: self.publishers(topic), timeout_s, f"a publisher of {topic}")
 
-    def wait_for_subscriber(self, topic: str, timeout_s: float = 20.0) -> None:
+    def wait_for_subscriber(self, topic: str, timeout_s: float = 30.0) -> None:
         """Waits until the master knows a subscriber of the topic."""
         wait_until(lambda: self.subscribers(topic), timeout_s, f"a subscriber of {topic}")
 

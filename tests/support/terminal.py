@@ -79,7 +79,7 @@ class Terminal:
         code = self.wait_for_prompt(timeout_s)
         return code, _PROMPT.sub("", self.output)
 
-    def wait_for(self, pattern: str, timeout_s: float = 20.0) -> re.Match[str]:
+    def wait_for(self, pattern: str, timeout_s: float = 30.0) -> re.Match[str]:
         """Waits until the regular expression is found in the output of the command typed last."""
         looked_for = re.compile(pattern)
         self._wait(lambda: looked_for.search(self.output) is not None, timeout_s, f"/{pattern}/")
@@ -87,7 +87,7 @@ class Terminal:
         assert found
         return found
 
-    def wait_for_prompt(self, timeout_s: float = 20.0) -> int:
+    def wait_for_prompt(self, timeout_s: float = 30.0) -> int:
         """Waits for the end of the command; its exit code."""
         self._wait(lambda: _PROMPT.search(self.output) is not None, timeout_s, "the prompt")
         found = _PROMPT.search(self.output)
