@@ -145,6 +145,11 @@ class RpcServer:
         if self._sweeper:
             self._sweeper.cancel()
         if self._server:
+            for listener in self._server.sockets:
+                asyncio.get_running_loop().remove_reader(listener.fileno())
+            # Up to Python 3.11 a connection is lost, and left open, whose server is closed while it is
+            # being accepted; those get their turn first.
+            await asyncio.sleep(0)
             self._server.close()
         self.connections.close_all()
         self.large_values.shutdown(wait=False, cancel_futures=True)

@@ -107,8 +107,7 @@ class Publication:
         refusal = check_topic_request(connection.fields, self.interface)
         if refusal:
             self._context.log.warning(refusal)
-        if refusal or self._is_closed:
-            refuse_connection(connection.sock, refusal or f"[{self.topic}] is being closed")
+            refuse_connection(connection.sock, refusal)
             return
         answer = accept_topic_link(
             self.topic, self._context.node_name, self.interface, latching=self.is_latching
@@ -122,6 +121,8 @@ class Publication:
             link.greet(header)
             self._send_latched(link)
             self.links = (*self.links, peer)
+        if self._is_closed:  # and `close` may not have seen this link
+            link.close()
         self._tell_listeners(
             lambda listener: listener.peer_subscribe(
                 self.topic, self.publish, lambda message: self.publish_to(peer, message)

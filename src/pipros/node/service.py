@@ -81,8 +81,8 @@ class ServiceServer:
         Called in the event loop, which answers at once, while a thread gets ready for the request.
         """
         refusal = check_service_request(connection.fields, self.interface)
-        if refusal or self._is_closed:
-            refuse_connection(connection.sock, refusal or f"[{self.name}] is being closed")
+        if refusal:
+            refuse_connection(connection.sock, refusal)
             return
         answer = encode_header(
             accept_service_link(
@@ -102,6 +102,8 @@ class ServiceServer:
             connection.sock.close()
             return
         self._open.add(connection.sock)
+        if self._is_closed:  # and `close` may not have seen this connection
+            sockets.abort(connection.sock)
         self._workers.run(self._serve, connection, answer[sent:])
 
     def close(self) -> None:
