@@ -1,0 +1,127 @@
+"""Sections 4.1 to 4.5 of the case study, typed from an empty folder, until it is the workspace of `examples/`.
+
+What a person writes in an editor is taken from the example; what the document has them uncomment and add
+in generated files is done to those files, and must meet the lines that the document's figures show.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.support.environments import EXAMPLES
+from tests.support.terminal import Terminal
+
+WORKSPACE = "feature/buse_nur_emir_07042023/catkin_ws"
+SOURCE = f"source ~/{WORKSPACE}/devel/setup.bash"
+
+FIGURE_3 = {
+    10: "find_package(catkin REQUIRED COMPONENTS",
+    11: "  roscpp",
+    12: "  rospy",
+    13: "  message_generation",
+    14: ")",
+    50: "add_message_files(FILES BatteryLevel.msg)",
+    71: "generate_messages()",
+    105: "catkin_package(CATKIN_DEPENDS message_runtime",
+}
+FIGURE_4 = {
+    51: "  <buildtool_depend>catkin</buildtool_depend>",
+    52: "  <build_depend>roscpp</build_depend>",
+    53: "  <build_depend>rospy</build_depend>",
+    54: "  <build_depend>message_generation</build_depend>",
+    55: "  <build_export_depend>roscpp</build_export_depend>",
+    56: "  <build_export_depend>rospy</build_export_depend>",
+    57: "  <exec_depend>roscpp</exec_depend>",
+    58: "  <exec_depend>rospy</exec_depend>",
+    59: "  <exec_depend>message_runtime</exec_depend>",
+}
+"""Lines of the edited files, by their numbers in the figures."""
+
+
+def make_workspace_and_package(terminal: Terminal) -> None:
+    """4.1, with the commands of figure 2."""
+    for line in (
+        "mkdir feature",
+        "cd feature",
+        "mkdir buse_nur_emir_07042023",
+        "cd buse_nur_emir_07042023",
+        "mkdir catkin_ws",
+        "cd catkin_ws",
+        "mkdir src",
+        "catkin_make",
+        SOURCE,
+        "cd src",
+    ):
+        _do(terminal, line)
+    assert _do(terminal, "ls ..").split() == ["build", "devel", "src"]
+    _do(terminal, "catkin_create_pkg composiv_tryouts rospy roscpp")
+    assert _do(terminal, "ls composiv_tryouts").split() == ["CMakeLists.txt", "include", "package.xml", "src"]
+    _do(terminal, "cd ..")
+    _do(terminal, "catkin_make")
+
+
+def create_message(terminal: Terminal, package: Path) -> None:
+    """4.2, with the edits of figures 3 and 4."""
+    _do(terminal, f"cd ~/{WORKSPACE}/src/composiv_tryouts")
+    _do(terminal, "mkdir msg")
+    _do(terminal, "echo 'string battery' > msg/BatteryLevel.msg")
+    edit(
+        package / "CMakeLists.txt",
+        [
+            ("  rospy\n)", "  rospy\n  message_generation\n)"),
+            ("# add_message_files(", "add_message_files(FILES BatteryLevel.msg)"),
+            ("# generate_messages(", "generate_messages()"),
+            ("catkin_package(\n", "catkin_package(CATKIN_DEPENDS message_runtime\n"),
+        ],
+        FIGURE_3,
+    )
+    build, run = "<build_depend>{}</build_depend>\n", "<exec_depend>{}</exec_depend>\n"
+    added = [(build, "message_generation"), (run, "message_runtime")]
+    edit(
+        package / "package.xml",
+        [
+            (f"  {kind.format('rospy')}", f"  {kind.format('rospy')}  {kind.format(name)}")
+            for kind, name in added
+        ],
+        FIGURE_4,
+    )
+    _do(terminal, f"cd ~/{WORKSPACE}")
+    assert "composiv_tryouts: 1 messages, 0 services" in _do(terminal, "catkin_make")
+    _do(terminal, SOURCE)
+
+
+def write_nodes_test_and_launch_file(terminal: Terminal, package: Path) -> None:
+    """4.3, 4.4 and 4.5, as far as files go."""
+    _do(terminal, f"cd ~/{WORKSPACE}/src/composiv_tryouts")
+    for folder, files in {
+        "scripts": ("composiv_talker.py", "composiv_listener.py"),
+        "test": ("test_talker.py",),
+        "launch": ("composiv_tryout.launch",),
+    }.items():
+        _do(terminal, f"mkdir {folder}")
+        for file in files:
+            (package / folder / file).write_text((EXAMPLES / "composiv_tryouts" / folder / file).read_text())
+    _do(terminal, "cd scripts")
+    _do(terminal, "chmod +x composiv_talker.py")
+    _do(terminal, "chmod +x composiv_listener.py")
+    _do(terminal, "cd ../test")
+    _do(terminal, "chmod +x test_talker.py")
+    _do(terminal, f"cd ~/{WORKSPACE}")
+    _do(terminal, "catkin_make")
+
+
+def edit(file: Path, changes: list[tuple[str, str]], figure: dict[int, str]) -> None:
+    """Makes changes to a generated file, each in its one place; afterwards it must look as in the figure."""
+    text = file.read_text()
+    for before, after in changes:
+        assert text.count(before) == 1, f"{before!r} stands {text.count(before)} times in {file}:\n{text}"
+        text = text.replace(before, after)
+    file.write_text(text)
+    lines = text.splitlines()
+    assert {number: lines[number - 1] for number in figure} == figure
+
+
+def _do(terminal: Terminal, line: str) -> str:
+    code, output = terminal.run(line)
+    assert code == 0, f"{line} ended with {code}:\n{output}"
+    return output
