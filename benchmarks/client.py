@@ -233,7 +233,7 @@ class World:
     def __init__(self, name, python):
         self.name, self.python = name, python
         self.home = tempfile.TemporaryDirectory()
-        self.errors = tempfile.TemporaryFile("w+")
+        self.errors = open(os.path.join(self.home.name, "errors"), "w+")  # noqa: SIM115  # closed with us
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
             self.port = probe.getsockname()[1]
@@ -272,6 +272,7 @@ class World:
     def close(self):
         self.master.send_signal(signal.SIGINT)
         self.master.communicate()
+        self.errors.close()
         self.home.cleanup()
 
 
