@@ -1,0 +1,133 @@
+"""Launch files as pytest sees them: a file with an item for each `<test>`."""
+
+from __future__ import annotations
+
+import io
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipros.env import Environment
+from pipros.errors import PiprosError
+from pipros.launch.console import Console
+from pipros.launch.core import new_run_id
+from pipros.launch.logs import LogFolder
+from pipros.launch.model import Launch, Test
+from pipros.launch.surroundings import Surroundings
+from pipros.launch.xml import load
+from pipros.testing.results import Case, Outcome
+from pipros.testing.rostest import Plan, Rostest
+from pipros.testing.runner import CaseResult
+from pipros.testing.stage import LaunchStage
+from pipros.workspace.index import PackageIndex
+
+
+class TestDidNotPass(Exception):
+    """A test program failed, or could not be run. The message is the whole report."""
+
+    __test__ = False
+
+
+class LaunchFileCollector(pytest.File):
+    """A launch file with tests."""
+
+    def collect(self) -> Iterator[pytest.Item]:
+        index = PackageIndex.from_environment()
+        try:
+            launch = load([str(self.path)], self._arguments(), surroundings=Surroundings.here(index))
+        except PiprosError as error:
+            raise self.CollectError(str(error)) from None
+        for test in launch.tests:
+            # Each runs by itself, on a system of its own with all nodes of the file.
+            yield LaunchTestItem.from_parent(
+                self, name=test.test_name, launch=replace(launch, tests=(test,)), test=test, index=index
+            )
+
+    def _arguments(self) -> dict[str, str]:
+        arguments = {}
+        for word in self.config.getoption("ros_arg"):
+            name, separator, value = word.partition(":=")
+            if not separator:
+                raise self.CollectError(f"--ros-arg={word} must have the form NAME:=VALUE")
+            arguments[name.strip()] = value.strip()
+        return arguments
+
+
+class LaunchTestItem(pytest.Item):
+    """One `<test>` of a launch file."""
+
+    def __init__(self, *, launch: Launch, test: Test, index: PackageIndex, **more: Any) -> None:
+        super().__init__(**more)
+        self._launch = launch
+        self._test = test
+        self._index = index
+
+    def runtest(self) -> None:
+        """Runs the test program with the nodes of the file on a private master.
+
+        Raises:
+            TestDidNotPass: with what the test program says about it.
+        """
+        with tempfile.TemporaryDirectory(prefix="pipros-results-") as results:
+            broken = self._run(Path(results))
+        if broken:
+            raise TestDidNotPass("\n\n".join(map(_report, broken)))
+
+    def reportinfo(self) -> tuple[Path, int | None, str]:
+        place = self._test.node.place
+        return self.path, None if place is None else place.line - 1, f"<test> {self.name}"
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        if isinstance(excinfo.value, (TestDidNotPass, PiprosError)):
+            return str(excinfo.value)
+        return super().repr_failure(excinfo, style)
+
+    def _run(self, results: Path) -> list[Case]:
+        """The cases that did not pass; what the test program printed goes into the report."""
+        owner = self._index.containing(self.path)
+        package = owner.name if owner else self.path.parent.name
+        environment = Environment.from_os()
+        plan = Plan(package, self.path, self._launch, results_base=results)
+        rostest = Rostest(
+            plan,
+            self._index,
+            lambda: LaunchStage(self._launch, self._index, environment, Console(has_title=False)),
+        )
+        result = CaseResult(io.StringIO())
+        with _launcher_log(environment):
+            try:
+                rostest.suite()(result)
+            finally:
+                # Ctrl-C comes past the end that unittest would give it.
+                rostest.tear_down()
+        suites = [suite for _, suite in rostest.results]
+        for suite in suites:
+            self.add_report_section("call", f"stdout of {self.name}", suite.stdout)
+            self.add_report_section("call", f"stderr of {self.name}", suite.stderr)
+        cases = [*result.cases, *(case for suite in suites for case in suite.cases)]
+        return [case for case in cases if case.outcome is not Outcome.PASSED]
+
+
+def _report(case: Case) -> str:
+    return f"{case.outcome.name}: {case.name} ({case.class_name})\n{case.text.rstrip()}"
+
+
+@contextmanager
+def _launcher_log(environment: Environment) -> Iterator[None]:
+    """Names a log file that no other launcher has; by it the nodes of a killed pytest are found and ended."""
+    folder = LogFolder(environment.log_dir.expanduser().absolute())
+    before = os.environ.get("ROS_LOG_FILENAME")
+    os.environ["ROS_LOG_FILENAME"] = str(folder.file_of_launcher(f"pytest-{new_run_id()}"))
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["ROS_LOG_FILENAME"]
+        else:
+            os.environ["ROS_LOG_FILENAME"] = before

@@ -1,0 +1,130 @@
+"""The pytest plugin of pipros: a ROS system for a test, and launch files with tests as they stand.
+
+It is there in every pytest of the environment (entry point `pipros`, switched off by `-p no:pipros`), so
+nothing of pipros is imported before somebody uses it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+import pytest
+
+if TYPE_CHECKING:
+    from pipros.launch.core import Core
+    from pipros.node import Node
+    from pipros.testing.launched import Launched
+
+T = TypeVar("T")
+
+_LOOK_INTERVAL_S = 0.02
+
+
+class WaitUntil(Protocol):
+    """What `ros_wait_until` is; see there."""
+
+    def __call__(self, condition: Callable[[], T], timeout_s: float = 10.0, what: str = "") -> T: ...
+
+
+class LaunchFile(Protocol):
+    """What `ros_launch` is; see there."""
+
+    def __call__(self, *words: str | Path, **arguments: Any) -> Launched: ...
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.getgroup("pipros", "launch files with tests").addoption(
+        "--ros-arg",
+        metavar="NAME:=VALUE",
+        action="append",
+        default=[],
+        help="argument for the launch files with tests, as on the command line of rostest; may be repeated",
+    )
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
+    """Collects `.test` files that are launch files, and `.launch` files with tests in them."""
+    if file_path.suffix not in (".test", ".launch"):
+        return None
+    content = file_path.read_bytes()
+    # Tests of a `.test` file may stand in files that it includes; other programs have `.test` files too.
+    if b"<launch" not in content or (file_path.suffix == ".launch" and b"<test" not in content):
+        return None
+    from pipros.testing.pytest_items import LaunchFileCollector
+
+    return LaunchFileCollector.from_parent(parent, path=file_path)
+
+
+@pytest.fixture
+def ros_master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Core]:
+    """A master of the test's own, on a free port and in this process; `ROS_MASTER_URI` names it.
+
+    Its address is `ros_master.uri`. Tests that run side by side do not see each other.
+    """
+    from pipros.env import DEFAULT_MASTER_URI, Environment
+    from pipros.launch.core import Core
+
+    # Whoever's master the environment names, this one is for this computer.
+    monkeypatch.setenv("ROS_MASTER_URI", DEFAULT_MASTER_URI)
+    with Core(port=0, rosout=False, environment=Environment.from_os()) as core:
+        monkeypatch.setenv("ROS_MASTER_URI", core.uri)
+        yield core
+
+
+@pytest.fixture
+def ros_node(ros_master: Core) -> Iterator[Node]:
+    """A node `/pytest` on the test's master, in this process; it ends with the test."""
+    from dataclasses import replace
+
+    from pipros.env import Environment
+    from pipros.node import Node
+
+    environment = replace(Environment.from_os(), master_uri=ros_master.uri)
+    with Node("pytest", environment=environment) as node:
+        yield node
+
+
+@pytest.fixture
+def ros_launch(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[LaunchFile]:
+    """Starts the nodes of a launch file on the test's master: `ros_launch("pkg", "file.launch", level=25)`.
+
+    One word is the path of a file, from the folder of the test module on. Arguments of the file are given
+    as keywords. Tests in the file are left out. All nodes end with the test, the ones started last first.
+    """
+    from pipros.testing.launched import Launched
+
+    launched: list[Launched] = []
+
+    def launch(*words: str | Path, **arguments: Any) -> Launched:
+        one = Launched(words, arguments, ros_master.uri, folder=request.path.parent)
+        launched.append(one)
+        one.start()
+        return one
+
+    try:
+        yield launch
+    finally:
+        for one in reversed(launched):
+            one.stop()
+
+
+@pytest.fixture
+def ros_wait_until() -> WaitUntil:
+    """Waits for a condition: `ros_wait_until(lambda: received, what="a message")`.
+
+    It returns the first value that is true, and fails the test when there is none in `timeout_s`.
+    """
+
+    def wait_until(condition: Callable[[], T], timeout_s: float = 10.0, what: str = "") -> T:
+        __tracebackhide__ = True
+        deadline = time.monotonic() + timeout_s
+        while not (value := condition()):
+            if time.monotonic() >= deadline:
+                pytest.fail(f"no {what or 'true value'} within {timeout_s:g} s")
+            time.sleep(_LOOK_INTERVAL_S)
+        return value
+
+    return wait_until
