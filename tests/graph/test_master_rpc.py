@@ -185,6 +185,22 @@ def test_what_is_no_request_is_refused_by_its_status_counted_and_closed(
     assert caplog.text.count("refused 127.0.0.1") == 1
 
 
+def test_who_sends_too_much_reads_why() -> None:
+    serving = Serving(limits=RpcLimits(body_bytes=1_000_000))
+    with RpcClient(serving.uri, timeout_s=20) as client:
+        with pytest.raises(ProtocolError, match=r"413 .* the limit is 1000000"):
+            client.call("echo", "x" * 20_000_000)
+        assert client.call("echo", 1) == 1
+    serving.close()
+
+
+def test_who_goes_on_sending_after_a_refusal_is_cut_off(serving: Serving) -> None:
+    with serving.connect() as peer:
+        peer.sendall(b"\x00garbage")
+        with pytest.raises((ConnectionResetError, BrokenPipeError)):
+            peer.sendall(bytes(1_000_000_000))
+
+
 def test_what_came_before_garbage_is_answered_before_that_is_refused(serving: Serving) -> None:
     with serving.connect() as peer:
         peer.sendall(request("wait") + request("echo", "second") + b"\x00garbage")

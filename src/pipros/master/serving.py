@@ -64,7 +64,11 @@ class MasterServer:
         self._api = MasterApi(
             self.registry, self.params, notify=self.notifier.notify, shutdown=self._shutdown_asked
         )
-        methods = {**self._api.methods, statistics.METHOD: self._statistics}
+        methods: dict[str, Callable[..., Any]] = {
+            **self._api.methods,
+            "getParamNames": self._get_param_names,
+            statistics.METHOD: self._statistics,
+        }
         self.rpc = RpcServer(methods, host=host, port=port, limits=limits, admits=admits)
         self._rate = statistics.CallRate()
         self._lookups = ThreadPoolExecutor(_LOOKUPS_AT_A_TIME, thread_name_prefix="master")
@@ -143,6 +147,11 @@ class MasterServer:
         # Shortly after the answer is out.
         asyncio.get_running_loop().call_later(0.05, self._on_shutdown, reason)
         return True
+
+    async def _get_param_names(self, *params: Any) -> Any:
+        """In a thread: the walk through a large tree takes long, and what it walks is never changed."""
+        answer = self._api.methods["getParamNames"]
+        return await asyncio.get_running_loop().run_in_executor(self.rpc.large_values, answer, *params)
 
     def _sample(self) -> None:
         loop = asyncio.get_running_loop()

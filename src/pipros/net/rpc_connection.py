@@ -34,6 +34,11 @@ LARGE_ANSWER_ELEMENTS: Final = 5_000
 """From here on bodies are decoded and answers encoded in a thread, so that the loop goes on answering
 others. Methods must therefore return values that nobody changes afterwards."""
 
+_LINGER_S: Final = 5.0
+_LINGER_BYTES: Final = 64 * 1024 * 1024
+"""How long, and for how much, a peer whose request was refused may go on sending it. One that is cut off
+in the middle of a request never reads why: the system throws our answer away."""
+
 
 class UnknownMethod(LookupError):
     """A call of a method that is not in the table."""
@@ -67,6 +72,8 @@ class RpcConnection(asyncio.Protocol):
         self._is_closing = False
         self._is_stalled = False
         self._is_reading = True
+        self._linger: asyncio.TimerHandle | None = None
+        self._linger_bytes = _LINGER_BYTES
         self.peer = ""
         self.last_used = loop.time()
 
@@ -85,12 +92,17 @@ class RpcConnection(asyncio.Protocol):
     def connection_lost(self, _error: Exception | None) -> None:
         self._transport = None
         self._waiting.clear()
+        if self._linger:
+            self._linger.cancel()
         if self._task:
             self._task.cancel()
         self._server.connections.leave(self)
 
     def data_received(self, data: bytes) -> None:
         if self._is_closing or self._reader.failure:
+            self._linger_bytes -= len(data)
+            if self._linger_bytes < 0:
+                self.abort()
             return
         requests: list[Request] = []
         with contextlib.suppress(HttpError):  # it is the reader's `failure` as well
@@ -164,7 +176,8 @@ class RpcConnection(asyncio.Protocol):
             self._hold_reading()
         else:
             self._go_on_reading()
-        if self._is_closing and not self._waiting and not self._task and self._transport:
+        is_done = self._is_closing and not self._linger
+        if is_done and not self._waiting and not self._task and self._transport:
             self._transport.close()
 
     def _answer(self, request: Request) -> None:
@@ -238,7 +251,13 @@ class RpcConnection(asyncio.Protocol):
         if self._transport:
             body = f"{error}\n".encode("utf-8", "replace")
             self._transport.write(build_response(body, status=error.status, keep_alive=False))
-            self._close_softly()
+            if self._is_closing:  # the peer has said that it sends no more
+                self._close_softly()
+            else:
+                self._is_closing = True
+                self._waiting.clear()
+                self._transport.write_eof()
+                self._linger = self._loop.call_later(_LINGER_S, self.abort)
 
     def _close_softly(self) -> None:
         """Closes when what was written is sent; the deadline sees to it that this does not take for ever."""

@@ -35,7 +35,7 @@ caller_address: ContextVar[str] = ContextVar("caller_address", default="")
 
 _BACKLOG: Final = 1024
 _ACCEPTED_AT_A_TIME: Final = 16
-_TURN_S: Final = 0.005
+_TURN_S: Final = 0.002
 """How long a multicall may keep the loop for itself."""
 
 

@@ -162,7 +162,8 @@ class _Reader:
             return None
         if len(self._buffer) < self._length:
             return None
-        body = bytes(self._buffer[: self._length])
+        with memoryview(self._buffer) as received:  # copied once: it may be large
+            body = bytes(received[: self._length])
         del self._buffer[: self._length]
         return body
 

@@ -59,6 +59,7 @@ _SCALAR_MEMBER = re.compile(rf"{_NAME}{_VALUE}{_S}</member>").match
 
 _NOT_PLAIN_BYTES = bytes(set(range(32)) - set(b"\t\n"))
 """Control characters, which XML forbids, and the carriage return, which it rewrites."""
+_SLICE_BYTES = 256 * 1024
 _NOT_XML = re.compile("[\ufffe\uffff]").search
 
 
@@ -99,14 +100,17 @@ class _Scanner:
     __slots__ = ("_at", "_text")
 
     def __init__(self, body: bytes) -> None:
-        if len(body.translate(None, _NOT_PLAIN_BYTES)) != len(body):
-            raise Uncommon
+        # In slices, so that another thread may have its turn between them.
+        for start in range(0, len(body), _SLICE_BYTES):
+            piece = body[start : start + _SLICE_BYTES + 2]
+            # "]]>" may not stand in a text, U+FFFE and U+FFFF nowhere: the thorough reader says so.
+            if len(piece.translate(None, _NOT_PLAIN_BYTES)) != len(piece) or b"]]>" in piece:
+                raise Uncommon
         try:
             self._text = text = body.decode("utf-8")
         except UnicodeDecodeError:
             raise Uncommon from None
-        # "]]>" may not stand in a text, U+FFFE and U+FFFF nowhere: the thorough reader says so.
-        if "]]>" in text or (not text.isascii() and _NOT_XML(text)):
+        if not text.isascii() and _NOT_XML(text):
             raise Uncommon
         declaration = _DECLARATION(text)
         self._at = declaration.end() if declaration else 0

@@ -187,6 +187,28 @@ def test_a_document_type_is_refused_at_once_and_so_are_its_entities() -> None:
         decode_call(bomb)
 
 
+def test_a_large_document_is_read_the_same_in_slices() -> None:
+    value = ["ä€𝄞 <&" * 9_000, {"k" * 5000: list(range(20_000))}, "z" * 100_000]
+    plain = encode_call("setParam", (value,))
+    thorough = plain.replace(b"<methodCall>", b"<methodCall><!-- not for the quick reader -->")
+    assert decode_call(thorough) == decode_call(plain) == ("setParam", (value,))
+
+
+@pytest.mark.parametrize(
+    "document",
+    [
+        b"x" * 200_000,
+        b"<methodCall " + b" ".join(b"a%d='' " % number for number in range(20_000)) + b">",
+        b"<methodCall><!--" + b"x" * 200_000 + b"-->",
+        b"<?xml version='1.0'?><?" + b"x" * 200_000 + b"?>",
+        b"<methodCall><methodName>m</methodName><params><param><value a='" + b"x" * 200_000 + b"'>",
+    ],
+)
+def test_a_tag_or_comment_without_end_is_refused_before_it_costs_anything(document: bytes) -> None:
+    with pytest.raises(LimitExceeded, match="a tag of more than 65536 bytes"):
+        decode_call(document)
+
+
 def test_values_nest_to_the_limit_and_no_deeper() -> None:
     def nested(depth: int) -> bytes:
         opened = "<value><array><data>" * depth
