@@ -20,8 +20,8 @@ MEMORY_PER_BYTE = 400
 """A bool takes one byte in a message and up to 8 in a list; a message in an array takes more."""
 
 
-MEMORY_OF_A_COMPILER = 1_000_000
-"""The first string of a type that is no UTF-8 makes a reader be compiled."""
+MEMORY_OF_A_COMPILER = 4_000_000
+"""The first string of a type that is no UTF-8 has a reader compiled; the very first imports `logging`."""
 
 
 def target(data: bytes) -> None:

@@ -9,14 +9,19 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from std_msgs.msg import String
 
 import rosgraph
+import rosgraph.impl.graph
 import rosgraph.masterapi
 import rosgraph.names
 import rosgraph.network
 import rosgraph.xmlrpc
 import rosmaster
 import rosmaster.master
+from pipros.env import Environment
+from pipros.node import Node
+from tests.support.waiting import wait_until
 
 
 @pytest.fixture
@@ -219,3 +224,40 @@ def test_an_xml_rpc_node_whose_port_is_taken_tells_so() -> None:
     with pytest.raises(OSError, match="in use"):
         rosgraph.xmlrpc.XmlRpcNode(first.port).start()
     first.shutdown("end of the test")
+
+
+def test_the_graph_has_nodes_topics_connections_and_who_cannot_be_asked(master: Any) -> None:
+    environment = Environment(master_uri=master.uri)
+    rosgraph.Master("/ghost").registerPublisher("/chatter", "std_msgs/String", "http://127.0.0.1:9/")
+    with Node("talker", environment=environment) as talker, Node("listener", environment=environment) as ear:
+        publisher = talker.advertise("/chatter", String)
+        ear.subscribe("/chatter", String, lambda _: None)
+        wait_until(lambda: publisher.connection_count == 1)
+        graph = rosgraph.impl.graph.Graph()
+
+        assert graph.update()
+        assert not graph.update()
+
+    assert graph.nn_nodes >= {"/ghost", "/talker", "/listener"}
+    assert " /chatter" in graph.nt_nodes
+    assert [str(edge) for edge in graph.nn_edges if edge.label == "/chatter"] == ["/talker->/listener"]
+    connected = {str(edge) for edge in graph.nt_edges}
+    registered = {str(edge) for edge in graph.nt_all_edges}
+    assert connected >= {"/talker-> /chatter", " /chatter->/listener"}
+    assert registered - connected >= {"/ghost-> /chatter"}
+    assert {name: bad.type for name, bad in graph.bad_nodes.items()} == {
+        "/ghost": rosgraph.impl.graph.BadNode.DEAD
+    }
+
+
+def test_edges_are_kept_once_and_found_from_both_ends() -> None:
+    edges = rosgraph.impl.graph.EdgeList()
+    assert edges.add_edges("/a", " /t", "b", "label")
+    assert not edges.add_edges("/a", " /t", "o", "label")
+    assert edges.add_edges("/b", " /t", "i")
+    assert sorted(str(edge) for edge in edges) == [" /t->/a", " /t->/b", "/a-> /t"]
+
+    edges.delete_all("/a")
+
+    assert [str(edge) for edge in edges] == [" /t->/b"]
+    assert (list(edges.edges_by_start), list(edges.edges_by_end)) == ([" /t|"], ["/b|"])

@@ -159,6 +159,30 @@ def test_links_carry_on_without_a_master_and_new_ones_are_made_after_a_resume(
     late.wait_for("heard hello")
 
 
+def test_a_roscpp_node_is_taken_over_with_its_topics_and_services_after_a_resume(
+    ros: RosSystem, tmp_path: Path, start_master: Any
+) -> None:
+    store = str(tmp_path / "master.db")
+    first = start_master("--resume", store)
+    roscpp_node(ros, "__name:=relay")
+    script(ros, tmp_path, TALKER)
+    wait_until(lambda: publishers(ros, "/chat_again") == ["/relay"])
+    wait_until(lambda: _has_kept(store))
+    before = master(ros).get_system_state()
+    service = master(ros).lookup_service("/relay/get_loggers")
+    first.send_signal(signal.SIGKILL)
+    first.wait(10)
+
+    start_master("--resume", store)
+
+    assert [sorted(map(str, table)) for table in master(ros).get_system_state()] == [
+        sorted(map(str, table)) for table in before
+    ]
+    assert master(ros).lookup_service("/relay/get_loggers") == service
+    late = script(ros, tmp_path, LISTENER.replace('"/chat"', '"/chat_again"'))
+    late.wait_for("heard hello")
+
+
 def _has_kept(store: str) -> bool:
     """The writer of the store has caught up: what was written last is there."""
     import sqlite3

@@ -1,10 +1,13 @@
 """What the master knows, kept in a file, so that it can go on after a crash.
 
 An SQLite database in WAL mode: a process that is killed at any moment loses at most what it did in
-the last `BATCH_S`, and leaves no half of anything. Parameters are kept as the calls that set
+the last `PAUSE_S`, and leaves no half of anything. Parameters are kept as the calls that set
 them, in order; a call removes those that it makes superfluous, so the file does not grow with time.
 
-The file is written by a thread of its own. Callers never wait for the disk.
+The file is written by a thread of its own: at once when little happens, else every `PAUSE_S` what
+came meanwhile. Callers never wait for it. Nothing waits for the disk itself either: what was written is
+safe from the end of the process; when the computer loses its power the file stays whole, and its last
+moments may be missing.
 """
 
 from __future__ import annotations
@@ -27,7 +30,7 @@ from pipros.wire.xmlrpc import decode_response, encode_response
 
 _log = logging.getLogger("rosmaster.master")
 
-BATCH_S: Final = 0.05
+PAUSE_S: Final = 0.02
 APPLICATION_ID: Final = 0x70697072
 """`pipr`; by it a store is told from any other SQLite file."""
 FORMAT: Final = 1
@@ -164,8 +167,6 @@ class Store:
         is_open = True
         while is_open:
             batch = [self._changes.get()]
-            if batch[0] is not None:
-                self._closing.wait(BATCH_S)
             with contextlib.suppress(queue.Empty):
                 while True:
                     batch.append(self._changes.get_nowait())
@@ -178,6 +179,7 @@ class Store:
                             self._database.execute(statement, tuple(_plain(item) for item in row))
             except (sqlite3.Error, TypeError, ValueError) as error:
                 _log.error("cannot write to the store %s: %s", self.file, error)
+            self._closing.wait(PAUSE_S)
         self._database.close()
 
 

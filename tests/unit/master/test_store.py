@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from pipros.master.params import ParamTree
 from pipros.master.registry import Registry, Role
 from pipros.master.store import Store, restore_params, restore_registrations
+from tests.support.waiting import wait_until
 
 A = "http://a:1/"
 
@@ -71,6 +72,20 @@ def test_whatever_was_set_and_deleted_the_same_tree_comes_back(
             params.set(key, value)
     store.close()
     assert reopened(store.file)[0].get("/") == params.get("/")
+
+
+def test_a_change_that_comes_alone_is_written_at_once_and_the_last_ones_before_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipros.master.store.PAUSE_S", 1000.0)
+    store = Store(tmp_path / "store")
+    store.param_set("/first", 1)
+    reader = sqlite3.connect(tmp_path / "store")
+    wait_until(lambda: reader.execute("SELECT key FROM parameters").fetchall() == [("/first",)])
+    reader.close()
+    store.param_set("/last", 2)
+    store.close()
+    assert dict(Store(tmp_path / "store").kept.parameters) == {"/first": 1, "/last": 2}
 
 
 def test_the_file_does_not_grow_with_the_number_of_changes(tmp_path: Path) -> None:

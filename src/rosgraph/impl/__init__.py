@@ -1,0 +1,1 @@
+"""`rosgraph.impl.graph`, which rqt_graph imports."""
