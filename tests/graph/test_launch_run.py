@@ -13,6 +13,7 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 
+from pipros.net.master import MasterClient
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -350,3 +351,14 @@ def test_wait_holds_the_launch_back_until_there_is_a_master(ros: RosSystem, pack
     ros.pipros.start_master()
     running.wait_for("ready")
     assert "auto-starting new master" not in running.stdout
+
+
+def test_the_masters_shutdown_call_ends_roscore_in_order(ros: RosSystem) -> None:
+    core = ros.pipros.start_master()
+    client = MasterClient(ros.master_uri, "/a_test")
+
+    client.call("shutdown", "the end of the day")
+
+    client.close()
+    assert core.wait(timeout_s=5) == 0
+    assert core.stdout[-1].endswith("done\x1b[0m")

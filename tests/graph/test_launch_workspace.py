@@ -69,7 +69,7 @@ def test_a_package_is_created_built_and_found(ros: RosSystem) -> None:
     )
     assert ended.returncode == 0, ended.output
     assert "Created file mine/CMakeLists.txt" in ended.stdout
-    assert ended.stdout[-2:] == [f"{ros.home}/ws/src/mine", "std_msgs"]
+    assert ended.stdout[-3:] == [f"{ros.home}/ws/src/mine", "rospy", "std_msgs"]
 
 
 @pytest.mark.parametrize("program", ["bash", "zsh", "sh"])
@@ -168,3 +168,24 @@ def test_the_own_python_runs_nodes_without_an_activated_environment(ros: RosSyst
         rosrun, "talkers", "talk.py", PATH="/usr/bin:/bin", ROS_PACKAGE_PATH=str(workspace / "src")
     )
     assert ended.stdout[-1].startswith("hello x "), ended.output
+
+
+def test_a_workspace_can_be_sourced_in_fish(ros: RosSystem, workspace: Path) -> None:
+    fish = shutil.which("fish")
+    if fish is None:
+        pytest.skip("fish is not installed")
+    assert catkin_make(ros, workspace).returncode == 0
+    source = f"source {workspace}/devel/setup.fish"
+
+    ended = shell(
+        ros,
+        f"{source}; {source}; roscd talkers; and pwd; and rosrun talkers talk.py; "
+        "and env | string match 'ROS_PACKAGE_PATH=*'",
+        fish,
+    )
+
+    assert ended.returncode == 0, ended.output
+    assert ended.stdout[0] == str(workspace / "src/talkers")
+    assert ended.stdout[1].startswith("hello x ")
+    assert ended.stdout[2].split(":")[0] == f"ROS_PACKAGE_PATH={workspace}/src"
+    assert ended.stdout[2].count(f"{workspace}/src") == 1

@@ -96,7 +96,7 @@ def comparable(text: str) -> str:
     """The text without what differs from run to run, and without the frames of unittest and rostest."""
     text = re.sub(r'time="[\d.]+"', "time", text)
     text = re.sub(r"rostest-[\w.-]+-\d+\.log", "rostest.log", text)
-    text = re.sub(r'(?m)^  File "[^"]*/(unittest|rostest|roslaunch|rospkg)/.*\n(    .*\n)*', "", text)
+    text = re.sub(r'(?m)^  File "[^"]*/(unittest|rostest|rosunit|roslaunch|rospkg)/.*\n(    .*\n)*', "", text)
     # Genuine puts these before reasons that are complete without them.
     return text.replace("False is not true : ", "").replace("[Errno 111] ", "")
 
@@ -175,6 +175,35 @@ def test_options_of_rostest_mean_what_they_mean_in_genuine(
     assert comparable("\n".join(ours.stdout)) == comparable("\n".join(theirs.stdout))
     assert ours.stderr == theirs.stderr
     assert sorted(our_files) == sorted(their_files)
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (["test/kinds.py"], 2),
+        (["test/fine.py", "a", "b"], 0),
+        (["--name=other", "--package=pkg", "test/fine.py"], 0),
+        (["test/nothing.py"], 1),
+        (["--time-limit=0.5", "test/stays.py"], 1),
+    ],
+    ids=lambda words: " ".join(words) if isinstance(words, list) else "",
+)
+def test_the_command_rosunit_runs_a_test_program_as_genuine_does(
+    ros: RosSystem, package: Path, words: list[str], code: int
+) -> None:
+    # Genuine rosunit starts Python as `python`, which Debian no longer has.
+    (ros.home / "python").symlink_to("/usr/bin/python3")
+    ros.genuine.environment["PATH"] += f":{ros.home}"
+    words = [word.replace("test/", f"{package}/test/") for word in words]
+
+    ours, our_files = run(ros.pipros, "rosunit", *words)
+    theirs, their_files = run(ros.genuine, "rosunit", *words)
+
+    assert (ours.returncode, theirs.returncode) == (code, code), ours.output + theirs.output
+    assert comparable("\n".join(ours.stdout)) == comparable("\n".join(theirs.stdout))
+    assert sorted(our_files) == sorted(their_files)
+    for name in our_files:
+        assert _cases(our_files[name]) == _cases(their_files[name])
 
 
 def _cases(text: str) -> list[str]:

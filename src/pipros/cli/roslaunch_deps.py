@@ -8,6 +8,7 @@ from optparse import OptionParser
 from pathlib import Path
 
 from pipros.errors import PiprosError
+from pipros.launch.check import needed_packages
 from pipros.launch.model import Launch
 from pipros.launch.surroundings import Surroundings
 from pipros.launch.xml import load
@@ -40,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 1
     if options.verbose:
         _explain(launch)
-    needed = sorted(_needed(launch, index) - owners.keys())
+    needed = sorted(needed_packages(launch, index) - owners.keys())
     if not options.warn:
         print(" ".join(needed))
         return 0
@@ -54,16 +55,6 @@ def main(argv: Sequence[str] | None = None) -> int:
                 print(f"  <exec_depend>{one}</exec_depend>")
             return 1
     return 0
-
-
-def _needed(launch: Launch, index: PackageIndex) -> set[str]:
-    """The packages of nodes, tests, and included files."""
-    packages = {node.package for node in launch.nodes} | {test.node.package for test in launch.tests}
-    for file in launch.files:
-        owner = index.containing(Path(file))
-        if owner is not None:
-            packages.add(owner.name)
-    return packages
 
 
 def _explain(launch: Launch) -> None:

@@ -1,0 +1,114 @@
+"""`roslaunch-check`: looks for mistakes in a launch file, or in all of a folder, and leaves a result file."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from optparse import OptionParser
+from pathlib import Path
+
+from pipros.cli.program import run
+from pipros.errors import NotFound
+from pipros.launch.check import mistakes
+from pipros.testing.places import make_way, results_file
+from pipros.testing.results import Case, Outcome, Suite
+from pipros.testing.xunit import format_suite
+from pipros.workspace.index import PackageIndex
+
+_CLASS_NAME = "roslaunch.RoslaunchCheck"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Returns 0 when all is well, 1 when there are mistakes, with all of them on stderr."""
+    parser = OptionParser(
+        usage="usage: %prog [options] <file|directory> [env=value...]", prog="roslaunch-check"
+    )
+    parser.add_option(
+        *("-o", "--output-file"), dest="output_file", metavar="FILE", help="file to store test results in"
+    )
+    parser.add_option(
+        *("-t", "--use-test-depends"),
+        action="store_true",
+        dest="test_depends",
+        default=False,
+        help="Assuming packages listed in test_depends are also installed",
+    )
+    parser.add_option(
+        *("-i", "--ignore-unset-args"),
+        action="store_true",
+        dest="ignore_unset_args",
+        default=False,
+        help="Ignore check for default value of <arg> parameters",
+    )
+    options, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
+    if not words:
+        parser.error("please specify a file or directory for roslaunch files to test")
+    for word in words[1:]:
+        name, separator, value = word.partition("=")
+        if not separator:
+            parser.error(f"[{word}] must have the form env=value")
+        os.environ[name] = value
+    return run(
+        lambda: _check(
+            Path(words[0]),
+            Path(options.output_file) if options.output_file else None,
+            with_test_depends=options.test_depends,
+            ignore_unset=options.ignore_unset_args,
+        )
+    )
+
+
+def _check(path: Path, output: Path | None, *, with_test_depends: bool, ignore_unset: bool) -> int:
+    index = PackageIndex.from_environment()
+    owner = index.containing(path.absolute())
+    if not path.exists():
+        raise NotFound(f"[{path}] does not exist")
+    if owner is None:
+        raise NotFound(f"[{path}] is in no ROS package of ROS_PACKAGE_PATH")
+    found: list[str] = []
+    for file in _launch_files(path):
+        print("checking", file)
+        wrong = mistakes(
+            file.absolute(), index, with_test_depends=with_test_depends, ignore_unset=ignore_unset
+        )
+        if wrong:
+            found.append(f"[{file}]:\n\t" + "\n".join(wrong))
+    inside = os.path.relpath(path.absolute(), owner.path)
+    label = "_pkg" if inside == "." else inside.replace(".", "_").replace(os.sep, "_")
+    result = output or results_file(owner.name, f"roslaunch_check_{label}")
+    print("...writing test results to", result, flush=True)
+    make_way(result)
+    result.write_text(
+        format_suite(_suite(output.name if output else str(path), f"{owner.name}_{label}", path, found)),
+        encoding="utf-8",
+    )
+    if not found:
+        print("passed")
+        return 0
+    print("FAILURE:\n" + "\n".join(found), file=sys.stderr)
+    print(f"wrote test file to [{result}]", file=sys.stderr)
+    return 1
+
+
+def _launch_files(path: Path) -> list[Path]:
+    if path.is_file():
+        return [path]
+    print("checking *.launch in directory", path)
+    files = []
+    for folder, folders, names in os.walk(path):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        files += [Path(folder) / name for name in sorted(names) if name.endswith(".launch")]
+    return files
+
+
+def _suite(name: str, case_name: str, path: Path, found: list[str]) -> Suite:
+    case = Case(_CLASS_NAME, case_name)
+    if found:
+        text = f"roslaunch check [{path}] failed"
+        case = Case(_CLASS_NAME, case_name, outcome=Outcome.FAILURE, text=text)
+    return Suite(name, (case,), stdout="\n".join(found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

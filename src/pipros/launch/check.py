@@ -1,0 +1,77 @@
+"""Finds the mistakes of a launch file without starting anything, and what its package has to declare."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from pipros.errors import NotFound, PiprosError
+from pipros.launch.model import Launch
+from pipros.launch.surroundings import Surroundings
+from pipros.launch.xml import load
+from pipros.workspace.executables import find_executables
+from pipros.workspace.index import PackageIndex
+from pipros.workspace.manifest import read_manifest
+
+_RUN_KINDS = ("exec_depends",)
+
+
+def mistakes(
+    file: Path, index: PackageIndex, *, with_test_depends: bool = False, ignore_unset: bool = False
+) -> list[str]:
+    """What is wrong with a launch file and all that it includes; empty when nothing is.
+
+    Args:
+        with_test_depends: packages that the manifest names for tests only count as declared.
+        ignore_unset: arguments without a value are no mistake.
+    """
+    try:
+        launch = load(
+            [str(file)], surroundings=Surroundings.here(index), unset_as="" if ignore_unset else None
+        )
+    except PiprosError as error:
+        return [str(error)]
+    unset = [] if ignore_unset else [one.name for one in launch.arguments if one.is_required]
+    return [
+        *(f"No value for arg [{name}]" for name in unset),
+        *_undeclared(launch, index, (*_RUN_KINDS, *(("test_depends",) if with_test_depends else ()))),
+        *_without_program(launch, index),
+        *(f"ROSLaunch config error: {text}" for text in launch.warnings if "DEPRECATED" not in text),
+    ]
+
+
+def needed_packages(launch: Launch, index: PackageIndex) -> set[str]:
+    """The packages of nodes, tests, and included files."""
+    packages = {node.package for node in launch.nodes} | {test.node.package for test in launch.tests}
+    for file in launch.files:
+        owner = index.containing(Path(file))
+        if owner is not None:
+            packages.add(owner.name)
+    return packages
+
+
+def _undeclared(launch: Launch, index: PackageIndex, kinds: tuple[str, ...]) -> Iterator[str]:
+    owner = index.containing(Path(launch.files[0]))
+    if owner is None:
+        return
+    declared = {owner.name, *read_manifest(owner.path).depends(*kinds)}
+    for file in launch.files[1:]:
+        # What a package needs for its own launch files is its business, not that of those who include them.
+        included = index.containing(Path(file))
+        if included is not None:
+            declared |= set(read_manifest(included.path).depends())
+    if missing := sorted(needed_packages(launch, index) - declared):
+        yield f"Missing package dependencies: {owner.name}/package.xml: {', '.join(missing)}"
+
+
+def _without_program(launch: Launch, index: PackageIndex) -> Iterator[str]:
+    for node in (*launch.nodes, *(test.node for test in launch.tests)):
+        where = f" ({node.place})" if node.place else ""
+        try:
+            found = find_executables(index.find(node.package), node.type)
+        except NotFound:
+            yield f"cannot find package [{node.package}] for node [{node.type}]{where}"
+            continue
+        if not found.runnable:
+            hint = f"; {found.unusable[0]} is not executable" if found.unusable else ""
+            yield f"cannot find node [{node.type}] in package [{node.package}]{where}{hint}"
