@@ -52,7 +52,13 @@ class NativeTarget:
 
 @dataclass(frozen=True, slots=True)
 class TestEntry:
-    """A test that `run_tests` runs: a launch file for rostest, or a Python file."""
+    """A test that `run_tests` runs.
+
+    Attributes:
+        kind: `rostest` for a launch file with tests, `roslaunch` for a launch file or folder to be checked,
+            `python` for a file or folder of unit tests.
+        arguments: of the launch file; options and variables for a check.
+    """
 
     kind: str
     path: str
@@ -137,6 +143,7 @@ class _Reader:
             "add_library": self._native_target,
             "add_rostest": self._add_test,
             "catkin_add_nosetests": self._add_test,
+            "roslaunch_add_file_check": self._add_check,
             "message": self._message,
         }
         self._interpreter = Interpreter(
@@ -262,6 +269,15 @@ class _Reader:
         options = _sections(words[1:], ("ARGS", "DEPENDENCIES", "WORKING_DIRECTORY"))
         path = os.path.join(self._variables["CMAKE_CURRENT_SOURCE_DIR"], words[0])
         self._project.tests.append(TestEntry(kind, path, tuple(options["ARGS"])))
+
+    def _add_check(self, command: Command, words: list[str]) -> None:
+        if not words:
+            raise self._error(command, f"{command.name}() called without a file")
+        switches = {"IGNORE_UNSET_ARGS": "-i", "USE_TEST_DEPENDENCIES": "-t"}
+        options = tuple(switches[word] for word in words if word in switches)
+        variables = _sections(words[1:], ("DEPENDENCIES",), tuple(switches))[""]
+        path = os.path.join(self._variables["CMAKE_CURRENT_SOURCE_DIR"], words[0])
+        self._project.tests.append(TestEntry("roslaunch", path, (*options, *variables)))
 
     def _message(self, command: Command, words: list[str]) -> None:
         if words[:1] in (["FATAL_ERROR"], ["SEND_ERROR"]):

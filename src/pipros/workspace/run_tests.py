@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import subprocess
 import sys
@@ -30,7 +31,7 @@ def run_tests(
 
 
 def _command(test: TestEntry, project: Project, results: str) -> list[str]:
-    label = os.path.relpath(test.path, project.folder).replace(os.sep, "_")
+    label = _label(test, project)
     if test.kind == "rostest":
         stem = os.path.splitext(label)[0]
         return [
@@ -42,8 +43,27 @@ def _command(test: TestEntry, project: Project, results: str) -> list[str]:
             test.path,
             *test.arguments,
         ]
+    if test.kind == "roslaunch":
+        output = os.path.join(results, project.name, f"roslaunch-check_{label}.xml")
+        return [sys.executable, "-m", "pipros.cli.roslaunch_check", "-o", output, test.path, *test.arguments]
     output = os.path.join(results, project.name, f"nosetests-{label}.xml")
-    return [sys.executable, "-m", "pytest", test.path, f"--junitxml={output}"]
+    if importlib.util.find_spec("pytest"):
+        return [sys.executable, "-m", "pytest", test.path, f"--junitxml={output}"]
+    return [sys.executable, "-m", "pipros.testing.unittests", test.path, output]
+
+
+def _label(test: TestEntry, project: Project) -> str:
+    """The test's name among the results: its path, or its file with its arguments when it has any.
+
+    So that one file may be listed more than once, with different arguments.
+    """
+    inside = os.path.relpath(test.path, project.folder)
+    arguments = [word for word in test.arguments if "=" in word]
+    if arguments:
+        stem, extension = os.path.splitext(os.path.basename(inside))
+        words = [word.replace(":=", "_").replace("=", "_") for word in arguments]
+        inside = "__".join([stem, *words]) + extension
+    return inside.replace(os.sep, "_").replace(":", "_")
 
 
 def _environment(layout: Layout) -> dict[str, str]:

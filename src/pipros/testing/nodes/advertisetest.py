@@ -15,6 +15,9 @@ from pipros.testing.nodes.expectation import Expectation, Watch, expectations, f
 from pipros.testing.nodes.program import run_checks
 from pipros.wire.handshake import Interface
 
+# Reports leave out the frames of modules with this mark: what failed is said in words.
+__unittest = True
+
 
 def check_topics(node: Node) -> None:
     """Raises AssertionError when a topic is not there, or is and must not be."""

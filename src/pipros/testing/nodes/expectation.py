@@ -10,6 +10,9 @@ from pipros.node import Node
 from pipros.node.clock import Clock
 from pipros.testing.nodes.program import looks, parameter
 
+# Reports leave out the frames of modules with this mark: what failed is said in words.
+__unittest = True
+
 #: How long a topic or service may take to appear when the test does not say.
 DEFAULT_TIMEOUT_S = 10.0
 

@@ -15,6 +15,9 @@ from pipros.node.clock import NS_PER_S, WallClock
 from pipros.node.raw import RawMessage
 from pipros.testing.nodes.program import looks, number, parameter, run_checks
 
+# Reports leave out the frames of modules with this mark: what failed is said in words.
+__unittest = True
+
 
 @dataclass(frozen=True, slots=True)
 class Rate:

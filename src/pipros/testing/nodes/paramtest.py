@@ -9,6 +9,9 @@ from __future__ import annotations
 from pipros.node import Node
 from pipros.testing.nodes.program import looks, number, parameter, run_checks
 
+# Reports leave out the frames of modules with this mark: what failed is said in words.
+__unittest = True
+
 _UNSET = object()
 
 

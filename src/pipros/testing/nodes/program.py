@@ -14,6 +14,9 @@ from pipros.node.clock import NS_PER_S, Clock, WallClock
 from pipros.safe import yaml
 from pipros.testing.program import exit_unless, run_program
 
+# Reports leave out the frames of modules with this mark: what failed is said in words.
+__unittest = True
+
 #: How often is looked again whether what is expected came true.
 LOOK_INTERVAL_S = 0.05
 

@@ -10,6 +10,9 @@ from pipros.node.raw import RawMessage
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
 from pipros.testing.nodes.program import run_checks
 
+# Reports leave out the frames of modules with this mark: what failed is said in words.
+__unittest = True
+
 
 def check(node: Node) -> None:
     """Raises AssertionError when a topic is silent, or one that must be silent is not."""

@@ -9,6 +9,9 @@ from pipros.node import Node
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
 from pipros.testing.nodes.program import run_checks
 
+# Reports leave out the frames of modules with this mark: what failed is said in words.
+__unittest = True
+
 
 def check(node: Node) -> None:
     """Raises AssertionError when a topic has no subscriber, or has one and must not."""
