@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping
-from typing import Any, Generic, NoReturn, TypeVar
+from typing import Any, Generic, NoReturn, TypeVar, overload
 
 import pipros.node as node_api
 from genpy import Message as Message
@@ -172,6 +172,28 @@ class Publisher(Topic[AnyMessage]):
 class Subscriber(Topic[AnyMessage]):
     """Receives the messages of one topic by calling a function with each."""
 
+    @overload
+    def __init__(
+        self,
+        name: str,
+        data_class: type[AnyMessage],
+        callback: Callable[[AnyMessage], object] | None = None,
+        callback_args: None = None,
+        queue_size: int | None = None,
+        buff_size: int = DEFAULT_BUFF_SIZE,
+        tcp_nodelay: bool = False,
+    ) -> None: ...
+    @overload
+    def __init__(
+        self,
+        name: str,
+        data_class: type[AnyMessage],
+        callback: Callable[[AnyMessage, Any], object],
+        callback_args: Any,
+        queue_size: int | None = None,
+        buff_size: int = DEFAULT_BUFF_SIZE,
+        tcp_nodelay: bool = False,
+    ) -> None: ...
     def __init__(
         self,
         name: str,

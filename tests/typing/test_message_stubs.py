@@ -14,7 +14,7 @@ from pipros.msg.stubs import package_stubs
 
 SOURCES = Path(__file__).resolve().parents[2] / "src"
 SHARE = SOURCES / "pipros" / "share"
-EXAMPLE = Path(__file__).with_name("message_fields.txt")
+EXAMPLES = [Path(__file__).with_name(name) for name in ("message_fields.txt", "rospy_calls.txt")]
 
 
 @pytest.fixture(scope="module")
@@ -36,12 +36,15 @@ def complaints(file: Path, stubs: Path) -> dict[int, str]:
 
 
 @pytest.mark.timeout(180)
-def test_a_type_checker_knows_the_fields_of_messages(stubs: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.stem)
+def test_a_type_checker_knows_messages_and_what_rospy_does_with_them(
+    example: Path, stubs: Path, tmp_path: Path
+) -> None:
     program = tmp_path / "program.py"
-    program.write_text(EXAMPLE.read_text())
+    program.write_text(example.read_text())
     expected = {
         number: line.partition("# error: ")[2]
-        for number, line in enumerate(EXAMPLE.read_text().splitlines(), 1)
+        for number, line in enumerate(example.read_text().splitlines(), 1)
         if "# error: " in line
     }
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 TYPE_CHECKING = False  # as type checkers see it; `typing` would double the time of a first import
 if TYPE_CHECKING:
-    from typing import Any, ClassVar, TypeVar
+    from typing import Any, ClassVar, TypeVar, overload
 
     Value = TypeVar("Value", bound="TVal")
     DurationValue = TypeVar("DurationValue", bound="Duration")
@@ -160,12 +160,22 @@ class Time(TVal):
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> Any:
-        if isinstance(other, Time):
-            return Duration(self.secs - other.secs, self.nsecs - other.nsecs)
-        if isinstance(other, Duration):
-            return self.__class__(self.secs - other.secs, self.nsecs - other.nsecs)
-        return NotImplemented
+    if TYPE_CHECKING:
+
+        @overload
+        def __sub__(self, other: Time) -> Duration: ...
+        @overload
+        def __sub__(self: TimeValue, other: Duration) -> TimeValue: ...
+        def __sub__(self, other: Any) -> Any: ...
+
+    else:
+
+        def __sub__(self, other: Any) -> Any:
+            if isinstance(other, Time):
+                return Duration(self.secs - other.secs, self.nsecs - other.nsecs)
+            if isinstance(other, Duration):
+                return self.__class__(self.secs - other.secs, self.nsecs - other.nsecs)
+            return NotImplemented
 
 
 class Duration(TVal):

@@ -1,0 +1,29 @@
+"""The packages that come with pipros are ROS packages in every respect."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from pipros.workspace.index import SHARED_PACKAGES
+
+WITH_DEFINITIONS = sorted(
+    folder for folder in SHARED_PACKAGES.iterdir() if any((folder / kind).is_dir() for kind in ("msg", "srv"))
+)
+
+
+@pytest.mark.parametrize("folder", WITH_DEFINITIONS, ids=lambda folder: folder.name)
+def test_a_shipped_package_names_all_that_it_depends_on(folder: Path) -> None:
+    texts = [file.read_text() for kind in ("msg", "srv", "action") for file in folder.glob(f"{kind}/*")]
+    used = set(re.findall(r"^(\w+)/\w+", "\n".join(texts), re.MULTILINE))
+    manifest = (folder / "package.xml").read_text()
+    depends = re.findall(r"<depend>(\w+)</depend>", manifest)
+    cmake = (folder / "CMakeLists.txt").read_text()
+
+    assert used - {folder.name} <= set(depends)
+    assert f"project({folder.name})\n" in cmake
+    assert f"generate_messages({' '.join(['DEPENDENCIES', *depends] if depends else [])})\n" in cmake
+    for kind, function in (("msg", "message"), ("srv", "service"), ("action", "action")):
+        assert (f"add_{function}_files(DIRECTORY {kind})" in cmake) == (folder / kind).is_dir()
