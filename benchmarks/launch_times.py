@@ -30,8 +30,12 @@ PROGRAMS = {
 }
 
 
-def environment(path: str, port: int, home: str) -> dict[str, str]:
-    """What both sides get; compiled modules may be kept, as on a normal machine."""
+def environment(path: str, port: int, home: str, modules: str) -> dict[str, str]:
+    """What both sides get; compiled modules may be kept, as on a normal machine.
+
+    Args:
+        modules: where genuine ROS finds the message, which it needs built; pipros reads it as it stands.
+    """
     return {
         "HOME": home,
         "PATH": path,
@@ -39,7 +43,7 @@ def environment(path: str, port: int, home: str) -> dict[str, str]:
         "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
         "ROS_IP": "127.0.0.1",
         "ROS_PACKAGE_PATH": f"{EXAMPLES}:/usr/share" if path == SIDES["genuine"] else str(EXAMPLES),
-        "PYTHONPATH": os.environ.get("BUILT_MODULES", "") if path == SIDES["genuine"] else "",
+        "PYTHONPATH": modules if path == SIDES["genuine"] else "",
     }
 
 
@@ -49,7 +53,7 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def measure(command: list[str], line: str, path: str) -> tuple[float, float]:
+def measure(command: list[str], line: str, path: str, modules: str) -> tuple[float, float]:
     """Seconds from the start to the line, and from Ctrl-C to the end."""
     port = free_port()
     with tempfile.TemporaryDirectory() as home:
@@ -57,7 +61,7 @@ def measure(command: list[str], line: str, path: str) -> tuple[float, float]:
         started = time.perf_counter()
         process = subprocess.Popen(
             [word.format(port=port) for word in command],
-            env=environment(path, port, home),
+            env=environment(path, port, home, modules),
             stdin=terminal,
             stdout=terminal,
             stderr=terminal,
@@ -100,12 +104,28 @@ def build(path: str) -> tuple[float, float]:
     return times[0], times[1]
 
 
+def build_modules(home: str) -> str:
+    """Has genuine catkin build the message of the example; the folder of its Python modules."""
+    shutil.copytree(EXAMPLES / "composiv_tryouts", Path(home, "ws", "src", "composiv_tryouts"))
+    environment = {"HOME": home, "PATH": SIDES["genuine"], "CMAKE_PREFIX_PATH": "/usr"}
+    subprocess.run(["catkin_make", "-C", f"{home}/ws"], env=environment, check=True, capture_output=True)
+    return f"{home}/ws/devel/lib/python3/dist-packages"
+
+
 def main() -> None:
+    with tempfile.TemporaryDirectory() as home:
+        compare(build_modules(home) if shutil.which("catkin_make", path=SIDES["genuine"]) else "")
+
+
+def compare(modules: str) -> None:
     rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 5
     sides = {side: path for side, path in SIDES.items() if shutil.which("roslaunch", path=path)}
     print(f"{'median of ' + str(rounds):32}" + "".join(f"{side:>10}" for side in sides))
     for program, (command, line) in PROGRAMS.items():
-        times = {side: [measure(command, line, path) for _ in range(rounds)] for side, path in sides.items()}
+        times = {
+            side: [measure(command, line, path, modules) for _ in range(rounds)]
+            for side, path in sides.items()
+        }
         for index, what in enumerate(("until its line is seen", "from Ctrl-C to the end")):
             medians = [statistics.median(pair[index] for pair in pairs) for pairs in times.values()]
             print(f"{program + ' ' + what:32}" + "".join(f"{median:>10.3f}" for median in medians))
