@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from pipros.errors import ProtocolError
 from pipros.net.connections import Connections, Refusals
-from pipros.wire.http import CONTINUE, HttpError, Request, RequestReader, build_response
+from pipros.wire.http import CONTINUE, HttpError, Request, RequestReader, build_response, response_head
 from pipros.wire.xmlrpc import Encoded, TooManyElements, decode_call, encode_fault, encode_response
 
 if TYPE_CHECKING:
@@ -240,9 +240,12 @@ class RpcConnection(asyncio.Protocol):
         if self._transport is None or self._transport.is_closing():
             return
         asks_keep_alive = request.keep_alive and "connection" in request.headers
-        self._transport.write(
-            build_response(document, keep_alive=request.keep_alive, says_keep_alive=asks_keep_alive)
-        )
+        head = response_head(len(document), keep_alive=request.keep_alive, says_keep_alive=asks_keep_alive)
+        if len(document) < _LARGE_BODY_BYTES:
+            self._transport.write(head + document)
+        else:
+            self._transport.write(head)
+            self._transport.write(memoryview(document))
         if not request.keep_alive:
             self._close_softly()
 

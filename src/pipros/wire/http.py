@@ -87,14 +87,21 @@ def build_response(
 
     HTTP/1.0 clients that asked for it have to be told that the connection stays (`says_keep_alive`).
     """
+    return response_head(len(body), status, keep_alive=keep_alive, says_keep_alive=says_keep_alive) + body
+
+
+def response_head(
+    length: int, status: int = 200, *, keep_alive: bool = True, says_keep_alive: bool = False
+) -> bytes:
+    """What `build_response` puts before a body of that length; for bodies too large to be copied."""
     connection = "Connection: close\r\n"
     if keep_alive:
         connection = "Connection: keep-alive\r\n" if says_keep_alive else ""
     content = "text/xml" if status == 200 else "text/plain"
     return (
         f"HTTP/1.1 {status} {_REASONS.get(status, 'Error')}\r\nServer: pipros\r\n{connection}"
-        f"Content-Type: {content}\r\nContent-length: {len(body)}\r\n\r\n"
-    ).encode("latin-1") + body
+        f"Content-Type: {content}\r\nContent-length: {length}\r\n\r\n"
+    ).encode("latin-1")
 
 
 CONTINUE: Final = b"HTTP/1.1 100 Continue\r\n\r\n"
