@@ -7,12 +7,17 @@ from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from tests.support.environments import make_tool_folder
 from tests.support.genuine import INSTALL, is_required, missing_packages
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Processes
 from tests.support.ros import RosSystem
+
+# How long an example takes says nothing about the code on a machine that does other things as well.
+settings.register_profile("pipros", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("pipros")
 
 _INTEROP = Path(__file__).parent / "interop"
 
