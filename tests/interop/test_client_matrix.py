@@ -112,7 +112,9 @@ def run(master: str, home: Path, tools: Path, workspace: CatkinWorkspace) -> Fin
         result = {name: list(peer.lines) for name, peer in peers.items()}
         for peer in peers.values():
             peer.press_ctrl_c()
-        return {**result, "exit codes": [f"{name} {peer.wait()}" for name, peer in peers.items()]}
+        with contextlib.suppress(AssertionError):
+            wait_until(lambda: not any(peer.is_running for peer in peers.values()))
+        return {**result, "exit codes": [f"{name} {peer.returncode}" for name, peer in peers.items()]}
     finally:
         ros.close()
         port.release()

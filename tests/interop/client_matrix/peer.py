@@ -23,15 +23,15 @@ PATTERN = bytes(range(256)) * (LARGE_BYTES // 256)
 
 ME = rospy.myargv()[1]
 turn = threading.Lock()
-started = set()
+said = set()
 
 
 def report(aspect, peer, outcome):
     """Prints a finding, once."""
     line = f"@ {aspect} {peer} {outcome}"
     with turn:
-        if line not in started:
-            started.add(line)
+        if line not in said:
+            said.add(line)
             print(line, flush=True)
 
 
@@ -186,7 +186,7 @@ def simulate_time(clock, seen):
     """Runs the clock from 100 to 200, 200 to 300 or 300 to 400, after the peer whose turn is earlier."""
     wait_for_peers(clock)
     number = PEERS.index(ME)
-    while number and len(seen[number - 1]) < len(PEERS):
+    while len(seen[number - 1]) < len(PEERS):  # the last entry: all are ready
         pause()
     now, last = 100 * (number + 1), 100 * (number + 2) - 1
     is_last = number == len(PEERS) - 1
@@ -198,6 +198,11 @@ def simulate_time(clock, seen):
 
 def see_time(publisher):
     wait_for_peers(publisher)
+    # roscpp publishes its statistics from within publish(), once time goes on, and hangs when it is
+    # subscribing to something meanwhile: time begins when all subscriptions have been made.
+    while sum(line.startswith("@ latched") for line in list(said)) < len(PEERS):
+        pause()
+    publisher.publish(f"{len(PEERS)} {ME}")
     for number, peer in enumerate(PEERS):
         begin = rospy.Time(100 * (number + 1))
         while rospy.Time.now() < begin:
@@ -216,7 +221,7 @@ def main():
     latched.publish("newest")
     rospy.Publisher("relayed/" + ME, String, queue_size=1, latch=True).publish("sent by " + ME)
     rospy.Service("~answer", SetBool, answer)
-    seen = [set() for _ in PEERS]
+    seen = [set() for _ in range(len(PEERS) + 1)]
     rospy.Subscriber("seen", String, lambda message: seen[int(message.data[0])].add(message.data))
     rospy.Subscriber("statistics", TopicStatistics, hear_statistics)
     for peer in PEERS:

@@ -28,7 +28,7 @@ const size_t LARGE_BYTES = 8000000;
 std::string me;
 std::mutex turn;
 std::set<std::string> said;
-std::vector<std::set<std::string> > seen(PEERS.size());
+std::vector<std::set<std::string> > seen(PEERS.size() + 1);
 std::vector<ros::Subscriber> subscribers;
 std::vector<ros::Publisher> publishers;  // the last handle's end ends a topic, sent or not
 
@@ -41,6 +41,14 @@ void report(const std::string& aspect, const std::string& peer, const std::strin
     std::printf("%s\n", line.c_str());
     std::fflush(stdout);
   }
+}
+
+size_t countOf(const std::string& beginning)
+{
+  std::lock_guard<std::mutex> hold(turn);
+  size_t count = 0;
+  for (const std::string& line : said) count += line.rfind(beginning, 0) == 0;
+  return count;
 }
 
 void rest(double seconds = 0.02)
@@ -103,8 +111,9 @@ void hearNumber(
   if (aspect == "plain" && *next == 1)
   {
     boost::function<void(const StringEvent&)> hear = [peer](const StringEvent& event) { hearLatched(peer, event); };
+    ros::Subscriber subscriber = node.subscribe<String>("latched/" + peer, 10, hear);
     std::lock_guard<std::mutex> hold(turn);
-    subscribers.push_back(node.subscribe<String>("latched/" + peer, 10, hear));
+    subscribers.push_back(subscriber);
   }
 }
 
@@ -216,7 +225,7 @@ void simulateTime(ros::Publisher clock)
   waitForPeers(clock);
   int number = 0;
   while (PEERS[number] != me) ++number;
-  while (ros::ok() && number && seenBy(number - 1) < PEERS.size()) rest();
+  while (ros::ok() && seenBy(number ? number - 1 : PEERS.size()) < PEERS.size()) rest();
   const bool isLast = me == PEERS.back();
   int now = 100 * (number + 1);
   const int last = now + 99;
@@ -232,6 +241,8 @@ void simulateTime(ros::Publisher clock)
 void seeTime(ros::Publisher publisher)
 {
   waitForPeers(publisher);
+  while (ros::ok() && countOf("@ latched") < PEERS.size()) rest();
+  publisher.publish(text(std::to_string(PEERS.size()) + " " + me));
   for (size_t number = 0; number < PEERS.size(); ++number)
   {
     const ros::Time begin(100 * (number + 1));
@@ -290,12 +301,9 @@ int main(int argc, char** argv)
     std::lock_guard<std::mutex> hold(turn);
     seen[message->data[0] - '0'].insert(message->data);
   };
-  {
-    std::lock_guard<std::mutex> hold(turn);
-    subscribers.push_back(node.subscribe<String>("seen", 10, see));
-    subscribers.push_back(node.subscribe("statistics", 100, hearStatistics));
-    for (const std::string& peer : PEERS) subscribeTo(node, peer);
-  }
+  subscribers.push_back(node.subscribe<String>("seen", 10, see));
+  subscribers.push_back(node.subscribe("statistics", 100, hearStatistics));
+  for (const std::string& peer : PEERS) subscribeTo(node, peer);
   ros::AsyncSpinner spinner(4);
   spinner.start();
   std::vector<std::thread> tasks;
