@@ -193,6 +193,7 @@ def test_a_launched_node_that_wants_it_comes_back_and_one_without_program_is_nam
         from pathlib import Path
 
         def test_respawn(ros_launch, ros_wait_until):
+            Path("ends").touch()
             launched = ros_launch("nodes.launch", again=True)
             ros_wait_until(lambda: Path("ends").read_text().count("ended") >= 3, what="three ends")
             launched.stop()
