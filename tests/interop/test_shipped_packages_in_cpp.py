@@ -1,16 +1,19 @@
-"""Genuine catkin generates C++ from packages that come with pipros, once they are in a workspace."""
+"""Genuine catkin generates C++ from packages that come with pipros: linked or handed over."""
 
 from __future__ import annotations
 
+import os
 import subprocess
 from pathlib import Path
 
 import pytest
+from bond.msg import Status
 from control_msgs.msg import FollowJointTrajectoryAction, PidState
 from control_msgs.srv import QueryCalibrationState
 
 from pipros.workspace.index import SHARED_PACKAGES
 from tests.support.environments import genuine_environment
+from tests.support.ros import RosSystem
 
 MANIFEST = """<package format="2"><name>uses</name><version>1.0.0</version><description>d</description>
 <maintainer email="m@example.org">m</maintainer><license>none</license>
@@ -33,17 +36,16 @@ int main() {
             << ros::service_traits::md5sum<control_msgs::QueryCalibrationState>();
 }
 """
+BOND_PROGRAM = """#include <bond/Status.h>
+#include <iostream>
+int main() { std::cout << ros::message_traits::md5sum<bond::Status>(); }
+"""
 
 
 @pytest.mark.timeout(300)
 def test_a_cpp_program_uses_a_package_that_only_pipros_has(tmp_path: Path) -> None:
-    source = tmp_path / "src"
-    uses = source / "uses"
-    uses.mkdir(parents=True)
-    (source / "control_msgs").symlink_to(SHARED_PACKAGES / "control_msgs")
-    (uses / "package.xml").write_text(MANIFEST)
-    (uses / "CMakeLists.txt").write_text(CMAKE)
-    (uses / "digests.cpp").write_text(PROGRAM)
+    add_package(tmp_path, MANIFEST, CMAKE, PROGRAM)
+    (tmp_path / "src" / "control_msgs").symlink_to(SHARED_PACKAGES / "control_msgs")
 
     built = subprocess.run(
         ["catkin_make", "-C", str(tmp_path), "digests"],
@@ -55,11 +57,37 @@ def test_a_cpp_program_uses_a_package_that_only_pipros_has(tmp_path: Path) -> No
     )
 
     assert built.returncode == 0, built.stdout
-    said = subprocess.run(
-        [tmp_path / "devel/lib/uses/digests"], stdout=subprocess.PIPE, text=True, check=True
-    )
-    assert said.stdout.split() == [
+    assert said_by(tmp_path) == [
         PidState._md5sum,
         FollowJointTrajectoryAction._md5sum,
         QueryCalibrationState._md5sum,
     ]
+
+
+@pytest.mark.timeout(300)
+def test_catkin_make_of_pipros_hands_over_what_genuine_ros_lacks(ros: RosSystem, tmp_path: Path) -> None:
+    manifest, cmake = (text.replace("control_msgs", "bond") for text in (MANIFEST, CMAKE))
+    add_package(tmp_path, manifest, cmake, BOND_PROGRAM)
+
+    built = ros.pipros.run(
+        *("catkin_make", "-C", tmp_path),
+        timeout_s=200,
+        PATH=f"{ros.pipros.environment['PATH']}{os.pathsep}/usr/bin:/bin",
+    )
+
+    assert built.returncode == 0, built.output
+    assert "-- bond is not in genuine ROS here: its messages are those that come with pipros" in built.stdout
+    assert said_by(tmp_path) == [Status._md5sum]
+
+
+def add_package(workspace: Path, manifest: str, cmake: str, program: str) -> None:
+    uses = workspace / "src" / "uses"
+    uses.mkdir(parents=True)
+    (uses / "package.xml").write_text(manifest)
+    (uses / "CMakeLists.txt").write_text(cmake)
+    (uses / "digests.cpp").write_text(program)
+
+
+def said_by(workspace: Path) -> list[str]:
+    program = workspace / "devel/lib/uses/digests"
+    return subprocess.run([program], stdout=subprocess.PIPE, text=True, check=True).stdout.split()

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.workspace.layout import Layout, SourcePackage
+from pipros.workspace.checks import CORE_PACKAGES
+from pipros.workspace.index import SHARED_PACKAGES
+from pipros.workspace.layout import Layout, SourcePackage, read_source_space
 
 if TYPE_CHECKING:
     from pipros.workspace.build import BuildOptions
@@ -68,7 +70,9 @@ def build(
     options: BuildOptions,
     say: Callable[[str], None],
 ) -> str | None:
-    """Builds the packages given into the devel space; they are complete with all that they need.
+    """Builds the packages given into the devel space; what they need of the workspace must be among them.
+
+    Packages that come with pipros, and that genuine ROS lacks on this machine, are built with them.
 
     Returns what went wrong, None when nothing did. What the tools print is passed on as it comes.
     """
@@ -78,7 +82,13 @@ def build(
     source.mkdir(parents=True)
     binary.mkdir(parents=True, exist_ok=True)
     (source / "CMakeLists.txt").symlink_to(tools.toplevel)
-    for package in packages:
+    variables = _environment(tools)
+    prefixes = map(Path, variables["CMAKE_PREFIX_PATH"].split(os.pathsep))
+    others = [prefix for prefix in prefixes if prefix not in (layout.devel, layout.install)]
+    shipped = shipped_packages(packages, others)
+    for package in shipped:
+        say(f"-- {package.name} is not in genuine ROS here: its messages are those that come with pipros")
+    for package in (*shipped, *packages):
         (source / package.name).symlink_to(package.folder)
     python = "/usr/bin/python3"
     configure = [
@@ -97,10 +107,26 @@ def build(
     for step in steps:
         say(f'####\n#### Running command: "{" ".join(step)}" in "{binary}"\n####')
         sys.stdout.flush()
-        ended = subprocess.run(step, cwd=binary, env=_environment(tools), check=False)  # noqa: S603
+        ended = subprocess.run(step, cwd=binary, env=variables, check=False)  # noqa: S603
         if ended.returncode != 0:
             return f'Invoking "{" ".join(step[:2])}" failed; what the tools said about it is above'
     return None
+
+
+def shipped_packages(packages: Sequence[SourcePackage], prefixes: Sequence[Path]) -> list[SourcePackage]:
+    """Message packages of pipros that these need, directly or not, and that CMake finds below no prefix."""
+    shipped = {package.name: package for package in read_source_space(SHARED_PACKAGES, os.environ).packages}
+    seen = {*CORE_PACKAGES, *(package.name for package in packages)}
+    needed: list[SourcePackage] = []
+    pending = list(packages)
+    while pending:
+        for name in sorted(pending.pop().all_dependencies & shipped.keys() - seen):
+            seen.add(name)
+            config = Path("share", name, "cmake", f"{name}Config.cmake")
+            if not any((prefix / config).is_file() for prefix in prefixes):
+                needed.append(shipped[name])
+                pending.append(shipped[name])
+    return needed
 
 
 def _environment(tools: NativeTools) -> dict[str, str]:
