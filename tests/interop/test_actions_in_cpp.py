@@ -31,9 +31,7 @@ target_link_libraries(charger ${catkin_LIBRARIES})
 add_dependencies(charger ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
 install(TARGETS charger RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 """
-ACTION = (
-    "# how far\nfloat32 level\nstring NOTE=a; [b] # \\ ${c}\n---\nstd_msgs/String said\n---\nfloat32 reached\n"
-)
+ACTION = "# far\nfloat32 level\nstring NOTE=a; [b] # \\ ${c}\n---\nstd_msgs/String said\n---\nfloat32 got\n"
 CHARGER = """#include <charging/ChargeAction.h>
 #include <ros/ros.h>
 int main(int argc, char** argv) {
