@@ -145,6 +145,25 @@ def test_a_duplicate_name_shuts_the_former_node_down(master: Master) -> None:
     successor.stop()
 
 
+def test_a_node_that_registers_while_it_is_told_to_shut_down_does_not_end_its_successor(
+    master: Master,
+) -> None:
+    """As roscpp nodes do: they subscribe to a parameter when they log that they are to end."""
+
+    def subscribe() -> list[object]:
+        client(master, "/n").subscribe_param(former.api, "/rosout_disable_topics_generation")
+        return [1, "", 0]
+
+    former, successor = FakeSlave(name="/n", on_notice=subscribe), FakeSlave(name="/n")
+    client(master, "/n").register_publisher("/t", "x/Y", former.api)
+    client(master, "/n").register_publisher("/t", "x/Y", successor.api)
+    wait_until(lambda: client(master, "/x").call("pipros.getStatistics")["notices_delivered"] == 1)
+    assert client(master, "/x").lookup_node("/n") == successor.api
+    assert (len(former.told), successor.told) == (1, [])
+    former.stop()
+    successor.stop()
+
+
 @pytest.mark.usefixtures("quick")
 def test_a_node_that_vanished_is_removed_and_its_subscribers_are_told(
     master: Master, slave: FakeSlave

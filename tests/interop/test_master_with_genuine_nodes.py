@@ -1,13 +1,17 @@
-"""Genuine rospy and roscpp nodes live with our master: names, kills, restarts."""
+"""Genuine rospy and roscpp nodes live with our master: names, kills, restarts.
+
+Each test has a talker of one kind and a listener of the other, and is done both ways round.
+"""
 
 from __future__ import annotations
 
-import os
 import signal
+import sqlite3
 import sys
 import textwrap
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,195 +21,196 @@ from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-TALKER = """
+ROSPY_TALKER = """
     import rospy
-    from std_msgs.msg import String
+    from composiv_tryouts.msg import BatteryLevel
     rospy.init_node("talker")
-    publisher = rospy.Publisher("chat", String, queue_size=10)
-    rospy.set_param("~started", True)
+    publisher = rospy.Publisher("battery_topic", BatteryLevel, queue_size=10)
     rate = rospy.Rate(20)
     while not rospy.is_shutdown():
-        publisher.publish("hello")
+        publisher.publish("%25")
         rate.sleep()
-    print("talker ends", flush=True)
 """
-LISTENER = """
+ROSPY_LISTENER = """
     import rospy
-    from std_msgs.msg import String
+    from composiv_tryouts.msg import BatteryLevel
+    def hear(message):
+        print("heard", message.battery, "from", message._connection_header["callerid"], flush=True)
     rospy.init_node("listener")
-    rospy.Subscriber("chat", String, lambda message: print("heard", message.data, flush=True))
+    rospy.Subscriber("battery_topic", BatteryLevel, hear)
     rospy.spin()
 """
+TOPIC = "/battery_topic"
+PUBLISHER, SUBSCRIBER, SERVICE = range(3)  # the tables of getSystemState
+BOTH_WAYS = pytest.mark.parametrize(
+    ("talker", "listener"), [("rospy", "roscpp"), ("roscpp", "rospy")], ids=["rospy_talker", "roscpp_talker"]
+)
+
+
+class Scene:
+    """Our master in a process of its own, and genuine nodes."""
+
+    def __init__(self, ros: RosSystem, folder: Path) -> None:
+        self._ros = ros
+        self._folder = folder
+        self.store = folder / "master.db"
+        self.master = MasterClient(ros.master_uri, "/test", timeout_s=5)
+
+    def start_master(self, *, resumes: bool = False) -> Process:
+        # With loopback told, as the genuine nodes of these tests are.
+        command = (sys.executable, "-m", "pipros.cli.rosmaster", "--core", "-p", str(self._ros.port))
+        options = ("--resume", str(self.store)) if resumes else ()
+        process = self._ros.pipros.start(*command, *options, ROS_IP="127.0.0.1")
+        wait_until(lambda: self._answers(self.master.get_pid))
+        return process
+
+    def start_talker(self, kind: str, name: str = "talker") -> Process:
+        """A node that publishes and, as all nodes do, has services and a parameter of its own."""
+        own = (f"__name:={name}", "_started:=true")
+        if kind == "rospy":
+            return self._start_script(ROSPY_TALKER, *own)
+        return self._ros.genuine.start("rosrun", "cpp_battery", "battery_talker", *own)
+
+    def start_listener(self, kind: str, name: str = "listener") -> Process:
+        if kind == "rospy":
+            return self._start_script(ROSPY_LISTENER, f"__name:={name}")
+        return self._ros.genuine.start("rosrun", "cpp_battery", "battery_listener", f"__name:={name}")
+
+    def _start_script(self, source: str, *arguments: str) -> Process:
+        file = self._folder / f"{abs(hash(source))}.py"
+        file.write_text(textwrap.dedent(source))
+        return self._ros.genuine.start("/usr/bin/python3", str(file), *arguments)
+
+    def registered(self, table: int, key: str = TOPIC) -> list[str]:
+        """The nodes that stand in one of the tables of `getSystemState` under a topic or service."""
+        return dict(self.master.get_system_state()[table]).get(key, [])
+
+    def api_of(self, node: str) -> str | None:
+        return self._answers(lambda: self.master.lookup_node(node))
+
+    def has_met(self, count: int) -> bool:
+        """True when so many nodes have answered the master, which then notices their end."""
+        return bool(self.master.call("pipros.getStatistics")["nodes_met"] == count)
+
+    def has_kept_all(self) -> bool:
+        """True when the store has all that is registered, and the talker's parameter."""
+        state = self.master.get_system_state()
+        expected = {
+            (table, key, node) for table, rows in enumerate(state) for key, nodes in rows for node in nodes
+        }
+        with closing(sqlite3.connect(self.store)) as store:
+            rows = store.execute("SELECT role, key, node FROM registrations").fetchall()
+            params = store.execute("SELECT key FROM parameters WHERE key = '/talker/started'").fetchall()
+        tables = {"PUBLISHER": PUBLISHER, "SUBSCRIBER": SUBSCRIBER, "SERVICE": SERVICE}
+        return {(tables[role], key, node) for role, key, node in rows} == expected and len(params) == 1
+
+    @staticmethod
+    def _answers(ask: Callable[[], object]) -> str | None:
+        try:
+            return str(ask())
+        except PiprosError:
+            return None
 
 
 @pytest.fixture
-def start_master(ros: RosSystem, tmp_path: Path) -> Any:
-    def start(*options: str) -> Process:
-        # With loopback told, as the genuine nodes of these tests are.
-        process = ros.pipros.start(
-            sys.executable,
-            "-m",
-            "pipros.cli.rosmaster",
-            "--core",
-            "-p",
-            str(ros.port),
-            *options,
-            ROS_IP="127.0.0.1",
-        )
-        wait_until(lambda: _is_up(master(ros)))
-        return process
-
-    return start
+def scene(ros: RosSystem, tmp_path: Path) -> Scene:
+    return Scene(ros, tmp_path)
 
 
-def master(ros: RosSystem) -> MasterClient:
-    return MasterClient(ros.master_uri, "/test", timeout_s=5)
+def hears(listener: Process, talker: str = "/talker") -> None:
+    """Waits until the listener hears the talker, from now on."""
+    listener.wait_for(rf"heard %\d+ from {talker}\b", since=listener.mark())
 
 
-def _is_up(client: MasterClient) -> bool:
-    try:
-        return client.get_pid() > 0
-    except PiprosError:
-        return False
+@BOTH_WAYS
+def test_they_meet(scene: Scene, talker: str, listener: str) -> None:
+    scene.start_master()
+    scene.start_talker(talker)
+
+    hears(scene.start_listener(listener))
+
+    assert scene.master.get_param("/talker/started") is True
+    assert scene.registered(SERVICE, "/talker/get_loggers") == ["/talker"]
 
 
-def publishers(ros: RosSystem, topic: str = "/chat") -> list[str]:
-    [*found] = [nodes for name, nodes in master(ros).get_system_state()[0] if name == topic]
-    return list(found[0]) if found else []
+@BOTH_WAYS
+def test_a_second_node_of_a_name_ends_the_first_one(scene: Scene, talker: str, listener: str) -> None:
+    scene.start_master()
+    first_talker, first_listener = scene.start_talker(talker), scene.start_listener(listener)
+    hears(first_listener)
+    former = scene.api_of("/talker"), scene.api_of("/listener")
+
+    scene.start_talker(talker)
+    second_listener = scene.start_listener(listener)
+
+    assert (first_talker.wait(15), first_listener.wait(15)) == (0, 0)
+    hears(second_listener)
+    assert scene.registered(PUBLISHER) == ["/talker"]
+    assert scene.registered(SUBSCRIBER) == ["/listener"]
+    assert {scene.api_of("/talker"), scene.api_of("/listener")}.isdisjoint({*former, None})
 
 
-def script(ros: RosSystem, tmp_path: Path, source: str, *arguments: str) -> Process:
-    file = tmp_path / f"{abs(hash(source))}.py"
-    file.write_text(textwrap.dedent(source))
-    return ros.genuine.start("/usr/bin/python3", str(file), *arguments)
-
-
-def roscpp_node(ros: RosSystem, *arguments: str) -> Process:
-    """topic_tools' relay: a roscpp node that needs no build."""
-    return ros.genuine.start("rosrun", "topic_tools", "relay", "/chat", "/chat_again", *arguments)
-
-
-def test_rospy_and_roscpp_nodes_meet_through_our_master(
-    ros: RosSystem, tmp_path: Path, start_master: Any
+@BOTH_WAYS
+def test_nodes_that_are_killed_are_forgotten_without_rosnode_cleanup(
+    scene: Scene, ros: RosSystem, talker: str, listener: str
 ) -> None:
-    start_master()
-    script(ros, tmp_path, TALKER)
-    roscpp_node(ros)
-    listener = script(ros, tmp_path, LISTENER, "chat:=chat_again")
-    listener.wait_for(r"heard hello")
-    assert master(ros).get_param("/talker/started") is True
+    scene.start_master()
+    killed_talker, killed_listener = scene.start_talker(talker), scene.start_listener(listener)
+    staying = scene.start_listener(talker, "staying")
+    hears(killed_listener)
+    wait_until(lambda: scene.has_met(3))
+
+    killed_talker.send_signal(signal.SIGKILL)
+    killed_listener.send_signal(signal.SIGKILL)
+
+    wait_until(lambda: scene.registered(PUBLISHER) == [], timeout_s=25)
+    wait_until(lambda: scene.registered(SUBSCRIBER) == ["/staying"], timeout_s=25)
+    assert not scene.registered(SERVICE, "/talker/get_loggers")
+    assert "Unable to contact" not in ros.genuine.run("rosnode", "cleanup").output
+    scene.start_talker(talker)
+    hears(staying)
 
 
-def test_a_second_node_of_a_name_ends_the_first_one(
-    ros: RosSystem, tmp_path: Path, start_master: Any
+@BOTH_WAYS
+def test_links_carry_on_without_a_master_and_all_is_known_again_after_a_resume(
+    scene: Scene, talker: str, listener: str
 ) -> None:
-    start_master()
-    first = script(ros, tmp_path, TALKER)
-    wait_until(lambda: publishers(ros) == ["/talker"])
-    first_api = master(ros).lookup_node("/talker")
-    script(ros, tmp_path, TALKER)
-    first.wait_for("talker ends")
-    assert first.wait(10) == 0
-    wait_until(lambda: publishers(ros) == ["/talker"])
-    assert master(ros).lookup_node("/talker") != first_api
-
-
-def test_a_second_roscpp_node_of_a_name_ends_the_first_one(ros: RosSystem, start_master: Any) -> None:
-    start_master()
-    first = roscpp_node(ros, "__name:=same")
-    wait_until(lambda: master(ros).get_system_state()[2])
-    wait_until(lambda: _knows(ros, "/same"))
-    roscpp_node(ros, "__name:=same")
-    first.wait(15)
-
-
-def _knows(ros: RosSystem, node: str) -> bool:
-    try:
-        return bool(master(ros).lookup_node(node))
-    except PiprosError:
-        return False
-
-
-def test_a_node_that_is_killed_is_forgotten_without_rosnode_cleanup(
-    ros: RosSystem, tmp_path: Path, start_master: Any
-) -> None:
-    start_master()
-    talker = script(ros, tmp_path, TALKER)
-    wait_until(lambda: publishers(ros) == ["/talker"])
-    wait_until(lambda: master(ros).call("pipros.getStatistics")["nodes_met"] == 1)
-    talker.send_signal(signal.SIGKILL)
-    wait_until(lambda: not publishers(ros), timeout_s=25)
-    cleanup = ros.genuine.run("rosnode", "cleanup")
-    assert "Unable to contact" not in cleanup.output
-
-
-def test_links_carry_on_without_a_master_and_new_ones_are_made_after_a_resume(
-    ros: RosSystem, tmp_path: Path, start_master: Any
-) -> None:
-    store = str(tmp_path / "master.db")
-    first = start_master("--resume", store)
-    script(ros, tmp_path, TALKER)
-    listener = script(ros, tmp_path, LISTENER)
-    listener.wait_for("heard hello")
-    wait_until(lambda: _has_kept(store))
+    first = scene.start_master(resumes=True)
+    scene.start_talker(talker)
+    staying = scene.start_listener(listener)
+    hears(staying)
+    wait_until(scene.has_kept_all)
+    before = scene.master.get_system_state()
+    service = scene.master.lookup_service("/talker/get_loggers")
     first.send_signal(signal.SIGKILL)
     first.wait(10)
-    listener.wait_for("heard hello", since=listener.mark())
-    start_master("--resume", store)
-    assert publishers(ros) == ["/talker"]
-    assert master(ros).get_param("/talker/started") is True
-    listener.wait_for("heard hello", since=listener.mark())
-    late = script(ros, tmp_path, LISTENER.replace('"listener"', '"late"'))
-    late.wait_for("heard hello")
+    hears(staying)
+
+    scene.start_master(resumes=True)
+
+    assert [sorted(table) for table in scene.master.get_system_state()] == [sorted(table) for table in before]
+    assert scene.master.lookup_service("/talker/get_loggers") == service
+    assert scene.master.get_param("/talker/started") is True
+    hears(staying)
+    hears(scene.start_listener(listener, "late"))
+    scene.start_talker(talker, "late_talker")
+    hears(staying, "/late_talker")
 
 
-def test_a_roscpp_node_is_taken_over_with_its_topics_and_services_after_a_resume(
-    ros: RosSystem, tmp_path: Path, start_master: Any
+@BOTH_WAYS
+def test_without_resume_a_restarted_master_knows_nothing_of_them_but_serves_new_ones(
+    scene: Scene, talker: str, listener: str
 ) -> None:
-    store = str(tmp_path / "master.db")
-    first = start_master("--resume", store)
-    roscpp_node(ros, "__name:=relay")
-    script(ros, tmp_path, TALKER)
-    wait_until(lambda: publishers(ros, "/chat_again") == ["/relay"])
-    wait_until(lambda: _has_kept(store))
-    before = master(ros).get_system_state()
-    service = master(ros).lookup_service("/relay/get_loggers")
+    first = scene.start_master()
+    scene.start_talker(talker)
+    staying = scene.start_listener(listener)
+    hears(staying)
     first.send_signal(signal.SIGKILL)
     first.wait(10)
 
-    start_master("--resume", store)
+    scene.start_master()
 
-    assert [sorted(map(str, table)) for table in master(ros).get_system_state()] == [
-        sorted(map(str, table)) for table in before
-    ]
-    assert master(ros).lookup_service("/relay/get_loggers") == service
-    late = script(ros, tmp_path, LISTENER.replace('"/chat"', '"/chat_again"'))
-    late.wait_for("heard hello")
-
-
-def _has_kept(store: str) -> bool:
-    """The writer of the store has caught up: what was written last is there."""
-    import sqlite3
-
-    database = sqlite3.connect(store)
-    try:
-        [count] = database.execute("SELECT count(*) FROM registrations WHERE key = '/chat'").fetchone()
-        [param] = database.execute("SELECT count(*) FROM parameters WHERE key LIKE '/talker/%'").fetchone()
-        return count == 2 and param > 0
-    finally:
-        database.close()
-
-
-def test_without_resume_a_restarted_master_knows_nothing_of_genuine_nodes_but_serves_new_ones(
-    ros: RosSystem, tmp_path: Path, start_master: Any
-) -> None:
-    first = start_master()
-    talker = script(ros, tmp_path, TALKER)
-    wait_until(lambda: publishers(ros) == ["/talker"])
-    first.send_signal(signal.SIGKILL)
-    first.wait(10)
-    start_master()
-    assert publishers(ros) == []
-    os.kill(talker.pid, 0)  # it lives on
-    script(ros, tmp_path, TALKER, "__name:=talker_2")
-    wait_until(lambda: publishers(ros) == ["/talker_2"])
+    assert scene.master.get_system_state() == [[], [], []]
+    hears(staying)  # they live on
+    scene.start_talker(talker, "late_talker")
+    hears(scene.start_listener(listener, "late"), "/late_talker")

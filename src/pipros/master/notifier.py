@@ -52,6 +52,7 @@ class Notifier:
         may_shut_down: Callable[[Notice], Awaitable[bool]],
         reached: Callable[[Notice], None],
         failed: Callable[[Notice, PiprosError], None],
+        done: Callable[[Notice], None],
         timeout_s: float | None = None,
     ) -> None:
         """
@@ -60,12 +61,15 @@ class Notifier:
             may_shut_down: asked before a `shutdown` is delivered.
             reached: told of every notice that a node has answered.
             failed: told of every notice that could not be delivered.
+            done: told, last, of every notice that will not be tried again, whatever became of it; not of one
+                that a newer one took the place of.
             timeout_s: how long a node may take over one notice; by default `CALL_TIMEOUT_S`.
         """
         self._is_current = is_current
         self._may_shut_down = may_shut_down
         self._reached = reached
         self._failed = failed
+        self._done = done
         self._timeout_s = timeout_s or CALL_TIMEOUT_S
         self._queues: dict[str, _Queue] = {}
         self._line: deque[_Queue] = deque()
@@ -96,6 +100,7 @@ class Notifier:
                     queue = self._queues[notice.api] = _Queue(notice.api)
                 except ValueError as error:  # genuine masters accept such APIs, and call them in vain
                     self._failed(notice, Unreachable(notice.api, str(error)))
+                    self._done(notice)
                     continue
             self._put(queue, notice)
         self._start_turns()
@@ -114,7 +119,8 @@ class Notifier:
         if queue.waiting.pop(subject, None):
             self.superseded += 1
         elif len(queue.waiting) >= QUEUE_LIMIT:
-            queue.waiting.popitem(last=False)
+            _, dropped = queue.waiting.popitem(last=False)
+            self._done(dropped)
             self.dropped += 1
             if not queue.has_dropped:
                 queue.has_dropped = True
@@ -141,6 +147,7 @@ class Notifier:
         except PiprosError as error:
             self._failed(notice, error)
         finally:
+            self._done(notice)
             slow.cancel()
             if not queue.is_slow:
                 self._turns -= 1

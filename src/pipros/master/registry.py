@@ -75,11 +75,19 @@ class Registry:
     """The books of one master. Not for use from several threads at once.
 
     Names of topics, services and nodes come in resolved and checked; they are keys here, no more.
+
+    A process whose name went to a newer one is `leaving` until it was told to shut down. Meanwhile nothing
+    that it registers is entered: a roscpp node subscribes to a parameter when it logs that it was told, and
+    would so take its name back and end its successor.
+
+    Attributes:
+        leaving: name and API of the processes that were replaced and have not been told yet.
     """
 
     def __init__(self) -> None:
         self.journal: RegistryJournal | None = None
         self.nodes: dict[str, NodeEntry] = {}
+        self.leaving: set[tuple[str, str]] = set()
         self.topic_types: dict[str, str] = {}
         self._tables: dict[Role, dict[str, dict[str, None]]] = {role: {} for role in Role}
         self._service_apis: dict[str, str] = {}
@@ -130,6 +138,8 @@ class Registry:
 
     def register_service(self, node: str, service: str, service_api: str, api: str) -> list[Notice]:
         """Enters the one provider of a service; an earlier provider silently loses it."""
+        if (node, api) in self.leaving:
+            return []
         for former in self.names_of(Role.SERVICE, service):
             if former != node:
                 self._remove(Role.SERVICE, former, service)
@@ -166,6 +176,11 @@ class Registry:
                 self._remove(role, node, key)
         return [notice for topic in published for notice in self._publisher_updates(topic)]
 
+    def dealt_with(self, notice: Notice) -> None:
+        """A notice was delivered, or is not going to be."""
+        if notice.method == "shutdown":
+            self.leaving.discard((notice.node, notice.api))
+
     def restore(self, role: Role, node: str, key: str, api: str, service_api: str | None) -> None:
         """Enters what was known before a crash of the master. Nobody needs to be told."""
         self._enter(role, node, key, api, service_api)
@@ -183,10 +198,13 @@ class Registry:
         self, role: Role, node: str, key: str, api: str, service_api: str | None = None
     ) -> list[Notice]:
         notices: list[Notice] = []
+        if (node, api) in self.leaving:
+            return notices
         entry = self.nodes.get(node)
         if entry and entry.api != api:
             reason = f"[{node}] Reason: {REPLACED}"
             notices.append(Notice(node, entry.api, "shutdown", (MASTER_ID, reason)))
+            self.leaving.add((node, entry.api))
             notices += self.remove_node(node)
             entry = None
         if entry is None:

@@ -59,6 +59,7 @@ class MasterServer:
             may_shut_down=self._may_shut_down,
             reached=lambda notice: self.liveness.note_reached(notice.node),
             failed=self._notice_failed,
+            done=self.registry.dealt_with,
             timeout_s=notice_timeout_s,
         )
         self._api = MasterApi(

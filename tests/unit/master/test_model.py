@@ -6,11 +6,11 @@ from typing import Any
 
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from pipros.master.api import MasterApi
 from pipros.master.params import ParamTree
-from pipros.master.registry import Registry
+from pipros.master.registry import Notice, Registry
 
 NODES = st.sampled_from(["/a", "/b", "/c"])
 TOPICS = st.sampled_from(["/t", "/u"])
@@ -27,7 +27,9 @@ class MasterMachine(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.told: dict[tuple[str, str], list[str]] = {}
-        self.api = MasterApi(Registry(), ParamTree(), notify=self.notify, shutdown=lambda _: True)
+        self.shutdowns: list[Notice] = []
+        self.books = Registry()
+        self.api = MasterApi(self.books, ParamTree(), notify=self.notify, shutdown=lambda _: True)
         self.registered: dict[tuple[str, str, str], None] = {}
         self.services: dict[str, tuple[str, str]] = {}
         self.apis: dict[str, str] = {}
@@ -38,12 +40,22 @@ class MasterMachine(RuleBasedStateMachine):
         for notice in notices:
             if notice.method == "publisherUpdate":
                 self.told[notice.node, notice.params[1]] = notice.params[2]
+            elif notice.method == "shutdown":
+                self.shutdowns.append(notice)
 
     def call(self, method: str, *params: Any) -> Any:
         code, _, value = self.api.methods[method](*params)
         return value if code == 1 else None
 
     # ---- the graph
+
+    def is_leaving(self, node: str, api: str) -> bool:
+        return any((notice.node, notice.api) == (node, api) for notice in self.shutdowns)
+
+    @precondition(lambda self: self.shutdowns)
+    @rule()
+    def tell_to_shut_down(self) -> None:
+        self.books.dealt_with(self.shutdowns.pop(0))
 
     def move(self, node: str, api: str) -> None:
         if self.apis.get(node, api) != api:
@@ -57,13 +69,19 @@ class MasterMachine(RuleBasedStateMachine):
 
     @rule(node=NODES, topic=TOPICS, api=APIS)
     def publish(self, node: str, topic: str, api: str) -> None:
-        self.call("registerPublisher", node, topic, "x/Y", api)
+        is_leaving = self.is_leaving(node, api)
+        assert self.call("registerPublisher", node, topic, "x/Y", api) is not None
+        if is_leaving:
+            return
         self.move(node, api)
         self.registered[("p", node, topic)] = None
 
     @rule(node=NODES, topic=TOPICS, api=APIS)
     def subscribe(self, node: str, topic: str, api: str) -> None:
+        is_leaving = self.is_leaving(node, api)
         answer = self.call("registerSubscriber", node, topic, "x/Y", api)
+        if is_leaving:
+            return
         self.move(node, api)
         self.registered[("s", node, topic)] = None
         self.told[node, topic] = answer
@@ -86,7 +104,10 @@ class MasterMachine(RuleBasedStateMachine):
         at=st.sampled_from(["rosrpc://1", "rosrpc://2"]),
     )
     def serve(self, node: str, api: str, service: str, at: str) -> None:
-        self.call("registerService", node, service, at, api)
+        is_leaving = self.is_leaving(node, api)
+        assert self.call("registerService", node, service, at, api) == 1
+        if is_leaving:
+            return
         self.move(node, api)
         self.services[service] = (node, at)
         self.forget_the_gone()

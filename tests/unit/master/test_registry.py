@@ -114,6 +114,23 @@ def test_a_second_node_of_the_same_name_shuts_the_first_down_and_drops_all_it_ha
     assert books.names_of(Role.PARAM_SUBSCRIBER, "/p") == []
 
 
+def test_a_process_that_was_replaced_cannot_take_its_name_back_before_it_is_told() -> None:
+    books = Registry()
+    books.register_service("/other", "/srv", "rosrpc://c:1", C)
+    books.register_publisher("/n", "/t", "x/Y", A)
+    shutdown, *_ = books.register_publisher("/n", "/t", "x/Y", B)
+    books.subscribe_param("/n", "/p", A)
+    books.register_service("/n", "/srv", "rosrpc://a:1", A)
+    assert books.register_subscriber("/n", "/t", "x/Y", A) == []
+    assert books.api_of("/n") == B
+    assert books.names_of(Role.SERVICE, "/srv") == ["/other"]
+    assert books.names_of(Role.PARAM_SUBSCRIBER, "/p") == []
+
+    books.dealt_with(shutdown)
+    assert [notice.api for notice in books.register_publisher("/n", "/t", "x/Y", A)] == [B]
+    assert books.api_of("/n") == A
+
+
 def test_a_node_that_is_removed_is_missed_by_its_subscribers() -> None:
     books = Registry()
     books.register_subscriber("/s", "/t", "*", A)
