@@ -8,6 +8,7 @@ from pathlib import Path
 _NEEDED = {
     "/usr/bin/rosmaster": "python3-rosmaster",
     "/usr/bin/roslaunch": "python3-roslaunch",
+    "/usr/lib/python3/dist-packages/paramiko/__init__.py": "python3-paramiko",
     "/usr/bin/rostest": "python3-rostest",
     "/usr/bin/rostopic": "python3-rostopic",
     "/usr/bin/rosnode": "python3-rosnode",
@@ -25,11 +26,12 @@ PACKAGES = (
     "ros-core-dev python3-rospy python3-rostest python3-roslaunch python3-rostopic python3-rosnode "
     "python3-rosservice python3-rosparam python3-rosmsg python3-rosbag rosbash libroscpp-dev catkin "
     "ros-message-generation ros-message-runtime python3-sensor-msgs python3-geometry-msgs python3-nav-msgs "
-    "python3-std-srvs python3-diagnostic-msgs python3-tf2-ros python3-actionlib topic-tools"
+    "python3-std-srvs python3-diagnostic-msgs python3-tf2-ros python3-actionlib topic-tools "
+    "python3-paramiko"
 )
 INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"
 
-OTHER_PROGRAMS = "fish git iproute2 zsh"
+OTHER_PROGRAMS = "fish git iproute2 openssh-client openssh-server zsh"
 """Debian packages of programs that are no ROS, and that single tests need."""
 
 

@@ -50,6 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         force_log=False,
         force_required=False,
         local_only=False,
+        child_name=None,
     )
     options, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     words = [word for word in words if ":=" not in word]

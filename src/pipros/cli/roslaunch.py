@@ -11,14 +11,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros import names
-from pipros.cli.roslaunch_options import make_parser, session_options
+from pipros.cli.roslaunch_options import check_child_options, make_parser, run_options, session_options
 from pipros.errors import PiprosError
 from pipros.launch.console import Console
 from pipros.launch.files import NoSuchFiles, resolve_files
 from pipros.workspace.index import PackageIndex
 
 if TYPE_CHECKING:
+    from pipros.launch.child import Child
     from pipros.launch.session import Session
+
+    Launching = Session | Child
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -27,10 +30,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     options, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     arguments, words = split_arguments(words)
     console = Console(has_title=not options.disable_title, is_verbose=options.verbose)
-    if options.child_name or options.server_uri:
-        parser.error(
-            "--child is for the far side of Noetic's roslaunch; pipros starts remote nodes by ssh alone"
-        )
+    if options.child_name:
+        check_child_options(parser, options, words)
+        console = Console(has_title=False, is_verbose=options.verbose)
+        return run(lambda: _child(options, console), console, options)
     if not words and not options.core:
         parser.error("you must specify at least one input file")
     index = PackageIndex.from_environment()
@@ -59,13 +62,13 @@ def split_arguments(words: Sequence[str]) -> tuple[dict[str, str], list[str]]:
     return arguments, rest
 
 
-def run(make_session: Callable[[], Session], console: Console, options: Values) -> int:
+def run(make_session: Callable[[], Launching], console: Console, options: Values) -> int:
     """Starts a session, waits for its end, and cleans up, whatever happens in between."""
     if options.wait:
         with suppress(KeyboardInterrupt):
             _wait_for_master(console)
     pid_file = Path(options.pid_fn) if options.pid_fn else None
-    session: Session | None = None
+    session: Launching | None = None
     code = 0
     stop_handling = _handle_signals(lambda: session)
     try:
@@ -105,7 +108,7 @@ def report(console: Console, error: Exception) -> int:
     return 1
 
 
-def _handle_signals(session: Callable[[], Session | None]) -> Callable[[], None]:
+def _handle_signals(session: Callable[[], Launching | None]) -> Callable[[], None]:
     """Lets Ctrl-C and its like end the session in order. Returns what restores the handlers of before.
 
     While a session is only coming up, KeyboardInterrupt ends that.
@@ -139,6 +142,12 @@ def _session(
     from pipros.launch.session import Session
 
     return Session(files, arguments, session_options(options), console, index=index)
+
+
+def _child(options: Values, console: Console) -> Child:
+    from pipros.launch.child import Child
+
+    return Child(options.child_name, options.server_uri, options.run_id, run_options(options), console)
 
 
 def _wait_for_master(console: Console) -> None:

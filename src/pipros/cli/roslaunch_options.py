@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING
 from pipros.launch.model import Output
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pipros.launch.run import RunOptions
     from pipros.launch.session import SessionOptions
 
 USAGE = (
@@ -169,19 +172,24 @@ def add_core_options(parser: OptionParser) -> None:
     )
 
 
+def check_child_options(parser: OptionParser, options: Values, words: Sequence[str]) -> None:
+    """Ends the program when `--child` lacks what it needs, or comes with a file."""
+    if not options.server_uri:
+        parser.error("--child option requires --server_uri to be set as well")
+    if not options.run_id:
+        parser.error("--child option requires --run_id to be set as well")
+    if words:
+        parser.error("Input files are not allowed when run in child mode")
+
+
 def session_options(options: Values) -> SessionOptions:
     """What the command line of roslaunch or roscore asks for.
 
     Raises:
         LaunchError: for a timeout that is not positive.
     """
-    from pipros.launch import labels
-    from pipros.launch.ending import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
-    from pipros.launch.run import RunOptions
     from pipros.launch.session import SessionOptions
 
-    output = Output.SCREEN if options.force_screen else Output.LOG if options.force_log else None
-    sigint, sigterm = options.sigint_timeout, options.sigterm_timeout
     return SessionOptions(
         is_core=options.core,
         port=options.port,
@@ -192,14 +200,29 @@ def session_options(options: Values) -> SessionOptions:
         run_id=options.run_id,
         has_summary=not options.no_summary,
         checks_log_folder=not options.skip_log_check,
-        run=RunOptions(
-            output=output,
-            all_required=options.force_required,
-            local_only=options.local_only,
-            has_labels=not getattr(options, "raw_output", True) and labels.are_wanted(),
-            sigint_timeout_s=SIGINT_TIMEOUT_S if sigint is None else sigint,
-            sigterm_timeout_s=SIGTERM_TIMEOUT_S if sigterm is None else sigterm,
-        ),
+        run=run_options(options),
+    )
+
+
+def run_options(options: Values) -> RunOptions:
+    """How the nodes are to be run.
+
+    Raises:
+        LaunchError: for a timeout that is not positive.
+    """
+    from pipros.launch import labels
+    from pipros.launch.ending import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
+    from pipros.launch.run import RunOptions
+
+    sigint, sigterm = options.sigint_timeout, options.sigterm_timeout
+    return RunOptions(
+        output=Output.SCREEN if options.force_screen else Output.LOG if options.force_log else None,
+        all_required=options.force_required,
+        local_only=options.local_only,
+        has_labels=not getattr(options, "raw_output", True) and labels.are_wanted(),
+        is_child=bool(options.child_name),
+        sigint_timeout_s=SIGINT_TIMEOUT_S if sigint is None else sigint,
+        sigterm_timeout_s=SIGTERM_TIMEOUT_S if sigterm is None else sigterm,
     )
 
 

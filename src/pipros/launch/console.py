@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import IO
 
@@ -27,6 +28,7 @@ class Console:
         self._has_title = has_title
         self._is_verbose = is_verbose
         self._log: IO[str] | None = None
+        self._relay: Callable[[str, bool], None] | None = None
         self._lock = threading.Lock()
 
     def open_log(self, file: Path) -> None:
@@ -36,6 +38,10 @@ class Console:
             OSError: the file cannot be made.
         """
         self._log = file.open("a", encoding="utf-8", errors="replace")
+
+    def relay_to(self, tell: Callable[[str, bool], None]) -> None:
+        """From now on prints nothing, but gives each text, and whether it is an error, to somebody else."""
+        self._relay = tell
 
     @property
     def has_log(self) -> bool:
@@ -49,12 +55,10 @@ class Console:
                 log.close()
 
     def say(self, text: str) -> None:
-        self._print(sys.stdout, text)
-        self.record(text)
+        self._tell(sys.stdout, text, text)
 
     def bold(self, text: str) -> None:
-        self._print(sys.stdout, f"{_BOLD}{text}{_PLAIN}")
-        self.record(text)
+        self._tell(sys.stdout, f"{_BOLD}{text}{_PLAIN}", text)
 
     def detail(self, text: str) -> None:
         """A line for `-v` and for the log file."""
@@ -64,8 +68,7 @@ class Console:
 
     def error(self, text: str) -> None:
         """A line in red on standard error."""
-        self._print(sys.stderr, f"{_RED}{text}{_PLAIN}")
-        self.record(text, "ERROR")
+        self._tell(sys.stderr, f"{_RED}{text}{_PLAIN}", text, is_error=True)
 
     def title(self, text: str) -> None:
         """The title of the terminal's window; nothing where a title was not wanted."""
@@ -80,6 +83,13 @@ class Console:
                 stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(now))
                 self._log.write(f"[roslaunch][{level}] {stamp},{int(now * 1000) % 1000:03d}: {text}\n")
                 self._log.flush()
+
+    def _tell(self, stream: IO[str], shown: str, text: str, *, is_error: bool = False) -> None:
+        if self._relay is not None:
+            self._relay(text, is_error)
+        else:
+            self._print(stream, shown)
+        self.record(text, "ERROR" if is_error else "INFO")
 
     def _print(self, stream: IO[str], text: str) -> None:
         with self._lock:

@@ -78,7 +78,11 @@ def report_end(process: NodeProcess, log_stem: str, console: Console, *, is_requ
         console.bold(f"[{process.name}] {text}")
     else:
         console.error(f"[{process.name}] {text}")
-    lines = last_lines(process.stdout_log) if process.stdout_log and process.exit_code != 0 else []
+    if process.exit_code == 0:
+        return
+    # What an error log holds was seen on no terminal.
+    logs = [log for log in (process.stderr_log, process.stdout_log) if log is not None]
+    lines: list[str] = next(filter(None, map(last_lines, logs)), [])
     if lines:
         shown = "\n".join(f"[{process.name}]   {line}" for line in lines)
         console.error(f"[{process.name}] the last that it printed:\n{shown}")

@@ -7,14 +7,11 @@ file or starts a process.
 from __future__ import annotations
 
 import enum
-import socket
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from pipros.errors import PiprosError
-
-_LOCAL_ADDRESSES = frozenset(("localhost", "127.0.0.1", "::1", "0.0.0.0"))  # noqa: S104  # compared only
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,11 +122,6 @@ class Machine:
     timeout_s: float = 10.0
     is_default: bool = False
     place: Place | None = field(default=None, compare=False)
-
-    @property
-    def is_here(self) -> bool:
-        """Whether the address is that of this computer, as far as its names tell."""
-        return self.address in _LOCAL_ADDRESSES or self.address == socket.gethostname()
 
 
 class ParameterAction(enum.Enum):

@@ -8,9 +8,8 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import IO
 
 from pipros.launch.command import CannotLaunch, Command
 from pipros.launch.guardian import Guardian
@@ -37,6 +36,7 @@ class NodeProcess:
         command: Command,
         *,
         stdout_log: Path | None,
+        stderr_log: Path | None = None,
         guardian: Guardian,
         on_exit: Callable[[NodeProcess], None],
         restarts: bool = False,
@@ -45,8 +45,8 @@ class NodeProcess:
         """Starts the process.
 
         Args:
-            stdout_log: where its standard output goes; None for the launcher's own.
-            restarts: whether it is the same node again, so that its output is added to the file.
+            stdout_log, stderr_log: where its standard output and error go; None for the launcher's own.
+            restarts: whether it is the same node again, so that its output is added to the files.
             label: gives its lines on our terminal its name in the colour of this number; None leaves
                 our output to it as it is.
 
@@ -56,11 +56,12 @@ class NodeProcess:
         self.name = name
         self.command = command
         self.stdout_log = stdout_log
+        self.stderr_log = stderr_log
         self._guardian = guardian
         self._on_exit = on_exit
         self._exited = threading.Event()
         self._label = None if label is None else LabelledOutput(name, label)
-        self._popen = _start(command, stdout_log, self._label, is_again=restarts)
+        self._popen = _start(command, (stdout_log, stderr_log), self._label, is_again=restarts)
         self.pid = self._popen.pid
         self._has_group = True
         guardian.started(self.pid)
@@ -116,31 +117,29 @@ class NodeProcess:
 
 
 def _start(
-    command: Command, stdout_log: Path | None, label: LabelledOutput | None, *, is_again: bool
+    command: Command, logs: tuple[Path | None, Path | None], label: LabelledOutput | None, *, is_again: bool
 ) -> subprocess.Popen[bytes]:
     sys.stdout.flush()
-    output: IO[bytes] | None = None
+    ours = None if label is None else label.write_end
     try:
         _check_first_line(command)
         command.folder.mkdir(parents=True, exist_ok=True)
-        if stdout_log is not None:
-            output = stdout_log.open("ab" if is_again else "wb")
-        stdout = output if output is not None or label is None else label.write_end
-        return subprocess.Popen(  # noqa: S603
-            command.argv,
-            env=dict(command.environment),
-            cwd=command.folder,
-            stdout=stdout,
-            stderr=None if label is None else label.write_end,
-            start_new_session=not _ON_WINDOWS,
-            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
-        )
+        with ExitStack() as files:
+            mode = "ab" if is_again else "wb"
+            stdout, stderr = [ours if log is None else files.enter_context(log.open(mode)) for log in logs]
+            return subprocess.Popen(  # noqa: S603
+                command.argv,
+                env=dict(command.environment),
+                cwd=command.folder,
+                stdout=stdout,
+                stderr=stderr,
+                start_new_session=not _ON_WINDOWS,
+                creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+            )
     except OSError as error:
         what = error.filename or command.argv[0]
         raise CannotLaunch(f"Unable to launch [{' '.join(command.argv)}]: {what}: {error.strerror}") from None
     finally:
-        if output is not None:
-            output.close()
         if label is not None:
             label.started()
 

@@ -14,14 +14,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
-from pipros.launch.command import CannotLaunch, Command, CommandMaker
+from pipros.launch.command import CannotLaunch, CommandMaker
 from pipros.launch.console import Console
 from pipros.launch.ending import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S, end, report_end
 from pipros.launch.guardian import Guardian
 from pipros.launch.logs import LogFolder
+from pipros.launch.managed import ManagedNode
 from pipros.launch.model import Launch, LaunchError, Machine, Node, Output
 from pipros.launch.process import NodeProcess
+from pipros.launch.report import ProcessReport
 from pipros.launch.upload import apply_parameters
+from pipros.launch.whereabouts import is_here
 
 _LOOK_EVERY_S = 0.2
 
@@ -39,12 +42,14 @@ class RunOptions:
         all_required: whether the end of any node ends all.
         local_only: whether nodes on other machines are left out.
         has_labels: whether lines of nodes on the terminal bear their names.
+        is_child: whether this launcher is the far side of another one, and nobody sees its standard output.
     """
 
     output: Output | None = None
     all_required: bool = False
     local_only: bool = False
     has_labels: bool = False
+    is_child: bool = False
     sigint_timeout_s: float = SIGINT_TIMEOUT_S
     sigterm_timeout_s: float = SIGTERM_TIMEOUT_S
 
@@ -55,32 +60,6 @@ class RunOptions:
         ):
             if not value > 0:
                 raise LaunchError(f"{name} must be a positive number, received {value:f}")
-
-
-@dataclass(slots=True)
-class _Managed:
-    """A node and what became of it.
-
-    Attributes:
-        process: its process of the moment; None between the end of one and the start of the next.
-        left_behind: its ended process, as long as something that it started still runs.
-        restart_at: when it is to be started again.
-    """
-
-    name: str
-    node: Node
-    command: Command
-    output: Output
-    number: int
-    process: NodeProcess | None = None
-    left_behind: NodeProcess | None = None
-    restart_at: float | None = None
-
-    @property
-    def is_done(self) -> bool:
-        if self.left_behind is not None and not self.left_behind.has_group:
-            self.left_behind = None
-        return self.process is None and self.left_behind is None and self.restart_at is None
 
 
 class _Stop:
@@ -124,7 +103,8 @@ class Run:
         self._number = first_number
         self._on_end = on_end
         self._guardian = Guardian(maker.mark)
-        self._managed: list[_Managed] = []
+        self._managed: list[ManagedNode] = []
+        self._is_here: dict[str, bool] = {}
         self._events: SimpleQueue[NodeProcess | _Stop] = SimpleQueue()
         self._stop_requests = 0
         self._answered_requests = 0
@@ -177,7 +157,7 @@ class Run:
             extra_arguments=extra_arguments,
         )
         output = output or self._options.output or node.output
-        managed = _Managed(name, node, command, output, number)
+        managed = ManagedNode(name, node, command, output, number)
         self._start(managed)
         self._managed.append(managed)
         assert managed.process is not None  # noqa: S101  # just set
@@ -262,28 +242,36 @@ class Run:
         """The names and process numbers of what runs at the moment."""
         return {m.name: m.process.pid for m in self._managed if m.process and m.process.exit_code is None}
 
+    def processes(self) -> list[ProcessReport]:
+        """What was started so far, in that order, and what became of it. May be called from any thread."""
+        return [managed.report() for managed in list(self._managed)]
+
     def _machine(self, node: Node) -> Machine | None:
         machine = self._launch.machines.get(node.machine)
-        return None if machine is None or machine.is_here else machine
+        if machine is None:
+            return None
+        if machine.name not in self._is_here:  # names are looked up once, not for each node
+            self._is_here[machine.name] = is_here(machine)
+        return None if self._is_here[machine.name] else machine
 
     def _is_here_or_wanted(self, node: Node) -> bool:
         return not self._options.local_only or self._machine(node) is None
 
-    def _start(self, managed: _Managed) -> None:
-        stdout_log = None
-        if managed.output is Output.LOG:
-            stdout_log = Path(self._logs.stem(managed.name) + "-stdout.log")
+    def _start(self, managed: ManagedNode) -> None:
+        stem, is_logged = self._logs.stem(managed.name), managed.output is Output.LOG
         is_again = managed.restart_at is not None
         managed.restart_at = None
-        managed.process = NodeProcess(
+        managed.process = managed.latest = NodeProcess(
             managed.name,
             managed.command,
-            stdout_log=stdout_log,
+            stdout_log=Path(f"{stem}-stdout.log") if is_logged or self._options.is_child else None,
+            stderr_log=Path(f"{stem}-stderr.log") if is_logged and self._options.is_child else None,
             guardian=self._guardian,
             on_exit=self._events.put,
             restarts=is_again,
             label=managed.number if self._options.has_labels else None,
         )
+        managed.spawn_count += 1
         self._console.bold(f"process[{managed.name}]: started with pid [{managed.process.pid}]")
 
     @property
@@ -309,7 +297,7 @@ class Run:
                 self._handle_end(managed, event)
         self._restart_those_due()
 
-    def _handle_end(self, managed: _Managed, process: NodeProcess) -> None:
+    def _handle_end(self, managed: ManagedNode, process: NodeProcess) -> None:
         """Reports the end of a process and decides what follows."""
         is_required = managed.node.required or self._options.all_required
         report_end(process, self._logs.stem(process.name), self._console, is_required=is_required)

@@ -3,31 +3,47 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from pipros.env import Environment
+from pipros.launch.report import ProcessReport
 from pipros.net import address
 from pipros.net.loop import BackgroundLoop
-from pipros.net.rpc_server import RpcServer
+from pipros.net.rpc_server import Method, RpcServer
 
 
 class LaunchServer:
     """Answers what Noetic's roslaunch answers to tools: its process number, its processes, its nodes."""
 
-    def __init__(self, environment: Environment, running: Callable[[], Mapping[str, int]]) -> None:
-        """Nothing is opened yet. `running` gives names and process numbers; another thread calls it."""
+    def __init__(
+        self,
+        environment: Environment,
+        processes: Callable[[], Sequence[ProcessReport]],
+        methods: Mapping[str, Method] | None = None,
+        *,
+        admits: Callable[[str], bool] | None = None,
+    ) -> None:
+        """Nothing is opened yet.
+
+        Args:
+            processes: gives the processes of the moment; another thread calls it.
+            methods: what is answered besides.
+            admits: decides by its IP address whether a peer may connect; by default all may.
+        """
         self._environment = environment
-        self._running = running
+        self._processes = processes
         self._loop = BackgroundLoop("roslaunch server")
         self._rpc = RpcServer(
             {
-                "get_pid": lambda: [1, "pid", os.getpid()],
+                "get_pid": lambda: [1, str(os.getpid()), os.getpid()],
                 "list_processes": self._list_processes,
-                "get_node_names": lambda: [1, "node names", sorted(self._running())],
-                "list_children": lambda: [1, "roslaunch children", []],
+                "process_info": self._process_info,
+                "get_node_names": self._node_names,
+                **(methods or {}),
             },
             host=address.bind_host(environment),
+            admits=admits,
         )
 
     @property
@@ -60,5 +76,17 @@ class LaunchServer:
         self._loop.stop()
 
     def _list_processes(self) -> list[Any]:
-        alive = [[name, 0] for name in sorted(self._running())]
-        return [1, "processes on parent machine", [alive, []]]
+        """Names with how often each was started: first of those that run, then of those that ended."""
+        lists: tuple[list[Any], list[Any]] = ([], [])
+        for process in self._processes():
+            lists[0 if process.is_alive else 1].append([process.name, process.spawn_count])
+        return [1, "processes on parent machine", list(lists)]
+
+    def _process_info(self, name: str) -> list[Any]:
+        for process in self._processes():
+            if process.name == name:
+                return [1, "process info", process.as_struct()]
+        return [-1, "no process by that name", {}]
+
+    def _node_names(self) -> list[Any]:
+        return [1, "node names", [process.name for process in self._processes() if process.is_alive]]

@@ -21,12 +21,13 @@ from pipros.launch.core import ROS_COMM_VERSION, STANDARD_PARAMETERS, Core, new_
 from pipros.launch.files import STDIN
 from pipros.launch.logs import LogFolder, disk_usage_report
 from pipros.launch.model import Launch, LaunchError
+from pipros.launch.report import ProcessReport
 from pipros.launch.run import Run, RunOptions
 from pipros.launch.server import LaunchServer
 from pipros.launch.summary import summary
 from pipros.launch.surroundings import Surroundings
 from pipros.launch.upload import CALLER_ID
-from pipros.launch.whereabouts import is_this_computer, master_environment, run_id_of
+from pipros.launch.whereabouts import is_here, is_this_computer, master_environment, run_id_of
 from pipros.launch.xml import load
 from pipros.net import address
 from pipros.net.master import MasterClient
@@ -95,6 +96,7 @@ class Session:
         self._is_master_there = False
         self._is_unwanted = False
         self._is_interruptible = False
+        self._has_far_nodes = False
         self._core: Core | None = None
         self._server: LaunchServer | None = None
         self._run: Run | None = None
@@ -131,11 +133,11 @@ class Session:
         self._start_server()
         self._check_wanted()
         if self._options.has_summary:
-            params = {**STANDARD_PARAMETERS, **self.launch.params}
-            self._console.say(summary(params, self.launch.nodes, is_core=self._options.is_core))
+            self._say_summary()
         self._start_master()
         self._check_wanted()
         self._warn_about_machines()
+        self._warn_about_passwords()
         self._start_nodes()
 
     def wait(self) -> None:
@@ -215,6 +217,10 @@ class Session:
         self.launch = self._load_launch() if self._load_launch is not None else self._load_files()
         for warning in self.launch.warnings:
             self._console.error(f"WARNING: {warning}")
+        used = {node.machine for node in self.launch.nodes if node.machine}
+        self._has_far_nodes = not self._options.run.local_only and not all(
+            is_here(self.launch.machines[name]) for name in used
+        )
 
     def _load_files(self) -> Launch:
         texts = []
@@ -231,15 +237,18 @@ class Session:
         return launch
 
     def _start_server(self) -> None:
-        server = LaunchServer(self._environment, self._running)
+        children: list[str] = []  # other computers are reached by ssh alone
+        server = LaunchServer(
+            self._environment, self._processes, {"list_children": lambda: [1, "roslaunch children", children]}
+        )
         server.start()
         self._server = server
         self._console.bold(f"started roslaunch server {server.uri}")
         if self._options.is_core:
             self._console.say(f"ros_comm version {ROS_COMM_VERSION}")
 
-    def _running(self) -> dict[str, int]:
-        return self._run.running() if self._run is not None else {}
+    def _processes(self) -> Sequence[ProcessReport]:
+        return self._run.processes() if self._run is not None else ()
 
     def _start_master(self) -> None:
         if self._is_master_there and self._options.is_core:
@@ -291,15 +300,29 @@ class Session:
                 f"WARNING: ROS_MASTER_URI port [{ordered}] does not match this roscore [{port}]"
             )
 
+    def _say_summary(self) -> None:
+        launch = self.launch
+        params = {**STANDARD_PARAMETERS, **launch.params}
+        machines = launch.machines if self._has_far_nodes else ()
+        self._console.say(summary(params, launch.nodes, machines=machines, is_core=self._options.is_core))
+
     def _warn_about_machines(self) -> None:
         """Says that nodes on other machines will not find a master that only this one can reach."""
         host, _ = split_master_uri(self.master_uri)
-        far = [self.launch.machines[node.machine] for node in self.launch.nodes if node.machine]
-        if address.is_loopback(host) and any(not machine.is_here for machine in far):
+        if address.is_loopback(host) and self._has_far_nodes:
             self._console.error(
                 f"WARNING: nodes on other machines cannot reach the master at {self.master_uri}; "
                 "set ROS_MASTER_URI to a name of this computer that they know"
             )
+
+    def _warn_about_passwords(self) -> None:
+        """Says that a password in a launch file logs nobody in."""
+        for machine in self.launch.machines.values():
+            if machine.password and self._has_far_nodes:
+                self._console.error(
+                    f"WARNING: the password of machine [{machine.name}] is not used: ssh takes none from a "
+                    "launch file. Let it log in by a key (ssh-copy-id) or an agent"
+                )
 
     def _announce_master(self) -> None:
         self._console.bold(f"ROS_MASTER_URI={self.master_uri}")

@@ -10,13 +10,21 @@ from pipros.launch.model import Node
 _VALUE_CHARACTERS = 20
 
 
-def summary(params: Mapping[str, Any], nodes: Iterable[Node], *, is_core: bool = False) -> str:
+def summary(
+    params: Mapping[str, Any],
+    nodes: Iterable[Node],
+    *,
+    machines: Iterable[str] = (),
+    is_core: bool = False,
+) -> str:
     """The summary as Noetic prints it. A core lists no nodes below its NODES."""
     lines = ["", "SUMMARY", "========", ""]
     if is_core:
         lines.insert(0, "")
     if params:
         lines += ["PARAMETERS", *(f" * {key}: {_short(params[key])}" for key in sorted(params)), ""]
+    if names := sorted(machines):
+        lines += ["MACHINES", *(f" * {name}" for name in names), ""]
     lines += ["NODES"]
     below: dict[str, list[str]] = {}
     for node in nodes:

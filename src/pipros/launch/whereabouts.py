@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from pipros.env import DEFAULT_MASTER_PORT, Environment, split_master_uri
 from pipros.errors import ProtocolError, Refused, Unreachable
-from pipros.launch.model import LaunchError
+from pipros.launch.model import LaunchError, Machine
 from pipros.net import address
 from pipros.net.master import MasterClient
 from pipros.net.rpc import Fault
@@ -51,6 +51,16 @@ def run_id_of(client: MasterClient) -> str | None:
             f"what answers at ROS_MASTER_URI [{client.uri}] is no ROS master: {error}. Choose another port "
             "by -p or ROS_MASTER_URI"
         ) from None
+
+
+def is_here(machine: Machine) -> bool:
+    """Whether nodes of a machine are started here, without ssh: it is this computer, and no other user's."""
+    if machine.user:
+        import getpass
+
+        if machine.user != getpass.getuser():
+            return False
+    return is_this_computer(machine.address)
 
 
 def is_this_computer(host: str) -> bool:

@@ -1,0 +1,240 @@
+"""`roslaunch --child`: what it tells its parent, what it lets itself be told, and when it ends.
+
+The parent is a server of the test; tests/interop/test_remote_machines.py has a genuine one.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipros.net.loop import BackgroundLoop
+from pipros.net.rpc import RpcClient
+from pipros.net.rpc_server import RpcServer
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+PROGRAMS = {
+    "sleeper": "#!/bin/sh\nexec sleep 1000\n",
+    "fails": "#!/bin/sh\necho out\necho the reason >&2\nexit 3\n",
+    "ends": "#!/bin/sh\nexit 0\n",
+    "floods": "#!/bin/sh\nwhile :; do echo nobody reads this on the other side of a connection; done\n",
+}
+
+
+class Parent:
+    """The server of a parent; writes down the calls of its child.
+
+    Attributes:
+        is_mute: whether it no longer answers whether it is there.
+    """
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[Any, ...]] = []
+        self.is_mute = False
+        self._loop = BackgroundLoop("parent")
+        self._rpc = RpcServer(
+            {
+                "register": lambda name, uri: self._note(("register", name, uri), 1),
+                "log": lambda name, level, text: self._note(("log", name, level, text), 1),
+                "process_died": lambda process, code: self._note(("process_died", process, code), 0),
+                "get_pid": self._get_pid,
+            }
+        )
+        self._loop.start()
+        self._loop.run(self._rpc.start())
+        self.uri = f"http://127.0.0.1:{self._rpc.port}/"
+
+    def _note(self, call: tuple[Any, ...], value: int) -> list[Any]:
+        self.calls.append(call)
+        return [1, "", value]
+
+    async def _get_pid(self) -> list[Any]:
+        if self.is_mute:
+            await asyncio.Event().wait()
+        return [1, "1", 1]
+
+    @property
+    def child(self) -> RpcClient:
+        """The child's server, once it registered."""
+        registered = wait_until(lambda: [call for call in self.calls if call[0] == "register"])
+        return RpcClient(registered[0][2], timeout_s=10.0)
+
+    @property
+    def shown(self) -> list[tuple[int, str]]:
+        """Levels and texts of what it was told to show."""
+        return [(call[2], call[3]) for call in self.calls if call[0] == "log"]
+
+    def close(self) -> None:
+        """Is gone for its child."""
+        self._loop.run(self._rpc.stop())
+
+    def end(self) -> None:
+        self.close()
+        self._loop.stop()
+
+
+@pytest.fixture
+def parent() -> Iterator[Parent]:
+    parent = Parent()
+    yield parent
+    parent.end()
+
+
+@pytest.fixture
+def package(ros: RosSystem) -> Path:
+    folder = ros.home / "programs"
+    folder.mkdir()
+    (folder / "package.xml").write_text("<package><name>programs</name></package>")
+    for name, content in PROGRAMS.items():
+        (folder / name).write_text(content)
+        (folder / name).chmod(0o755)
+    ros.pipros.environment["ROS_PACKAGE_PATH"] = str(folder)
+    return folder
+
+
+def start(ros: RosSystem, parent: Parent, stdin: int = subprocess.DEVNULL) -> Process:
+    return ros.pipros.processes.start(
+        "roslaunch", "-c", "far-0", "-u", parent.uri, "--run_id", "run", stdin=stdin
+    )
+
+
+def launch(parent: Parent, *nodes: tuple[str, str], more: str = "") -> Any:
+    """What the child answers to the order to start nodes of these names and types."""
+    written = "".join(f'<node pkg="programs" name="{name}" type="{kind}" {more}/>' for name, kind in nodes)
+    return parent.child.call("launch", f"<launch>{written}</launch>")
+
+
+def test_it_starts_what_it_is_told_to_and_says_what_became_of_it(
+    ros: RosSystem, parent: Parent, package: Path
+) -> None:
+    child = start(ros, parent)
+    answer = launch(parent, ("a", "sleeper"), ("b", "nope"), ("c", "fails"))
+    assert answer == [1, "launched", [["a-1", "c-3"], ["b"]]]
+    wait_until(lambda: ("process_died", "c-3", 3) in parent.calls)
+    texts = [text for _, text in parent.shown]
+    assert texts[:2] == ["launching nodes...", f"ROS_MASTER_URI={ros.master_uri}"]
+    assert texts[2].startswith("process[a-1]: started with pid [")
+    errors = [text for level, text in parent.shown if level == 8]
+    assert errors[0].startswith("ERROR: cannot launch node of type [programs/nope]")
+    assert errors[1].startswith("[c-3] process has died [pid ")
+    assert wait_until(lambda: [text for text in parent.shown if "the reason" in text[1]])
+    assert child.is_running
+
+
+def test_it_tells_tools_about_its_processes(ros: RosSystem, parent: Parent, package: Path) -> None:
+    child = start(ros, parent)
+    launch(parent, ("a", "sleeper"), ("b", "ends"))
+    wait_until(lambda: ("process_died", "b-2", 0) in parent.calls)
+    server = parent.child
+    assert server.call("get_pid") == [1, str(child.pid), child.pid]
+    assert server.call("list_processes") == [1, "processes on parent machine", [[["a-1", 1]], [["b-2", 1]]]]
+    assert server.call("get_node_names") == [1, "node names", ["a-1"]]
+    info = server.call("process_info", "b-2")[2]
+    assert (info["name"], info["package"], info["alive"], info["exit_code"]) == ("b-2", "programs", False, 0)
+    assert info["env"]["ROS_MASTER_URI"] == ros.master_uri
+    assert server.call("process_info", "nobody") == [-1, "no process by that name", {}]
+
+
+def test_it_ends_with_its_nodes(ros: RosSystem, parent: Parent, package: Path) -> None:
+    child = start(ros, parent)
+    launch(parent, ("a", "ends"))
+    assert child.wait() == 0
+    assert parent.shown[-1] == (2, "all processes on machine have died, roslaunch will exit")
+
+
+def test_it_ends_when_it_is_told_to(ros: RosSystem, parent: Parent, package: Path) -> None:
+    child = start(ros, parent)
+    launch(parent, ("a", "sleeper"))
+    assert parent.child.call("shutdown") == [1, "success", 1]
+    assert child.wait() == 0
+    assert (2, "[a-1] killing on exit") in parent.shown
+
+
+def test_it_ends_when_its_parent_is_gone(ros: RosSystem, parent: Parent, package: Path) -> None:
+    child = start(ros, parent)
+    launch(parent, ("a", "sleeper"))
+    parent.close()
+    assert child.wait() == 0
+
+
+def test_it_ends_when_ssh_is_over_and_its_parent_is_silent(
+    ros: RosSystem, parent: Parent, package: Path
+) -> None:
+    read_end, write_end = os.pipe()
+    child = start(ros, parent, stdin=read_end)
+    os.close(read_end)
+    launch(parent, ("a", "sleeper"))
+    parent.is_mute = True
+    os.close(write_end)
+    assert child.wait() == 0
+
+
+def test_it_ends_before_any_order_when_its_parent_is_gone(
+    ros: RosSystem, parent: Parent, package: Path
+) -> None:
+    child = start(ros, parent)
+    assert parent.child.uri
+    parent.close()
+    assert child.wait() == 0
+
+
+def test_a_node_that_floods_its_output_is_not_blocked_by_a_parent_that_does_not_read_it(
+    ros: RosSystem, parent: Parent, package: Path
+) -> None:
+    start(ros, parent)
+    launch(parent, ("a", "floods"), more='output="screen"')
+    log = ros.home / ".ros" / "log" / "run" / "a-1-stdout.log"
+    wait_until(lambda: log.stat().st_size > 1_000_000)
+
+
+def test_a_launch_file_that_is_none_is_explained_and_another_is_taken(
+    ros: RosSystem, parent: Parent, package: Path
+) -> None:
+    start(ros, parent)
+    code, text, nodes = parent.child.call("launch", '<launch><node name="a" type="t"/></launch>')
+    assert (code, nodes) == (-1, [[], []])
+    assert text.startswith("ERROR: ")
+    assert "missing required attribute: 'pkg'" in text
+    assert launch(parent, ("a", "sleeper"))[0] == 1
+
+
+def test_it_launches_once(ros: RosSystem, parent: Parent, package: Path) -> None:
+    start(ros, parent)
+    launch(parent, ("a", "sleeper"))
+    code, text, _ = launch(parent, ("b", "sleeper"))
+    assert code == -1
+    assert "has launched its nodes already" in text
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["-c", "x"], "--child option requires --server_uri to be set as well"),
+        (["-c", "x", "-u", "http://127.0.0.1:1"], "--child option requires --run_id to be set as well"),
+        (
+            ["-c", "x", "-u", "http://127.0.0.1:1", "--run_id", "r", "x.launch"],
+            "Input files are not allowed when run in child mode",
+        ),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(ros: RosSystem, words: list[str], said: str) -> None:
+    ended = ros.pipros.run("roslaunch", *words)
+    assert ended.returncode == 2
+    assert f"roslaunch: error: {said}" in ended.stderr
+
+
+@pytest.mark.parametrize("uri", ["http://127.0.0.1:1/", "nonsense"])
+def test_a_parent_that_is_not_there_is_named(ros: RosSystem, uri: str) -> None:
+    ended = ros.pipros.run("roslaunch", "-c", "x", "-u", uri, "--run_id", "r")
+    assert ended.returncode == 1
+    assert uri in ended.output
+    assert "RLException: " in ended.output
+    assert "Traceback" not in ended.output

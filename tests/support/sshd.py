@@ -1,0 +1,79 @@
+"""An ssh server of a test's own: a free port on loopback, keys made for the occasion, this user only."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+from tests.support.ports import ClaimedPort
+from tests.support.waiting import wait_until
+
+SSHD = "/usr/sbin/sshd"
+
+_SERVER = """\
+Port {port}
+ListenAddress 127.0.0.1
+HostKey {folder}/host_key
+AuthorizedKeysFile {folder}/.ssh/id_ed25519.pub
+StrictModes no
+UsePAM no
+PasswordAuthentication no
+KbdInteractiveAuthentication no
+PermitRootLogin prohibit-password
+PidFile none
+"""
+
+_CLIENT = """\
+Host {alias}
+  HostName 127.0.0.1
+  Port {port}
+  IdentityFile {folder}/.ssh/id_ed25519
+  UserKnownHostsFile {folder}/.ssh/known_hosts
+"""
+
+
+class SshServer:
+    """Runs from its making to `close`.
+
+    Attributes:
+        port: where it listens.
+        folder: a home folder whose `.ssh` has the key that is let in, and the server's in `known_hosts`.
+        log: what the server wrote.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.log = folder / "sshd.log"
+        keys = folder / ".ssh"
+        keys.mkdir(mode=0o700, parents=True)
+        for key in (folder / "host_key", keys / "id_ed25519"):
+            subprocess.run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", key], check=True)
+        self._port = ClaimedPort()
+        self.port = self._port.number
+        host_key = " ".join((folder / "host_key.pub").read_text().split()[:2])
+        (keys / "known_hosts").write_text(f"[127.0.0.1]:{self.port} {host_key}\n")
+        config = folder / "sshd_config"
+        config.write_text(_SERVER.format(port=self.port, folder=folder))
+        if os.geteuid() == 0:
+            Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)  # where the server locks itself up
+        self._process = subprocess.Popen([SSHD, "-D", "-f", config, "-E", self.log])
+        wait_until(self._is_listening, what=lambda: f"sshd: {self.log.read_text()}")
+
+    def client(self, folder: Path, alias: str) -> None:
+        """Puts an `ssh` into a folder that finds this server under a name that nobody else knows."""
+        config = self.folder / "ssh_config"
+        config.write_text(_CLIENT.format(alias=alias, port=self.port, folder=self.folder))
+        ssh = folder / "ssh"
+        ssh.write_text(f'#!/bin/sh\nexec {shutil.which("ssh")} -F {config} "$@"\n')
+        ssh.chmod(0o755)
+
+    def close(self) -> None:
+        self._process.terminate()
+        self._process.wait(10)
+        self._port.release()
+
+    def _is_listening(self) -> bool:
+        assert self._process.poll() is None, self.log.read_text()
+        return self.log.exists() and "Server listening" in self.log.read_text()
