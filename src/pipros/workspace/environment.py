@@ -7,6 +7,7 @@ those below it are put in front, so that sourcing twice changes nothing. With `-
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -93,8 +94,16 @@ def _fish(name: str, value: str) -> str:
 
 
 def _powershell(name: str, value: str) -> str:
-    quoted = value.replace("'", "''")
-    return f"$env:{name} = '{quoted}'\n"
+    return f"$env:{name} = {quoted_for_powershell(value)}\n"
+
+
+def quoted_for_powershell(text: str) -> str:
+    """A string literal of PowerShell, to which typographic quotes are quotes, too.
+
+    >>> print(quoted_for_powershell("it's"))
+    'it''s'
+    """
+    return "'" + re.sub("(['\u2018\u2019\u201a\u201b])", r"\1\1", text) + "'"
 
 
 def main(argv: Sequence[str] | None = None) -> None:

@@ -9,7 +9,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.workspace.environment import UNDERLAYS_FILE
+from pipros.workspace.environment import UNDERLAYS_FILE, quoted_for_powershell
 from pipros.workspace.overlays import MARKER
 
 SHELL_FOLDER = Path(__file__).resolve().parent / "shell"
@@ -69,10 +69,12 @@ test -f {functions}/ros.fish; and source {functions}/ros.fish
 
 _POWERSHELL = """\
 # Sets up the environment of this workspace for PowerShell. Made by catkin_make of pipros.
-$piprosPython = '{python}'
-if (-not (Test-Path $piprosPython)) {{ $piprosPython = 'python' }}
+$piprosPython = {powershell_python}
+if (-not (Test-Path -LiteralPath $piprosPython)) {{ $piprosPython = 'python' }}
 $piprosExtend = @($args | Where-Object {{ $_ -eq '--extend' }})
-& $piprosPython -I -c '{compute}' powershell $PSScriptRoot @piprosExtend | Out-String | Invoke-Expression
+$piprosCode = & $piprosPython -I -c '{compute}' powershell $PSScriptRoot @piprosExtend | Out-String
+if ($piprosCode) {{ Invoke-Expression $piprosCode }}
+Remove-Variable 'piprosPython', 'piprosExtend', 'piprosCode'
 """
 
 _LOCAL = """\
@@ -109,6 +111,7 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
     values = {
         "prefix": str(prefix),
         "python": shlex.quote(sys.executable),
+        "powershell_python": quoted_for_powershell(sys.executable),
         "compute": _COMPUTE,
         "functions": shlex.quote(str(SHELL_FOLDER)),
     }
@@ -124,10 +127,7 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
     write_if_changed(prefix / MARKER, ";".join(str(source) for source in sources))
     write_if_changed(prefix / UNDERLAYS_FILE, "".join(f"{folder}\n" for folder in underlays))
     for name, template in files.items():
-        if name == "setup.ps1":
-            values["python"] = sys.executable.replace("'", "''")
         _write(prefix / name, template.format(**values))
-        values["python"] = shlex.quote(sys.executable)
     (prefix / "env.sh").chmod(0o755)
     for shell in ("sh", "bash", "zsh"):
         _write(

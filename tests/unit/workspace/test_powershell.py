@@ -1,0 +1,71 @@
+"""The PowerShell setup file, read by a grammar of PowerShell: no package brings the shell itself."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import tree_sitter_powershell
+from tree_sitter import Language, Node, Parser
+
+from pipros.workspace.environment import shell_code
+from pipros.workspace.setup_files import write_setup_files
+
+
+def read(code: str) -> Node:
+    """The root of the syntax tree; it has no error."""
+    root = Parser(Language(tree_sitter_powershell.language())).parse(code.encode()).root_node
+    assert not root.has_error, f"{root}\n{code}"
+    return root
+
+
+def below(node: Node) -> Iterator[Node]:
+    for child in node.children:
+        yield child
+        yield from below(child)
+
+
+def texts(root: Node, kind: str) -> list[str]:
+    return [(node.text or b"").decode() for node in below(root) if node.type == kind]
+
+
+def value_of(literal: str) -> str:
+    """What PowerShell makes of a string in single quotes: a pair of quotes, of any kind, is one of them."""
+    return re.sub(r"(['‘’‚‛])['‘’‚‛]", r"\1", literal[1:-1])  # noqa: RUF001
+
+
+@pytest.mark.parametrize("python", ["/usr/bin/python3", "C:\\Users\\o'neil\\it’s [mine]\\python.exe"])  # noqa: RUF001
+def test_the_setup_file_is_powershell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, python: str) -> None:
+    monkeypatch.setattr(sys, "executable", python)
+    write_setup_files(tmp_path, [tmp_path / "src"], [])
+    root = read((tmp_path / "setup.ps1").read_text("utf-8"))
+    assert texts(root, "command_name") == [
+        "Test-Path",
+        "Where-Object",
+        "Out-String",
+        "Invoke-Expression",
+        "Remove-Variable",
+    ]
+    assert python in [value_of(literal) for literal in texts(root, "verbatim_string_characters")]
+    for literal in texts(root, "verbatim_string_characters"):
+        assert '"' not in literal, "PowerShell before 7.3 loses such quotes on the way to a program"
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["/a:/b", "it's", "‘quoted’ ‚so‛", "$HOME `n $(evil)", "two\nlines", "", "# no comment", "';evil;'"],  # noqa: RUF001
+)
+def test_any_value_comes_through_as_one_string(value: str) -> None:
+    root = read(shell_code({"ROS_PACKAGE_PATH": value, "ROS_DISTRO": "noetic"}, "powershell"))
+    assert texts(root, "variable") == ["$env:ROS_PACKAGE_PATH", "$env:ROS_DISTRO"]
+    literals = texts(root, "verbatim_string_characters")
+    assert [value_of(literal) for literal in literals] == [value, "noetic"]
+    assert not texts(root, "command")
+
+
+def test_the_grammar_notices_mistakes() -> None:
+    with pytest.raises(AssertionError):
+        read("if (-not (Test-Path $a) { 1 }\n")
