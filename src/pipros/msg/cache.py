@@ -35,6 +35,7 @@ _COMPILER = (
     "shape.py",
     "source.py",
     "spec.py",
+    "strings.py",
 )
 _MAGIC = b"pipros message 1\n"
 

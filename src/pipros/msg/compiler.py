@@ -79,7 +79,8 @@ def _module(lines: list[str], names: Names) -> str:
     structs = [
         f"{name} = _struct.Struct({layout!r}).{method}" for (layout, method), name in names.structs.items()
     ]
-    return "\n".join((_PREAMBLE, *structs, "", "", *lines, ""))
+    strings = [f"{name} = _RepeatedStrings({errors!r}).read" for name, errors in names.strings.items()]
+    return "\n".join((_PREAMBLE, *structs, *strings, "", "", *lines, ""))
 
 
 def _message_class(spec: MessageSpec, lookup: Lookup, names: Names) -> list[str]:

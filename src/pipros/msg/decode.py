@@ -146,11 +146,12 @@ class _Decoder(Source):
         """An array of strings, times or messages."""
         count = self._count(kind)
         self._flush()
+        if kind.base == "string":
+            self._strings(count, target)
+            return
         offset, array = self.assign("o", self._offset()), self.assign("a", "[]")
         self._base, self._delta = offset, 0
-        if kind.base == "string":
-            self._strings(count, offset, array, within)
-        elif self._shapes.is_one_unpack(kind.base) and not self._is_numpy:
+        if self._shapes.is_one_unpack(kind.base) and not self._is_numpy:
             self._records(kind.base, count, array, within)
         else:
             self._elements(kind.base, count, offset, array, within)
@@ -164,13 +165,15 @@ class _Decoder(Source):
             self.emit(f"_check_empty_elements({count})")
         return count
 
-    def _strings(self, count: str, offset: str, array: str, within: MessageSpec) -> None:
-        with self.loop(f"for _ in _range({count}):", within):
-            length = self._length()
-            self.emit(f"{offset} += 4")
-            text = self._text(f"data[{offset} : ({offset} := {offset} + {length})]")
-            self.emit(f"{array}.append({text})")
-        self._base, self._delta, self._is_end_checked = offset, 0, False
+    def _strings(self, count: str, target: str) -> None:
+        arguments = f"data, {self._offset()}, {count}"
+        if self.is_looping:
+            value = f"_read_strings({arguments}, {self._errors!r})"
+        else:
+            value = f"{self.names.repeated_strings(self._errors)}({arguments})"
+        end = self.local("o")
+        self.emit(f"{target}, {end} = {value}")
+        self._base, self._delta, self._is_end_checked = end, 0, True
 
     def _records(self, base: str, count: str, array: str, within: MessageSpec) -> None:
         """Elements of one size: all of them are unpacked by one iterator."""

@@ -37,7 +37,6 @@ class _Encoder(Source):
         self._pieces: list[str] = []
         self._list: str | None = None
         self._stretches: list[str] = []
-        self._is_looping = False
         self._shapes = Shapes(lookup)
 
     def fields(self, spec: MessageSpec, owner: str) -> None:
@@ -90,7 +89,7 @@ class _Encoder(Source):
         size = SIZES[code]
         self._scalar("I", f"_len({packed})" if size == 1 else f"_len({packed}) // {size}")
         self._flush()
-        if self._is_looping:
+        if self.is_looping:
             self._piece(packed)
         else:
             self._end_stretch()
@@ -112,7 +111,6 @@ class _Encoder(Source):
             return
         self._flush()
         self._append_pieces()
-        was_looping, self._is_looping = self._is_looping, True
         element = self.local("e")
         with self.loop(f"for {element} in {array}:", within):
             self._single(kind.base, element, within)
@@ -121,7 +119,6 @@ class _Encoder(Source):
                 self._append_pieces()
             else:
                 self.emit("pass")
-        self._is_looping = was_looping
 
     def _scalar(self, code: str, value: str) -> None:
         self._codes.append(code)

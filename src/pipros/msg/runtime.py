@@ -14,6 +14,9 @@ from pipros.msg.base import Buffer, SerializationError, read_specially, special_
 from pipros.msg.base import CompiledMessage as _CompiledMessage
 from pipros.msg.base import DeserializationError as _DeserializationError
 from pipros.msg.base import Message as _Message
+from pipros.msg.strings import TOO_SHORT as _TOO_SHORT
+from pipros.msg.strings import RepeatedStrings as _RepeatedStrings
+from pipros.msg.strings import read_strings as _read_strings
 from pipros.msg.time import Duration as _Duration
 from pipros.msg.time import Time as _Time
 
@@ -28,6 +31,7 @@ __all__ = [
     "_DeserializationError",
     "_Duration",
     "_Message",
+    "_RepeatedStrings",
     "_Time",
     "_UnicodeDecodeError",
     "_ValueError",
@@ -42,6 +46,7 @@ __all__ = [
     "_numpy_numbers",
     "_octets",
     "_range",
+    "_read_strings",
     "_refuse",
     "_str",
     "_struct",
@@ -54,8 +59,6 @@ _new = object.__new__
 
 _WRITE_ERRORS = (_struct.error, TypeError, ValueError, OverflowError, AttributeError)
 """What a field of the wrong kind leads to while a message is written."""
-
-_TOO_SHORT = "the data is too short for the message"
 
 EMPTY_ELEMENTS_LIMIT = 65_536
 """The longest array of messages without any field: no byte bears witness to its length."""

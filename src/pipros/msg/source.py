@@ -23,7 +23,7 @@ def python_name(name: str) -> str:
 
 
 class Names:
-    """Names on the level of the generated module: message classes and packers of `struct`.
+    """Names on the level of the generated module: message classes, packers of `struct`, readers of strings.
 
     A message class bears its package's name with the length of that in front, so that no two
     types, and no type and anything else, can ever have the same name.
@@ -32,6 +32,7 @@ class Names:
     def __init__(self) -> None:
         self.classes: dict[str, str] = {}
         self.structs: dict[tuple[str, str], str] = {}
+        self.strings: dict[str, str] = {}
 
     def message_class(self, type_name: str) -> str:
         package, _, name = type_name.partition("/")
@@ -40,6 +41,12 @@ class Names:
     def struct_method(self, layout: str, method: str) -> str:
         """The bound `pack`, `unpack_from` or `iter_unpack` of a little-endian `Struct`."""
         return self.structs.setdefault((layout, method), f"_{method}_{len(self.structs)}")
+
+    def repeated_strings(self, errors: str) -> str:
+        """The method `read` of a `RepeatedStrings` for one field."""
+        name = f"_strings_{len(self.strings)}"
+        self.strings[name] = errors
+        return name
 
 
 class Source:
@@ -97,6 +104,11 @@ class Source:
         self._fields += fields
         if self._fields > FIELD_LIMIT:
             raise DefinitionError(f"the message has more than {FIELD_LIMIT} fields in all", file=within.file)
+
+    @property
+    def is_looping(self) -> bool:
+        """True inside a `loop`."""
+        return self._depth > 0
 
     @contextmanager
     def loop(self, opening: str, within: MessageSpec) -> Iterator[None]:
