@@ -46,6 +46,9 @@ USAGE: rospack <command> [options] [package]
  is used (if it contains a package.xml or manifest.xml).
 """
 
+# Noetic has two ways to say that there is no such package.
+_NO_SUCH_PACKAGE = dict.fromkeys(("depends", "depends1", "depends-on", "depends-on1"), "no such package {}")
+
 _VALUE_OPTIONS = ("--target", "--attrib", "--top", "--length", "--lang")
 
 
@@ -56,8 +59,9 @@ class _Failed(PiprosError):
 class _Query:
     """One question: the package it is about, its options, and where the answers are."""
 
-    def __init__(self, words: Sequence[str], options: Mapping[str, str]) -> None:
+    def __init__(self, command: str, words: Sequence[str], options: Mapping[str, str]) -> None:
         self._words = words
+        self._unknown = _NO_SUCH_PACKAGE.get(command, "package '{}' not found")
         self.options = options
         self.index = PackageIndex.from_environment()
         self.graph = DependencyGraph(self.index)
@@ -72,13 +76,14 @@ class _Query:
                 raise _Failed("no package given")
             name = here.name
         if self.index.get(name) is None:
-            raise _Failed(f"package '{name}' not found")
+            raise _Failed(self._unknown.format(name))
         return name
 
-    def option(self, name: str) -> str:
+    def option(self, name: str, complaint: str) -> str:
+        """The value of an option; the complaint is what Noetic says when it is missing."""
         value = self.options.get(name, "")
         if not value:
-            raise _Failed(f"no {name.removeprefix('--')} given")
+            raise _Failed(complaint)
         return value
 
 
@@ -94,7 +99,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     if command in ("help", "-h", "--help"):
         print(HELP)
         return 0
-    answer = _COMMANDS.get(command.replace("deps", "depends") if command.startswith("deps") else command)
+    if command.startswith("deps"):
+        command = command.replace("deps", "depends")
+    answer = _COMMANDS.get(command)
     if answer is None:
         return _complain(f"command {command} not implemented", options)
     if len(words) > 1:
@@ -104,7 +111,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             options,
         )
     try:
-        lines = answer(_Query(words, options))
+        lines = answer(_Query(command, words, options))
     except (PiprosError, OSError) as error:
         return _complain(str(error), options)
     for line in lines:
@@ -197,42 +204,43 @@ def _depends_manifests(query: _Query) -> list[str]:
 
 
 def _depends_msgsrv(query: _Query) -> list[str]:
-    found = []
-    for name in query.graph.all(query.package):
-        folder = query.index.find(name).path
-        found += [
-            str(folder / f"{kind}_gen" / "generated") for kind in ("msg", "srv") if (folder / kind).is_dir()
-        ]
-    return [" ".join(found)]
+    # Only packages of rosbuild kept generated files in folders of their own.
+    query.graph.all(query.package)
+    return [""]
 
 
 def _depends_why(query: _Query) -> list[str]:
-    name, target = query.package, query.option("--target")
-    chains = list(query.graph.chains(name, target))
-    if not chains:
-        return [f"No dependency chains from {name} to {target}"]
+    name, target = query.package, query.option("--target", "no package or target given")
+    if query.index.get(target) is None:
+        raise _Failed(f"package '{target}' not found")
     return [
         f"Dependency chains from {name} to {target}:",
-        *("* " + " -> ".join(chain) + " " for chain in chains),
+        *("* " + " -> ".join(chain) + " " for chain in query.graph.chains(name, target)),
     ]
 
 
 def _plugins(query: _Query) -> list[str]:
-    attribute = query.option("--attrib")
-    found = query.graph.exporters(query.package, attribute, query.options.get("--top"))
+    attribute, top = query.option("--attrib", "no package / attrib given"), query.options.get("--top")
+    if top is not None and query.index.get(top) is None:
+        raise _Failed(f"no such package {top}")
+    found = query.graph.exporters(query.package, attribute, top)
     return [f"{package.name} {value}" for package, value in found]
 
 
 def _export(query: _Query) -> list[str]:
-    language, attribute = query.option("--lang"), query.option("--attrib")
+    language, attribute = (
+        query.option(name, "no package / lang / attrib given") for name in ("--lang", "--attrib")
+    )
     name = query.package
-    packages = [*(query.graph.all(name)), *([] if "--deps-only" in query.options else [name])]
-    values = [
-        export.attributes[attribute]
-        for package in packages
-        for export in query.graph.manifest(package).exports
-        if export.tag == language and attribute in export.attributes
-    ]
+    packages = [*query.graph.all(name), *([] if "--deps-only" in query.options else [name])]
+    values = []
+    for package in reversed(packages):
+        exports = [export for export in query.graph.manifest(package).exports if export.tag == language]
+        if len(exports) > 1 and "-q" not in query.options:
+            print(f"[rospack] Warning: ignoring duplicate {language} tag in export block", file=sys.stderr)
+        if exports and attribute in exports[0].attributes:
+            value = exports[0].attributes[attribute]
+            values.append(value.replace("${prefix}", str(query.index.find(package).path)))
     return [" ".join(values)]
 
 
@@ -252,11 +260,19 @@ def _nothing(query: _Query) -> list[str]:
     return []
 
 
-def _compiler_flags(query: _Query) -> list[str]:
-    raise _Failed(
-        f"compiler flags of '{query.package}' are a matter of compiled code; ask pkg-config for them, which "
-        "genuine catkin feeds"
-    )
+def _flags(option: str, prefix: str = "") -> Callable[[_Query], list[str]]:
+    """Answers what pkg-config answers, without the prefix of each flag."""
+
+    def ask(query: _Query) -> list[str]:
+        name = query.package
+        if "--deps-only" in query.options:
+            query.graph.all(name)
+            return [""]  # pkg-config knows the dependencies, too, and gives all at once
+        from pipros.workspace.pkg_config import flags
+
+        return [" ".join(flags(name, option, prefix))]
+
+    return ask
 
 
 def _langs(_query: _Query) -> list[str]:
@@ -294,11 +310,11 @@ _COMMANDS: Mapping[str, Callable[[_Query], list[str]]] = {
     "vcs": _nothing,
     "vcs0": _nothing,
     "langs": _langs,
-    "cflags-only-I": _compiler_flags,
-    "cflags-only-other": _compiler_flags,
-    "libs-only-L": _compiler_flags,
-    "libs-only-l": _compiler_flags,
-    "libs-only-other": _compiler_flags,
+    "cflags-only-I": _flags("cflags-only-I", "-I"),
+    "cflags-only-other": _flags("cflags-only-other"),
+    "libs-only-L": _flags("libs-only-L", "-L"),
+    "libs-only-l": _flags("libs-only-l", "-l"),
+    "libs-only-other": _flags("libs-only-other"),
     "profile": _profile,
 }
 

@@ -28,7 +28,7 @@ class DependencyGraph:
         return read_manifest(self._index.find(name).path)
 
     def direct(self, name: str) -> list[str]:
-        """The packages that a package needs to run, in the order of its manifest.
+        """The packages that a package needs to run.
 
         Raises:
             NotFound: there is no such package.
@@ -61,7 +61,7 @@ class DependencyGraph:
         yield from self._chains(name, target, [name])
 
     def _chains(self, name: str, target: str, path: list[str]) -> Iterator[list[str]]:
-        for needed in sorted(self.direct(name)):
+        for needed in self.direct(name):
             if needed == target:
                 yield [*path, needed]
             elif needed not in path and len(path) < _DEPTH_LIMIT:

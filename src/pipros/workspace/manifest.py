@@ -13,14 +13,14 @@ from pathlib import Path
 from pipros.safe.xml import Element, XmlError, parse
 from pipros.workspace.crawl import MANIFEST
 
-# What each element of a manifest means, in the words of format 3.
+# What each element of a manifest means, in the words of format 3; in the order in which rospack names them.
 _MEANING: dict[str, tuple[str, ...]] = {
+    "run_depend": ("build_export_depends", "exec_depends"),
+    "exec_depend": ("exec_depends",),
     "depend": ("build_depends", "build_export_depends", "exec_depends"),
     "build_depend": ("build_depends",),
     "build_export_depend": ("build_export_depends",),
     "buildtool_depend": ("buildtool_depends",),
-    "exec_depend": ("exec_depends",),
-    "run_depend": ("build_export_depends", "exec_depends"),
     "test_depend": ("test_depends",),
     "doc_depend": ("doc_depends",),
 }
@@ -34,7 +34,7 @@ class Manifest:
     """One manifest.
 
     Attributes:
-        dependencies: (kind, name) in the order of the file, such as `("exec_depends", "rospy")`.
+        dependencies: (kind, name), such as `("exec_depends", "rospy")`, one kind of element after another.
         exports: the elements below `<export>`.
     """
 
@@ -45,7 +45,7 @@ class Manifest:
     exports: tuple[Element, ...]
 
     def depends(self, *kinds: str) -> list[str]:
-        """The names in the lists given, by default in all of them, each once, in the order of the file."""
+        """The names in the lists given, by default in all of them, each once."""
         return list(dict.fromkeys(name for kind, name in self.dependencies if not kinds or kind in kinds))
 
 
@@ -61,9 +61,10 @@ def read_manifest(package: Path) -> Manifest:
     if root.tag != "package":
         raise XmlError(str(file), root.line, root.column, "the root element is not <package>")
     dependencies = []
-    for child in root.children:
-        if child.tag in _MEANING and child.text.strip() and _holds(child.attributes.get("condition", "")):
-            dependencies += [(kind, child.text.strip()) for kind in _MEANING[child.tag]]
+    for tag, kinds in _MEANING.items():
+        for child in root.children:
+            if child.tag == tag and child.text.strip() and _holds(child.attributes.get("condition", "")):
+                dependencies += [(kind, child.text.strip()) for kind in kinds]
     export = root.first("export")
     return Manifest(
         name=_text(root, "name") or package.name,

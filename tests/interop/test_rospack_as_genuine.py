@@ -1,0 +1,121 @@
+"""rospack of both worlds on the same packages: the same answers, complaints and exit codes."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.support.environments import VENV_BIN
+from tests.support.processes import Processes
+
+MANIFEST = """\
+<package format="{format}"><name>{name}</name><version>1.2.3</version><description>d</description>
+<maintainer email="a@example.org">A</maintainer><license>BSD</license>
+<buildtool_depend>catkin</buildtool_depend>{content}</package>
+"""
+
+PACKAGES = {
+    "messages": (2, '<depend>bottom</depend><export><cpp cflags="-DM"/><cpp cflags="-DN"/></export>'),
+    "bottom": (2, ""),
+    "flags": (2, '<depend>messages</depend><export><cpp cflags="-I${prefix}/i" lflags="-la"/></export>'),
+    "old_form": (
+        1,
+        "<build_depend>messages</build_depend><run_depend>flags</run_depend><run_depend>boost</run_depend>"
+        '<export><rosbag migration_rule_file="r.bmr"/><messages plugin="${prefix}/p.xml"/></export>',
+    ),
+    "all_kinds": (
+        2,
+        "<depend>flags</depend><build_depend>bottom</build_depend><exec_depend>old_form</exec_depend>"
+        "<build_export_depend>messages</build_export_depend><test_depend>nowhere</test_depend>"
+        "<doc_depend>doxygen</doc_depend><export>"
+        '<messages plugin="${prefix}/p2.xml"/><messages plugin="p3.xml"/><python path="x"/></export>',
+    ),
+    "conditions": (3, '<exec_depend condition="$ROS_PYTHON_VERSION == 3">all_kinds</exec_depend>'),
+}
+
+PKG_CONFIG = """\
+Name: flags
+Description: d
+Version: 1
+Cflags: -I/elsewhere/include -DFOO=1 -I{devel}/include
+Libs: -L/elsewhere/lib -lfoo -Wl,-rpath,/x /abs/libz.so -L{devel}/lib
+"""
+
+# fmt: off
+ABOUT_ONE = [
+    "find", "depends", "deps", "depends1", "depends-indent", "depends-manifests", "depends-msgsrv",
+    "depends-on", "depends-on1", "rosdep", "rosdep0", "vcs", "vcs0",
+]
+# fmt: on
+FLAGS = ["cflags-only-I", "cflags-only-other", "libs-only-L", "libs-only-l", "libs-only-other"]
+
+QUESTIONS = [
+    *([command, package] for command in ABOUT_ONE for package in (*PACKAGES, "nowhere")),
+    *([command, *more, "flags"] for command in FLAGS for more in ([], ["--deps-only"])),
+    *([command, "bottom"] for command in FLAGS),
+    *(["export", f"--lang={lang}", f"--attrib={attribute}", package]
+      for lang, attribute in (("cpp", "cflags"), ("rosbag", "migration_rule_file"), ("messages", "plugin"))
+      for package in ("flags", "old_form", "all_kinds")),
+    ["export", "--lang=cpp", "--attrib=cflags", "--deps-only", "old_form"],
+    ["export", "--lang=cpp", "flags"],
+    ["plugins", "--attrib=plugin", "messages"],
+    ["plugins", "--attrib=plugin", "--top=old_form", "messages"],
+    ["plugins", "--attrib=plugin", "--top=nowhere", "messages"],
+    ["plugins", "messages"],
+    *(["depends-why", f"--target={target}", "all_kinds"] for target in ("bottom", "all_kinds", "nowhere")),
+    ["depends-why", "--target=all_kinds", "bottom"],
+    ["depends-why", "bottom"],
+    ["find"],
+    ["find", "a", "b"],
+    ["-q", "find", "nowhere"],
+    ["frobnicate"],
+    ["help"],
+    [],
+]  # fmt: skip
+
+UNSORTED = {"depends-on", "depends-on1", "plugins"}
+"""Commands whose answers genuine rospack gives in the order of a hash table."""
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    base = tmp_path_factory.mktemp("rospack")
+    for name, (form, content) in PACKAGES.items():
+        folder = base / "src" / name
+        folder.mkdir(parents=True)
+        (folder / "package.xml").write_text(MANIFEST.format(format=form, name=name, content=content))
+    for kind in ("msg", "srv"):
+        (base / "src" / "messages" / kind).mkdir()
+    devel = base / "devel"
+    devel.mkdir()
+    (devel / ".catkin").write_text(str(base / "src"))
+    (base / "flags.pc").write_text(PKG_CONFIG.format(devel=devel))
+    return base / "src"
+
+
+@pytest.mark.parametrize("words", QUESTIONS, ids=" ".join)
+def test_the_answer_is_that_of_genuine_rospack(words: list[str], source: Path, tmp_path: Path) -> None:
+    answers = [ask(path, words, source, tmp_path) for path in (Path("/usr/bin"), VENV_BIN)]
+    assert answers[1] == answers[0]
+
+
+def ask(path: Path, words: list[str], source: Path, home: Path) -> tuple[int | None, list[str], str]:
+    """Exit code, answer and complaint, the last without what only genuine rospack says of itself."""
+    environment = {
+        "PATH": f"{path}{os.pathsep}/usr/bin:/bin",
+        "HOME": str(home),
+        "LANG": "C.UTF-8",
+        "ROS_PACKAGE_PATH": str(source),
+        "CMAKE_PREFIX_PATH": str(source.parent / "devel"),
+        "PKG_CONFIG_PATH": str(source.parent),
+    }
+    ended = Processes(environment, home).run("rospack", *words)
+    complaint = "\n".join(itertools.dropwhile(lambda line: not line.startswith("[rospack]"), ended.stderr))
+    answer = sorted(ended.stdout) if words and words[0] in UNSORTED else ended.stdout
+    if ended.returncode and answer == [""]:
+        answer = []  # an empty line in spite of the mistake
+    return ended.returncode, answer, re.sub(r".*(pkg-config --\S+ \S+)'.*", r"\1", complaint)
