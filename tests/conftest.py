@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.support import pyright
 from tests.support.environments import make_tool_folder
 from tests.support.genuine import INSTALL, is_required, missing_packages
 from tests.support.ports import ClaimedPort
@@ -44,11 +45,22 @@ def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.Tes
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    lines = []
+    if pyright.find_pyright() is None:
+        lines += [
+            "tests/typing: what pyright says is not tested, for it is not on this machine",
+            f"to have it where Node.js is: {pyright.INSTALL}",
+        ]
     if missing := missing_packages():
+        lines += [
+            "tests/interop: genuine ROS 1 is not complete on this machine",
+            f"lacking: {' '.join(missing)}",
+            f"to have it on Debian 12, as root: {INSTALL}",
+        ]
+    if lines:
         terminalreporter.section("left out")
-        terminalreporter.write_line("tests/interop: genuine ROS 1 is not complete on this machine")
-        terminalreporter.write_line(f"lacking: {' '.join(missing)}")
-        terminalreporter.write_line(f"to have it on Debian 12, as root: {INSTALL}")
+    for line in lines:
+        terminalreporter.write_line(line)
 
 
 @pytest.fixture(scope="session")

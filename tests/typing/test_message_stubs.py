@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +14,8 @@ from mypy import api
 from pipros.cli.stubs import main
 from pipros.msg.hook import installed_library
 from pipros.msg.stubs import package_stubs
+from tests.support.environments import EXAMPLES as COMPOSIV
+from tests.support.pyright import INSTALL, find_pyright
 
 SOURCES = Path(__file__).resolve().parents[2] / "src"
 SHARE = SOURCES / "pipros" / "share"
@@ -19,13 +24,13 @@ EXAMPLES = [Path(__file__).with_name(name) for name in ("message_fields.txt", "r
 
 @pytest.fixture(scope="module")
 def stubs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("stubs")
+    folder = tmp_path_factory.mktemp("project") / "typings"
     assert main([*sorted(package.name for package in SHARE.iterdir()), "--output", str(folder)]) == 0
     return folder
 
 
-def complaints(file: Path, stubs: Path) -> dict[int, str]:
-    """What mypy says about a file, by line."""
+def said_by_mypy(file: Path, stubs: Path) -> dict[int, str]:
+    """What mypy complains about in a file, by line."""
     settings = stubs / "mypy.ini"
     settings.write_text(f"[mypy]\nstrict = true\nmypy_path = {stubs}:{SOURCES}\ncache_dir = {stubs}/.cache\n")
     said, problems, _ = api.run(["--config-file", str(settings), "--no-error-summary", str(file)])
@@ -35,24 +40,85 @@ def complaints(file: Path, stubs: Path) -> dict[int, str]:
     return {int(line): text for line, text in found}
 
 
-@pytest.mark.timeout(180)
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.stem)
-def test_a_type_checker_knows_messages_and_what_rospy_does_with_them(
-    example: Path, stubs: Path, tmp_path: Path
-) -> None:
-    program = tmp_path / "program.py"
-    program.write_text(example.read_text())
-    expected = {
+def said_by_pyright(path: Path) -> dict[tuple[str, int], str]:
+    """What pyright complains about in a file or folder beside `typings`, by file name and line."""
+    program = find_pyright()
+    if program is None:
+        pytest.skip(f"pyright is not on this machine: {INSTALL}")
+    settings = path.parent / "pyrightconfig.json"
+    settings.write_text(
+        json.dumps(
+            {
+                "typeCheckingMode": "strict",
+                "reportMissingModuleSource": False,
+                "extraPaths": [str(SOURCES)],
+                "include": [path.name],
+            }
+        )
+    )
+    asked = [program, "--project", settings, "--pythonpath", sys.executable, "--outputjson"]
+    ended = subprocess.run(asked, stdout=subprocess.PIPE, text=True, check=False)
+    report = json.loads(ended.stdout)
+    assert report["summary"]["filesAnalyzed"] > 0
+    return {
+        (Path(each["file"]).name, each["range"]["start"]["line"] + 1): each["message"]
+        for each in report["generalDiagnostics"]
+    }
+
+
+def expected_complaints(example: Path) -> dict[int, str]:
+    return {
         number: line.partition("# error: ")[2]
         for number, line in enumerate(example.read_text().splitlines(), 1)
         if "# error: " in line
     }
 
-    found = complaints(program, stubs)
+
+@pytest.mark.timeout(180)
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.stem)
+def test_mypy_knows_messages_and_what_rospy_does_with_them(
+    example: Path, stubs: Path, tmp_path: Path
+) -> None:
+    program = tmp_path / "program.py"
+    program.write_text(example.read_text())
+    expected = expected_complaints(example)
+
+    found = said_by_mypy(program, stubs)
 
     assert found.keys() == expected.keys(), found
     for line, beginning in expected.items():
         assert found[line].startswith(beginning)
+
+
+@pytest.mark.timeout(180)
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.stem)
+def test_pyright_knows_them_too(example: Path, stubs: Path) -> None:
+    program = stubs.parent / f"{example.stem}.py"
+    program.write_text(example.read_text())
+
+    found = said_by_pyright(program)
+
+    assert found.keys() == {(program.name, line) for line in expected_complaints(example)}, found
+
+
+@pytest.mark.timeout(180)
+def test_pyright_has_nothing_to_say_about_the_stubs(stubs: Path) -> None:
+    assert said_by_pyright(stubs) == {}
+
+
+def test_pyright_finds_the_stubs_of_a_package_where_they_are_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(COMPOSIV))
+    monkeypatch.chdir(tmp_path)
+    assert main(["composiv_tryouts"]) == 0
+    program = tmp_path / "program.py"
+    program.write_text("from composiv_tryouts.msg import BatteryLevel\n\nBatteryLevel(battery=25)\n")
+
+    ((place, complaint),) = said_by_pyright(program).items()
+
+    assert place == ("program.py", 3)
+    assert '"Literal[25]" is not assignable to "str"' in complaint
 
 
 @pytest.mark.timeout(180)
@@ -64,7 +130,7 @@ def test_all_stubs_that_ship_pass_the_strictest_check(stubs: Path, tmp_path: Pat
     program.write_text("".join(f"import {module}\n" for module in modules))
 
     assert len(modules) > 30
-    assert complaints(program, stubs) == {}
+    assert said_by_mypy(program, stubs) == {}
 
 
 def test_a_stub_has_every_type_and_every_constant() -> None:

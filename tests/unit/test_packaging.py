@@ -33,6 +33,12 @@ def test_the_wheel_has_every_package_of_the_source_tree() -> None:
     assert wheel["force-include"] == {"src/pipros.pth": "pipros.pth"}
 
 
+@pytest.mark.parametrize("package", [folder.parent.name for folder in SRC.glob("*/__init__.py")])
+def test_type_checkers_take_the_types_of_every_package(package: str) -> None:
+    assert (SRC / package / "py.typed").is_file()
+    assert package in PROJECT["tool"]["mypy"]["packages"]
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_a_main_that_takes_arguments(command: str) -> None:
     module, _, function = COMMANDS[command].partition(":")

@@ -1,4 +1,4 @@
-"""A machine without genuine ROS: what is left out, and who is told."""
+"""A machine without genuine ROS or pyright: what is left out, and who is told."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from tests.support import genuine
 from tests.support.environments import REPOSITORY
 
 PLUGIN = """
-from tests.support import genuine
+from tests.support import genuine, pyright
 genuine._NEEDED = {"/no/such/file": "python3-rospy"}
+pyright.find_pyright = lambda: None
 """
 
 
@@ -45,7 +46,11 @@ def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path
     ended = run(run_without_genuine, "tests/interop", "tests/unit/test_support_genuine.py")
 
     assert "interop/" not in ended.stdout.partition("left out")[0]
-    *_, what, lacking, cure, last = ended.stdout.rstrip("\n").splitlines()
+    *_, checker, how, what, lacking, cure, last = ended.stdout.rstrip("\n").splitlines()
+    assert checker == "tests/typing: what pyright says is not tested, for it is not on this machine"
+    assert (
+        how == "to have it where Node.js is: npm install --no-save --no-package-lock --prefix .venv pyright"
+    )
     assert what == "tests/interop: genuine ROS 1 is not complete on this machine"
     assert lacking == "lacking: python3-rospy"
     assert cure.startswith("to have it on Debian 12, as root: apt-get install --no-install-recommends ")

@@ -6,6 +6,7 @@ takes, numpy arrays among them.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -22,17 +23,14 @@ from pipros.msg.spec import (
     ServiceSpec,
 )
 
-_HEAD = '''\
-"""{what} of {package}, made from their definitions by `pipros stubs`."""
-
-from collections.abc import Sequence as _Sequence
-from typing import ClassVar as _ClassVar
-from typing import Final as _Final
-
-from pipros.msg import base as _base
-from pipros.msg import stub_types as _types
-from pipros.msg import time as _time
-'''
+_IMPORTS = {
+    "_Sequence": "from collections.abc import Sequence as _Sequence",
+    "_ClassVar": "from typing import ClassVar as _ClassVar",
+    "_Final": "from typing import Final as _Final",
+    "_base": "from pipros.msg import base as _base",
+    "_types": "from pipros.msg import stub_types as _types",
+    "_time": "from pipros.msg import time as _time",
+}
 
 
 def write_stubs(
@@ -87,10 +85,13 @@ def _module(what: str, package: str, messages: Sequence[MessageSpec], services: 
         }
         - {home}
     )
-    parts = [_HEAD.format(what=what, package=package) + "".join(f"import {name}\n" for name in imports)]
-    parts += [_message(message, home) for message in messages]
-    parts += [_service(service) for service in services]
-    return "\n".join(parts)
+    classes = [_message(message, home) for message in messages]
+    classes += [_service(service) for service in services]
+    used = set(re.findall(r"\b_\w+", "".join(classes)))
+    head = [f'"""{what} of {package}, made from their definitions by `pipros stubs`."""', ""]
+    head += [line for name, line in _IMPORTS.items() if name in used]
+    head += [f"import {name}" for name in imports]
+    return "\n".join((*head, "", *classes))
 
 
 def _message(spec: MessageSpec, home: str) -> str:
