@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support import genuine
+from tests.support import genuine, pyright
 from tests.support.environments import REPOSITORY
 
 PLUGIN = """
@@ -48,9 +48,7 @@ def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path
     assert "interop/" not in ended.stdout.partition("left out")[0]
     *_, checker, how, what, lacking, cure, last = ended.stdout.rstrip("\n").splitlines()
     assert checker == "tests/typing: what pyright says is not tested, for it is not on this machine"
-    assert (
-        how == "to have it where Node.js is: npm install --no-save --no-package-lock --prefix .venv pyright"
-    )
+    assert how == f"to have it where Node.js is: {pyright.INSTALL}"
     assert what == "tests/interop: genuine ROS 1 is not complete on this machine"
     assert lacking == "lacking: python3-rospy"
     assert cure.startswith("to have it on Debian 12, as root: apt-get install --no-install-recommends ")
