@@ -20,7 +20,7 @@ D.from_sec(-1.5) V.from_sec(1.5) T.from_sec(0.1) T.from_sec(1234567890.123456789
 T.from_sec('1') D.from_sec(1e-9) D.from_sec(None) T.from_sec(0.9999999999) S(2) R(2) R.from_sec(1.5)
 """
 VALUES = ["T(1,5)", "T(2)", "D(1,5)", "D(-1,5)", "D(3)", "D(-5,3)", "D()", "V(1)", "S(2,7)", "R(3)"]
-VALUES += ["1", "2.5", "-3", "0", "'a'", "None", "True"]
+OTHERS = ["1", "2.5", "-3", "0", "'a'", "None", "True"]
 METHODS = ["to_sec()", "to_nsec()", "to_time()", "is_zero()", "secs", "nsecs", "__nonzero__()", "foo"]
 METHODS += ["__getstate__()", "_slot_types"]
 COPY_BY_PICKLE = "pickle.loads(pickle.dumps({}))"
@@ -31,10 +31,12 @@ def expressions(seed, count):
     """Construction of all kinds, all operators on all values, and arithmetic on random durations."""
     found = CONSTRUCTION.split()
     found += [f"{value}.{method}" for value in VALUES[:7] for method in METHODS]
-    found += [f"{left} {sign} {right}" for left in VALUES for sign in OPERATORS for right in VALUES]
+    pairs = [(left, right) for left in VALUES for right in VALUES + OTHERS]
+    pairs += [(left, right) for left in OTHERS for right in VALUES]
+    found += [f"{left} {sign} {right}" for left, right in pairs for sign in OPERATORS]
     for form in ["-{}", "abs({})", "bool({})", "str({})", "hash({})", "copy.copy({})", COPY_BY_PICKLE]:
         found += [form.format(value) for value in VALUES[:8]]
-    found += [f"divmod({left}, {right})" for left in VALUES[:10] for right in VALUES]
+    found += [f"divmod({left}, {right})" for left in VALUES for right in VALUES + OTHERS]
     rng = random.Random(seed)  # noqa: S311
     for _ in range(count):
         left, right = (f"D({rng.randint(-(10**6), 10**6)}, {rng.randint(0, 10**9)})" for _ in range(2))
