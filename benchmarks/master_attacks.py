@@ -14,6 +14,7 @@ import resource
 import socket
 import subprocess
 import sys
+import threading
 import time
 from contextlib import suppress
 
@@ -181,6 +182,59 @@ def many_registrations(victim):
         client.unregister_publisher(f"/hoard/t{number}", "http://127.0.0.1:9/")
 
 
+def calls_sent_ahead(victim):
+    calls = build_request("h", "/", encode_call("hasParam", ("/hasty", "/run_id"))) * 5_000
+    with victim.connect() as peer:
+        sending = threading.Thread(target=lambda: [peer.sendall(calls) for _ in range(4)])
+        sending.start()
+        answered = 0
+        while answered < 20_000:
+            answered += peer.recv(65536).count(b"</methodResponse>")
+        sending.join()
+
+
+def text_of_15_mb(victim):
+    client = victim.client()
+    client.set_param("/large", "x" * 15_000_000)
+    for _ in range(5):
+        client.get_param("/large")
+    client.delete_param("/large")
+
+
+def many_parameter_subscriptions(victim):
+    client = victim.client("/hoarder")
+    for number in range(10_000):
+        client.subscribe_param("http://127.0.0.1:9/", f"/hoard/p{number}")
+    other = victim.client("/other")
+    for number in range(500):
+        other.set_param(f"/other/p{number}", number)
+    other.set_param("/hoard", {"p1": 1})
+
+
+def statistics_of_a_large_tree(victim):
+    client = victim.client()
+    client.set_param("/tree", {f"g{i}": {f"k{j}": j for j in range(500)} for i in range(100)})
+    for _ in range(20):
+        client.call("pipros.getStatistics")
+    client.delete_param("/tree")
+
+
+def topic_of_3_000_subscribers(victim):
+    for number in range(3_000):
+        api = f"http://127.0.0.{2 + number % 200}:{1000 + number // 200}/"
+        victim.client(f"/s{number}").register_subscriber("/crowded", "x/Y", api)
+    publisher = victim.client("/p")
+    for _ in range(10):
+        publisher.register_publisher("/crowded", "x/Y", "http://127.0.0.1:9/")
+
+
+def replaced_hoarder(victim):
+    client = victim.client("/hoarder")
+    for number in range(10_000):
+        client.register_publisher(f"/hoard/t{number}", "std_msgs/String", "http://127.0.0.1:9/")
+    client.register_publisher("/hoard/t", "std_msgs/String", "http://127.0.0.1:10/")
+
+
 def nothing(_victim):
     pass
 
@@ -190,15 +244,15 @@ ATTACKS = {
     for function in (
         *(nothing, half_open, byte_by_byte, idle_connections, gigabyte_announced, gigabyte_sent, entity_bomb),
         *(deep_nesting, garbage, never_reads, nodes_that_hang, multicall, value_of_15_mb),
-        *(tree_of_100_000_names, many_registrations),
+        *(tree_of_100_000_names, many_registrations, calls_sent_ahead, text_of_15_mb),
+        *(many_parameter_subscriptions, statistics_of_a_large_tree, topic_of_3_000_subscribers),
+        *(replaced_hoarder,),
     )
 }
 
 
 def bystander(uri):
     """Asks until a line comes in; prints count, 99th percentile and longest of the answers, in ms."""
-    import threading
-
     end = threading.Event()
     threading.Thread(target=lambda: (sys.stdin.readline(), end.set()), daemon=True).start()
     client = MasterClient(uri, "/bystander", timeout_s=60)

@@ -167,6 +167,42 @@ def test_a_value_as_large_as_the_limit_allows(master: RunningMaster) -> None:
         large.delete_param("/large")
 
 
+def test_a_text_as_long_as_the_limit_allows(master: RunningMaster) -> None:
+    large = MasterClient(f"http://127.0.0.1:{master.port}/", "/large", timeout_s=30)
+    text = "x\n" * 7_500_000
+    with master.answering_meanwhile():
+        large.set_param("/large", text)
+        assert large.get_param("/large") == text
+        large.delete_param("/large")
+
+
+def test_thousands_of_calls_sent_ahead_of_their_answers(master: RunningMaster) -> None:
+    calls = build_request("h", "/", encode_call("getUri", ("/hasty",))) * 5_000
+    with master.answering_meanwhile(), master.connect() as peer:
+        sending = threading.Thread(target=lambda: (peer.sendall(calls), peer.shutdown(socket.SHUT_WR)))
+        sending.start()
+        assert read_to_end(peer).count(b"</methodResponse>") == 5_000
+        sending.join()
+
+
+@pytest.mark.parametrize(
+    ("stream", "answer"),
+    [
+        (b"\r\n" * 5_000_000 + build_request("h", "/", encode_call("getUri", ("/x",))), b"HTTP/1.1 200"),
+        (
+            b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n" + b"1\r\nx\r\n" * 1_000_000,
+            b"HTTP/1.1 413",
+        ),
+    ],
+    ids=["blank lines", "small chunks"],
+)
+def test_streams_that_are_meant_to_keep_it_busy(master: RunningMaster, stream: bytes, answer: bytes) -> None:
+    with master.answering_meanwhile(), master.connect() as peer:
+        peer.sendall(stream)
+        peer.shutdown(socket.SHUT_WR)
+        assert read_to_end(peer).startswith(answer)
+
+
 @pytest.mark.parametrize(
     "document",
     [
@@ -226,6 +262,8 @@ def test_nodes_whose_api_hangs_or_is_no_api(master: RunningMaster) -> None:
         "http://127.0.0.1:1/",
         "http://no.such.host.invalid:1/",
         "http://",
+        "http://a..b:1/",
+        "http://127.0.0.1:1/ HTTP/1.1\r\nX: y",
         f"http://127.0.0.1:{master.port}/",
     ]
 

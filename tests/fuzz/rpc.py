@@ -101,7 +101,9 @@ def read_requests(pieces: list[bytes]) -> tuple[list[Request], int]:
     found: list[Request] = []
     try:
         for piece in [*pieces, b""]:
-            found += reader.feed(piece)
+            reader.feed(piece)
+            while request := reader.next_request():
+                found.append(request)
     except HttpError as error:
         return found, error.status
     return found, 0

@@ -28,12 +28,17 @@ class Serving:
         self.loop = BackgroundLoop("rpc test")
         self.loop.start()
         self.gate = asyncio.Event()
+        self.noted: list[str] = []
+        self.is_held = threading.Event()
+        self.may_go_on = threading.Event()
         methods = {
             "echo": lambda value: value,
             "add": lambda a, b=1: a + b,
             "fail": self.fail,
             "wait": self.wait,
             "caller": lambda: caller_address.get(),
+            "note": lambda text: self.noted.append(text) or 0,
+            "hold": self.hold,
             "nothing": lambda: None,
         }
         self.server = RpcServer(methods, **options)
@@ -47,6 +52,11 @@ class Serving:
     async def wait(self) -> str:
         await self.gate.wait()
         return "waited"
+
+    def hold(self) -> bool:
+        """Stops the whole loop, so that what comes meanwhile comes to it at the same time."""
+        self.is_held.set()
+        return self.may_go_on.wait(10)
 
     def open_gate(self) -> None:
         self.loop.call(self.gate.set)
@@ -124,6 +134,54 @@ def test_pipelined_calls_are_answered_in_order_also_behind_one_that_waits(servin
         peer.shutdown(socket.SHUT_WR)
         answers = read_to_end(peer)
     assert answers.index(b"first") < answers.index(b"waited") < answers.index(b"last")
+
+
+def test_calls_that_were_sent_ahead_and_those_of_others_take_turns(serving: Serving) -> None:
+    with serving.connect() as hasty, serving.connect() as other:
+        for peer in (hasty, other):
+            peer.sendall(request("echo", "hello"))
+            assert b"hello" in peer.recv(65536)
+        hasty.sendall(request("hold"))
+        assert serving.is_held.wait(10)
+        hasty.sendall(request("note", "hasty") * 100)
+        other.sendall(request("note", "other") * 2)
+        serving.may_go_on.set()
+        for peer in (hasty, other):
+            peer.shutdown(socket.SHUT_WR)
+            read_to_end(peer)
+    assert len(serving.noted) == 102
+    assert serving.noted[:4].count("other") == 2
+
+
+def test_whatever_was_sent_ahead_is_answered_in_order(serving: Serving) -> None:
+    sent = [str(number) for number in range(2_000)]
+    with serving.connect() as peer:
+        sending = threading.Thread(
+            target=lambda: (peer.sendall(b"".join(map(note, sent))), peer.shutdown(socket.SHUT_WR))
+        )
+        sending.start()
+        answers = read_to_end(peer)
+        sending.join()
+    assert serving.noted == sent
+    assert answers.count(b"<methodResponse>") == len(sent)
+
+
+def note(text: str) -> bytes:
+    return request("note", text)
+
+
+@pytest.mark.parametrize("ending", [b"", b"Connection: close\r\n"])
+def test_large_answers_arrive_whole_at_a_peer_that_reads_slowly(serving: Serving, ending: bytes) -> None:
+    large = "x" * 3_000_000
+    call = request("echo", large)
+    with serving.connect() as peer:
+        peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)
+        peer.sendall(call + call.replace(b"\r\n", b"\r\n" + ending, 1) + request("note", "behind"))
+        if not ending:
+            peer.shutdown(socket.SHUT_WR)
+        answers = read_to_end(peer)
+    assert answers.count(large.encode()) == 2
+    assert serving.noted == ([] if ending else ["behind"])
 
 
 def test_a_call_that_waits_holds_up_only_its_own_connection(serving: Serving) -> None:

@@ -24,6 +24,8 @@ def test_an_integer_that_does_not_fit_is_an_error_and_no_other_integer(number: i
 )
 def test_a_length_that_cannot_be_is_refused_before_a_byte_of_it_is_stored(length: str) -> None:
     with pytest.raises(HttpError):
-        RequestReader().feed(f"POST / HTTP/1.1\r\nContent-Length: {length}\r\n\r\n".encode())
+        reader = RequestReader()
+        reader.feed(f"POST / HTTP/1.1\r\nContent-Length: {length}\r\n\r\n".encode())
+        reader.next_request()
     with pytest.raises(HttpError):
         ResponseReader().feed(f"HTTP/1.1 200 OK\r\nContent-Length: {length}\r\n\r\n".encode())

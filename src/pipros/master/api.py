@@ -209,7 +209,7 @@ class MasterApi:
         return [_SUCCESS, f"parameter {key} deleted", 0]
 
     def _announce(self, key: str, value: Any, caller: str) -> None:
-        changes = changes_for(self._registry.keys_of(Role.PARAM_SUBSCRIBER), key, value)
+        changes = changes_for(self._registry.param_keys_around(key), key, value)
         if changes:
             self._notify(param_updates(self._registry, changes, except_node=caller))
 

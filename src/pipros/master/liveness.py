@@ -36,6 +36,8 @@ NEWCOMERS_S: Final = 0.3
 """How soon a node is asked for the first time."""
 ANSWER_S: Final = 3.0
 """How long a node may take to answer."""
+SLOW_S: Final = 0.1
+"""After this time without an answer the next node in line is asked."""
 CONFIRMATIONS: Final = 3
 CONFIRMATION_PAUSE_S: Final = 0.5
 ASKED_AT_A_TIME: Final = 20
@@ -65,6 +67,7 @@ class Liveness:
         self._unreachable: set[str] = set()
         self._suspects: set[str] = set()
         self._tasks: set[asyncio.Task[None]] = set()
+        self._places = _Places(ASKED_AT_A_TIME)
         self._is_stopped = False
 
     @property
@@ -124,7 +127,6 @@ class Liveness:
 
     async def _ask_rounds(self) -> None:
         loop = asyncio.get_running_loop()
-        places = asyncio.Semaphore(ASKED_AT_A_TIME)
         next_round = loop.time()
         while True:
             await asyncio.sleep(NEWCOMERS_S)
@@ -134,19 +136,20 @@ class Liveness:
                 self._asked.clear()
             nodes = {(entry.name, entry.api) for entry in self._registry.nodes.values()} - self._asked
             self._asked |= nodes
-            waiting = [self._ask_in_turn(places, node) for node, _ in nodes if node not in self._suspects]
-            await asyncio.gather(*waiting)
+            for node, api in nodes:
+                if node not in self._suspects and self._is_current(node, api):
+                    self._spawn(self._ask_once(node, api, await self._places.take()))
 
     def _forget_the_gone(self) -> None:
         self._pids = {key: pid for key, pid in self._pids.items() if self._is_current(*key)}
         self._met = {key for key in self._met if self._is_current(*key)}
         self._unreachable &= set(self._registry.nodes)
 
-    async def _ask_in_turn(self, places: asyncio.Semaphore, node: str) -> None:
-        async with places:
-            api = self._registry.api_of(node)
-            if api and await self._presence(node, api) in (Presence.REFUSED, Presence.REPLACED):
-                self.suspect(node)
+    async def _ask_once(self, node: str, api: str, leave_place: Callable[[], None]) -> None:
+        presence = await self._presence(node, api)
+        leave_place()
+        if presence in (Presence.REFUSED, Presence.REPLACED):
+            self.suspect(node)
 
     async def _ask_until_sure(self, node: str) -> None:
         try:
@@ -156,7 +159,9 @@ class Liveness:
                     await asyncio.sleep(CONFIRMATION_PAUSE_S)
                 if api is None or not self._is_current(node, api):
                     return
+                leave_place = await self._places.take()
                 presence = await self._presence(node, api)
+                leave_place()
                 if presence in (Presence.THERE, Presence.SILENT):
                     return
             if (node, api) not in self._met:
@@ -194,6 +199,30 @@ class Liveness:
             return Presence.REPLACED
         self._pids[node, api] = (pid, heard)  # a node that came again to the same port has registered again
         return Presence.THERE
+
+
+class _Places:
+    """How many nodes are asked at a time, so that calls are answered meanwhile.
+
+    A place is kept for `SLOW_S` at most: silent nodes do not keep others from being asked.
+    """
+
+    def __init__(self, count: int) -> None:
+        self._free = asyncio.Semaphore(count)
+
+    async def take(self) -> Callable[[], None]:
+        """Waits for a free place. Returns what gives it back; that may be called twice."""
+        await self._free.acquire()
+        is_taken = True
+
+        def give_back() -> None:
+            nonlocal is_taken
+            if is_taken:
+                is_taken = False
+                self._free.release()
+
+        asyncio.get_running_loop().call_later(SLOW_S, give_back)
+        return give_back
 
 
 async def _ask(api: str, method: str) -> Any:

@@ -7,7 +7,7 @@ through them. Keys come in resolved (`/a/b`); doubled and trailing slashes do no
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 from pipros import names
 from pipros.errors import PiprosError
@@ -49,19 +49,13 @@ class ParamTree:
         Raises:
             NotSet: when there is none.
         """
-        value: Any = self._root
-        for part in _parts(key):
-            if type(value) is not dict or part not in value:
-                raise NotSet(key)
-            value = value[part]
+        value = _below(self._root, key, _NOTHING)
+        if value is _NOTHING:
+            raise NotSet(key)
         return value
 
     def has(self, key: str) -> bool:
-        try:
-            self.get(key)
-        except NotSet:
-            return False
-        return True
+        return _below(self._root, key, _NOTHING) is not _NOTHING
 
     def set(self, key: str, value: Any) -> None:
         """Sets a value; what stood there, be it a whole namespace, is gone.
@@ -142,8 +136,20 @@ class ParamTree:
         return None
 
 
+_NOTHING: Final = object()
+
+
 def _parts(key: str) -> list[str]:
     return [part for part in key.split("/") if part]
+
+
+def _below(value: Any, key: str, default: Any) -> Any:
+    """What stands in `value` under `key`."""
+    for part in _parts(key):
+        if type(value) is not dict or part not in value:
+            return default
+        value = value[part]
+    return value
 
 
 def changes_for(subscribed_keys: Iterable[str], key: str, value: Any) -> list[tuple[str, str, Any]]:
@@ -156,20 +162,17 @@ def changes_for(subscribed_keys: Iterable[str], key: str, value: Any) -> list[tu
         `(subscribed key, key to announce, value to announce)` for each one concerned; announced
         keys end with a slash.
     """
-    changed = _as_namespace(key)
+    changed = as_namespace(key)
     changes: list[tuple[str, str, Any]] = []
     for subscribed in subscribed_keys:
-        own = _as_namespace(subscribed)
+        own = as_namespace(subscribed)
         if changed.startswith(own):
             changes.append((subscribed, changed, value))
         elif own.startswith(changed):
-            try:
-                part = ParamTree(value).get(own[len(changed) :]) if type(value) is dict else {}
-            except NotSet:
-                part = {}
-            changes.append((subscribed, own, part))
+            changes.append((subscribed, own, _below(value, own[len(changed) :], {})))
     return changes
 
 
-def _as_namespace(key: str) -> str:
+def as_namespace(key: str) -> str:
+    """A key with a slash behind: what every key below it begins with."""
     return key if key.endswith("/") else key + "/"

@@ -7,10 +7,13 @@ the `Notice`s that the change calls for; somebody else delivers them.
 
 from __future__ import annotations
 
+from bisect import bisect_left, insort
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Protocol
+
+from pipros.master.params import as_namespace
 
 ANY_TYPE = "*"
 MASTER_ID = "/master"
@@ -91,6 +94,7 @@ class Registry:
         self.topic_types: dict[str, str] = {}
         self._tables: dict[Role, dict[str, dict[str, None]]] = {role: {} for role in Role}
         self._service_apis: dict[str, str] = {}
+        self._param_namespaces: list[str] = []  # the subscribed keys, each with a slash behind, sorted
 
     # ---- reading
 
@@ -114,6 +118,19 @@ class Registry:
     def keys_of(self, role: Role) -> Iterator[str]:
         """The topics, services or parameter keys that have somebody."""
         return iter(self._tables[role])
+
+    def param_keys_around(self, key: str) -> list[str]:
+        """The parameter keys at, above and below `key` that somebody has subscribed to."""
+        subscribed = self._tables[Role.PARAM_SUBSCRIBER]
+        if not subscribed:
+            return []
+        parts = key.rstrip("/").split("/")
+        above = ("/".join(parts[:count]) or "/" for count in range(1, len(parts)))
+        namespace = as_namespace(key)
+        start = bisect_left(self._param_namespaces, namespace)
+        end = bisect_left(self._param_namespaces, namespace[:-1] + "0", start)  # "0" comes after "/"
+        below = (found.rstrip("/") or "/" for found in self._param_namespaces[start:end])
+        return [*(found for found in above if found in subscribed), *below]
 
     def table(self, role: Role) -> list[list[Any]]:
         """`[key, [node, …]]` for every key, as `getSystemState` has it."""
@@ -213,6 +230,8 @@ class Registry:
         if self.journal and (key not in entry.names[role] or role is Role.SERVICE):
             self.journal.registered(role, node, key, api, service_api)
         entry.names[role][key] = None
+        if role is Role.PARAM_SUBSCRIBER and key not in self._tables[role]:
+            insort(self._param_namespaces, as_namespace(key))
         self._tables[role].setdefault(key, {})[node] = None
         if service_api is not None:
             self._service_apis[key] = service_api
@@ -225,6 +244,8 @@ class Registry:
             del self._tables[role][key]
             if role is Role.SERVICE:
                 del self._service_apis[key]
+            elif role is Role.PARAM_SUBSCRIBER:
+                del self._param_namespaces[bisect_left(self._param_namespaces, as_namespace(key))]
         if self.journal:
             self.journal.unregistered(role, node, key)
         entry = self.nodes[node]

@@ -159,11 +159,13 @@ class MasterServer:
         self._rate.sample(loop.time(), sum(self.rpc.calls.values()))
         loop.call_later(1.0, self._sample)
 
-    def _statistics(self, _caller_id: str) -> list[Any]:
+    async def _statistics(self, _caller_id: str) -> list[Any]:
+        loop = asyncio.get_running_loop()
+        param_names = await loop.run_in_executor(self.rpc.large_values, self.params.names)
         figures = statistics.collect(
-            uptime_s=asyncio.get_running_loop().time() - self._started_at,
+            uptime_s=loop.time() - self._started_at,
             registry=self.registry,
-            params=self.params,
+            param_count=len(param_names),
             rpc=self.rpc,
             notifier=self.notifier,
             liveness=self.liveness,

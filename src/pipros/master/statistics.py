@@ -7,7 +7,6 @@ from typing import Any, Final
 
 from pipros.master.liveness import Liveness
 from pipros.master.notifier import Notifier
-from pipros.master.params import ParamTree
 from pipros.master.registry import Registry, Role
 from pipros.net.rpc_server import RpcServer
 
@@ -38,7 +37,7 @@ def collect(
     *,
     uptime_s: float,
     registry: Registry,
-    params: ParamTree,
+    param_count: int,
     rpc: RpcServer,
     notifier: Notifier,
     liveness: Liveness,
@@ -52,7 +51,7 @@ def collect(
         "topics_published": sum(1 for _ in registry.keys_of(Role.PUBLISHER)),
         "topics_subscribed": sum(1 for _ in registry.keys_of(Role.SUBSCRIBER)),
         "services": sum(1 for _ in registry.keys_of(Role.SERVICE)),
-        "parameters": len(params.names()),
+        "parameters": param_count,
         "calls": float(sum(rpc.calls.values())),
         "calls_per_s": rate.per_second,
         "calls_by_method": {name: float(count) for name, count in rpc.calls.items() if count},

@@ -58,7 +58,7 @@ class Request(NamedTuple):
     method: str
     target: str
     headers: dict[str, str]
-    body: bytes
+    body: bytes | bytearray
     keep_alive: bool
 
 
@@ -68,7 +68,7 @@ class Response(NamedTuple):
     status: int
     reason: str
     headers: dict[str, str]
-    body: bytes
+    body: bytes | bytearray
     keep_alive: bool
 
 
@@ -77,7 +77,7 @@ def build_request(host: str, target: str, body: bytes) -> bytes:
     return (
         f"POST {target} HTTP/1.1\r\nHost: {host}\r\nUser-Agent: pipros\r\n"
         f"Content-Type: text/xml\r\nContent-length: {len(body)}\r\n\r\n"
-    ).encode("latin-1") + body
+    ).encode() + body
 
 
 def build_response(
@@ -138,8 +138,7 @@ class _Reader:
         """Takes a head from the buffer; False when it is not complete."""
         buffer = self._buffer
         if not self._searched:  # blank lines before a start line are to be skipped (RFC 9112, 2.2)
-            while buffer and buffer[0] in b"\r\n":
-                del buffer[0]
+            del buffer[: len(buffer) - len(buffer.lstrip(b"\r\n"))]
             if buffer and not 0x41 <= buffer[0] <= 0x5A:  # TLS, say: no need to wait for more of it
                 raise HttpError(400, f"no HTTP message: it begins with {bytes(buffer[:20])!r}")
         end = _END_OF_HEAD.search(buffer, max(0, self._searched - 3))
@@ -160,7 +159,7 @@ class _Reader:
             )
         return True
 
-    def _read_body(self) -> bytes | None:
+    def _read_body(self) -> bytes | bytearray | None:
         """Takes a body from the buffer; None when it is not complete."""
         if self._length == _CHUNKED:
             return self._chunks.take(self._buffer)
@@ -169,10 +168,14 @@ class _Reader:
             return None
         if len(self._buffer) < self._length:
             return None
-        with memoryview(self._buffer) as received:  # copied once: it may be large
-            body = bytes(received[: self._length])
+        behind = len(self._buffer) - self._length
+        if behind < self._length:  # the smaller part is copied, for the other may be large
+            body, self._buffer = self._buffer, self._buffer[self._length :]
+            del body[self._length :]
+            return body
+        front = bytes(self._buffer[: self._length])
         del self._buffer[: self._length]
-        return body
+        return front
 
     def _declared_length(self) -> int | None:
         """The length by the headers, None when they do not say."""
@@ -208,42 +211,37 @@ class _Reader:
 class RequestReader(_Reader):
     """Cuts what a client sends into requests.
 
-    Feed it whatever the socket gave; it returns the requests that became complete, in order.
-
-    Raises `HttpError` for bytes that are no request, also for a request without a length, with a
-    compressed body or with another method than POST; the connection is of no use after that. When
-    such bytes follow complete requests, these are returned first, and the next call raises.
-
-    Attributes:
-        failure: what the next call will raise.
+    Feed it whatever the socket gave, and take the requests that are complete, in order, one at a time.
 
     >>> reader = RequestReader()
     >>> reader.feed(b"POST / HTTP/1.1\\r\\nContent-Length: 2\\r\\n\\r\\nh")
-    []
-    >>> [request.body for request in reader.feed(b"i")]
-    [b'hi']
+    >>> reader.next_request()
+    >>> reader.feed(b"i")
+    >>> bytes(reader.next_request().body)
+    b'hi'
     """
 
-    failure: HttpError | None = None
+    _failure: HttpError | None = None
 
-    def feed(self, data: bytes) -> list[Request]:
-        if self.failure:
-            raise self.failure
+    def feed(self, data: bytes) -> None:
         self._buffer += data
-        requests: list[Request] = []
-        try:
-            while request := self._next():
-                requests.append(request)
-        except HttpError as error:
-            self.failure = error
-            if not requests:
-                raise
-        return requests
 
-    def _next(self) -> Request | None:
-        if self._start is None and not (self._buffer and self._read_head()):
-            return None
-        body = self._read_body()
+    def next_request(self) -> Request | None:
+        """Takes the next request; None when no more is complete.
+
+        Raises:
+            HttpError: what comes is no request, or one without a length, with a compressed body or with
+                another method than POST. The connection is of no use after that.
+        """
+        if self._failure:
+            raise self._failure
+        try:
+            if self._start is None and not (self._buffer and self._read_head()):
+                return None
+            body = self._read_body()
+        except HttpError as error:
+            self._failure = error
+            raise
         if body is None:
             return None
         start = self._start
@@ -302,11 +300,10 @@ class ResponseReader(_Reader):
             return None
         if self._start is None or self._length != _UNTIL_END:
             raise HttpError(400, "the connection ended in the middle of a response")
-        body = bytes(self._buffer)
-        self._buffer.clear()
+        body, self._buffer = self._buffer, bytearray()
         return self._finish(body)
 
-    def _finish(self, body: bytes) -> Response:
+    def _finish(self, body: bytes | bytearray) -> Response:
         start = self._start
         assert start is not None  # noqa: S101  # only called with a head
         self._start = None

@@ -9,6 +9,9 @@ from pipros.errors import LimitExceeded, ProtocolError
 
 _SIZE_LINE = re.compile(rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r?").fullmatch
 _LINE_LIMIT: Final = 256
+CHUNKS_LIMIT: Final = 2_000
+"""Chunks of one body, lines of its trailer included. Each takes time, be it of one byte; clients make them of
+thousands."""
 
 
 class HttpError(ProtocolError):
@@ -36,16 +39,17 @@ def check_body_length(length: int, limit: int) -> None:
 class ChunkedBody:
     """Puts a body together that comes in chunks, each behind a line with its size.
 
-    >>> ChunkedBody(limit_bytes=100).take(bytearray(b"2\\r\\nhi\\r\\n0\\r\\n\\r\\nrest"))
+    >>> bytes(ChunkedBody(limit_bytes=100).take(bytearray(b"2\\r\\nhi\\r\\n0\\r\\n\\r\\nrest")))
     b'hi'
     """
 
     def __init__(self, limit_bytes: int) -> None:
         self._limit_bytes = limit_bytes
         self._body = bytearray()
+        self._chunk_count = 0
         self._is_in_trailer = False
 
-    def take(self, buffer: bytearray) -> bytes | None:
+    def take(self, buffer: bytearray) -> bytearray | None:
         """Takes what is complete from the front of `buffer`; the body once its end was there.
 
         Raises:
@@ -59,6 +63,9 @@ class ChunkedBody:
                     return self._finish()
             elif not self._take_chunk(buffer, line):
                 return None
+            self._chunk_count += 1
+            if self._chunk_count > CHUNKS_LIMIT:
+                raise HttpLimitExceeded(413, f"an HTTP body in more than {CHUNKS_LIMIT} chunks")
         if len(buffer) >= _LINE_LIMIT:
             raise HttpError(400, "an HTTP chunk without a size")
         return None
@@ -84,8 +91,8 @@ class ChunkedBody:
         del buffer[: end + 2]
         return True
 
-    def _finish(self) -> bytes:
-        body = bytes(self._body)
-        self._body.clear()
+    def _finish(self) -> bytearray:
+        body, self._body = self._body, bytearray()
+        self._chunk_count = 0
         self._is_in_trailer = False
         return body

@@ -49,14 +49,14 @@ class Encoded:
 
     __slots__ = ("text",)
 
-    def __init__(self, value: Any, *, elements_limit: int | None = None) -> None:
+    def __init__(self, value: Any, *, size_limit: int | None = None) -> None:
         """Raises what `encode_call` and `encode_response` raise."""
         parts: list[str] = []
-        _encode(value, parts, NESTING_LIMIT, _limit(elements_limit))
+        _encode(value, parts, NESTING_LIMIT, _Room(size_limit))
         self.text = "".join(parts)
 
 
-class TooManyElements(PiprosError):
+class TooLarge(PiprosError):
     """A value is larger than the caller wanted to encode on the spot."""
 
 
@@ -69,24 +69,26 @@ def encode_call(method: str, params: tuple[Any, ...] | list[Any]) -> bytes:
         ValueError: for a text with control characters, which XML cannot carry.
     """
     parts = ["<?xml version='1.0'?>\n<methodCall><methodName>", _escape(method), "</methodName><params>"]
+    room = _Room(None)
     for param in params:
         parts.append("<param>")
-        _encode(param, parts, NESTING_LIMIT, _UNLIMITED)
+        _encode(param, parts, NESTING_LIMIT, room)
         parts.append("</param>")
     parts.append("</params></methodCall>\n")
-    return "".join(parts).encode("utf-8", "strict")
+    return _join(parts)
 
 
-def encode_response(value: Any, *, elements_limit: int | None = None) -> bytes:
+def encode_response(value: Any, *, size_limit: int | None = None) -> bytes:
     """A `methodResponse` document that carries one value. Raises what `encode_call` raises.
 
     Raises:
-        TooManyElements: with `elements_limit`, as soon as it turns out that there are more.
+        TooLarge: with `size_limit`, as soon as it turns out that the value is larger: it has so many
+            elements, a long text or binary counted as one for each `SLICE_CHARACTERS`.
     """
     parts = ["<?xml version='1.0'?>\n<methodResponse><params><param>"]
-    _encode(value, parts, NESTING_LIMIT, _limit(elements_limit))
+    _encode(value, parts, NESTING_LIMIT, _Room(size_limit))
     parts.append("</param></params></methodResponse>\n")
-    return "".join(parts).encode("utf-8", "strict")
+    return _join(parts)
 
 
 def encode_fault(code: int, text: str) -> bytes:
@@ -100,11 +102,33 @@ def encode_fault(code: int, text: str) -> bytes:
     ).encode("utf-8", "replace")
 
 
-_UNLIMITED: Final = sys.maxsize
+class _Room:
+    """How much more may be encoded."""
+
+    __slots__ = ("_left",)
+
+    def __init__(self, limit: int | None) -> None:
+        self._left = sys.maxsize if limit is None else limit
+
+    def take(self, size: int) -> None:
+        self._left -= size
+        if self._left < 0:
+            raise TooLarge
 
 
-def _limit(elements_limit: int | None) -> int:
-    return _UNLIMITED if elements_limit is None else elements_limit
+SLICE_CHARACTERS: Final = 500
+"""Longer texts are encoded in such slices, and large documents put together from many, so that another thread
+may have its turn between them."""
+_PARTS_AT_A_TIME: Final = 1_000
+
+
+def _join(parts: list[str]) -> bytes:
+    if len(parts) <= _PARTS_AT_A_TIME:
+        return "".join(parts).encode("utf-8", "strict")
+    starts = range(0, len(parts), _PARTS_AT_A_TIME)
+    return b"".join(
+        ["".join(parts[start : start + _PARTS_AT_A_TIME]).encode("utf-8", "strict") for start in starts]
+    )
 
 
 _NOT_XML: Final = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
@@ -119,10 +143,13 @@ def _escape(text: str) -> str:
     return text
 
 
-def _encode(value: Any, parts: list[str], depth_left: int, limit: int) -> None:
+def _encode(value: Any, parts: list[str], depth_left: int, room: _Room) -> None:
     kind = type(value)
     if kind is str:
-        parts.append(f"<value><string>{_escape(value)}</string></value>")
+        if len(value) > SLICE_CHARACTERS:
+            parts += ["<value><string>", *_slices(value, room), "</string></value>"]
+        else:
+            parts.append(f"<value><string>{_escape(value)}</string></value>")
     elif kind is int:
         if not INT_MIN <= value <= INT_MAX:
             raise OverflowError("int exceeds XML-RPC limits")
@@ -138,40 +165,53 @@ def _encode(value: Any, parts: list[str], depth_left: int, limit: int) -> None:
             raise TypeError(
                 f"cannot marshal lists nested deeper than {NESTING_LIMIT}, or recursive sequences"
             )
-        if len(parts) + len(value) > limit:
-            raise TooManyElements
+        room.take(len(value))
         parts.append("<value><array><data>")
         for item in value:
-            _encode(item, parts, depth_left - 1, limit)
+            _encode(item, parts, depth_left - 1, room)
         parts.append("</data></array></value>")
     elif kind is dict:
         if not depth_left:
             raise TypeError(
                 f"cannot marshal dictionaries nested deeper than {NESTING_LIMIT}, or recursive ones"
             )
-        if len(parts) + len(value) > limit:
-            raise TooManyElements
+        room.take(len(value))
         parts.append("<value><struct>")
         for key, item in value.items():
             if type(key) is not str:
                 raise TypeError("dictionary key must be string")
-            parts.append(f"<member><name>{_escape(key)}</name>")
-            _encode(item, parts, depth_left - 1, limit)
+            if len(key) > SLICE_CHARACTERS:
+                parts += ["<member><name>", *_slices(key, room), "</name>"]
+            else:
+                parts.append(f"<member><name>{_escape(key)}</name>")
+            _encode(item, parts, depth_left - 1, room)
             parts.append("</member>")
         parts.append("</struct></value>")
     else:
-        parts.append(value.text if kind is Encoded else _encode_rare(value))
+        parts.append(_encoded_text(value, room) if kind is Encoded else _encode_rare(value, room))
 
 
-def _encode_rare(value: Any) -> str:
+def _encoded_text(encoded: Encoded, room: _Room) -> str:
+    room.take(len(encoded.text) // SLICE_CHARACTERS)
+    return encoded.text
+
+
+def _slices(text: str, room: _Room) -> list[str]:
+    """A long text, in pieces to be put into a document."""
+    room.take(len(text) // SLICE_CHARACTERS)
+    starts = range(0, len(text), SLICE_CHARACTERS)
+    return [_escape(text[start : start + SLICE_CHARACTERS]) for start in starts]
+
+
+def _encode_rare(value: Any, room: _Room) -> str:
     """Binary and dates. `xmlrpc.client` and `datetime` are asked only when somebody has imported them."""
     if value is None:
         raise TypeError("cannot marshal None unless allow_none is enabled")
     if isinstance(value, (bytes, bytearray)):
-        return _encode_binary(bytes(value))
+        return _encode_binary(bytes(value), room)
     if client := sys.modules.get("xmlrpc.client"):
         if type(value) is client.Binary:
-            return _encode_binary(value.data)
+            return _encode_binary(value.data, room)
         if type(value) is client.DateTime:
             return f"<value><dateTime.iso8601>{_escape(value.value)}</dateTime.iso8601></value>"
     if (dates := sys.modules.get("datetime")) and type(value) is dates.datetime:
@@ -179,16 +219,19 @@ def _encode_rare(value: Any) -> str:
     raise TypeError(f"cannot marshal {type(value)} objects")
 
 
-def _encode_binary(data: bytes) -> str:
+def _encode_binary(data: bytes, room: _Room) -> str:
     from binascii import b2a_base64
 
+    room.take(len(data) // SLICE_CHARACTERS)
     return f"<value><base64>\n{b2a_base64(data).decode('ascii')}</base64></value>"
 
 
 # ---- text to values
 
 
-def decode_call(body: bytes, *, limit_bytes: int = BODY_LIMIT_BYTES) -> tuple[str, tuple[Any, ...]]:
+def decode_call(
+    body: bytes | bytearray, *, limit_bytes: int = BODY_LIMIT_BYTES
+) -> tuple[str, tuple[Any, ...]]:
     """The method and the parameters of a `methodCall` document.
 
     Base64 becomes `xmlrpc.client.Binary` and dates `xmlrpc.client.DateTime`, as ROS users know them.
@@ -207,7 +250,7 @@ def decode_call(body: bytes, *, limit_bytes: int = BODY_LIMIT_BYTES) -> tuple[st
         return xmlrpc_expat.decode_call(body, NESTING_LIMIT)
 
 
-def decode_response(body: bytes, *, limit_bytes: int = BODY_LIMIT_BYTES) -> Any:
+def decode_response(body: bytes | bytearray, *, limit_bytes: int = BODY_LIMIT_BYTES) -> Any:
     """The value of a `methodResponse` document.
 
     Raises:
@@ -228,6 +271,6 @@ def decode_response(body: bytes, *, limit_bytes: int = BODY_LIMIT_BYTES) -> Any:
     return value
 
 
-def _check_size(body: bytes, limit_bytes: int) -> None:
+def _check_size(body: bytes | bytearray, limit_bytes: int) -> None:
     if len(body) > limit_bytes:
         raise LimitExceeded(f"an XML-RPC document of {len(body)} bytes; the limit is {limit_bytes}")

@@ -46,7 +46,7 @@ TAG_LIMIT_BYTES: Final = 64 * 1024
 """The longest tag, comment or the like."""
 
 
-def decode_call(body: bytes, nesting_limit: int) -> tuple[str, tuple[Any, ...]]:
+def decode_call(body: bytes | bytearray, nesting_limit: int) -> tuple[str, tuple[Any, ...]]:
     """As `wire.xmlrpc.decode_call`."""
     root, children = _read(body, nesting_limit)
     if root != "methodCall" or not children or not isinstance(children[0], _Name):
@@ -57,7 +57,7 @@ def decode_call(body: bytes, nesting_limit: int) -> tuple[str, tuple[Any, ...]]:
     return children[0].text, tuple(params)
 
 
-def decode_response(body: bytes, nesting_limit: int) -> tuple[Any, bool]:
+def decode_response(body: bytes | bytearray, nesting_limit: int) -> tuple[Any, bool]:
     """The value, and whether it is a fault."""
     root, children = _read(body, nesting_limit)
     if root == "methodResponse" and len(children) == 1:
@@ -92,7 +92,7 @@ class _Element:
         self.children: list[Any] = []
 
 
-def _read(body: bytes, nesting_limit: int) -> tuple[str, list[Any]]:
+def _read(body: bytes | bytearray, nesting_limit: int) -> tuple[str, list[Any]]:
     """Name of the root element and what stands in it."""
     document = _Element("")
     open_elements = [document]

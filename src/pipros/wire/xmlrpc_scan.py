@@ -16,12 +16,12 @@ class Uncommon(Exception):
     """The document has something that only the thorough reader knows."""
 
 
-def decode_call(body: bytes, nesting_limit: int) -> tuple[str, tuple[Any, ...]]:
+def decode_call(body: bytes | bytearray, nesting_limit: int) -> tuple[str, tuple[Any, ...]]:
     """As `wire.xmlrpc.decode_call`, or raises `Uncommon`."""
     return _Scanner(body).call(nesting_limit)
 
 
-def decode_response(body: bytes, nesting_limit: int) -> Any:
+def decode_response(body: bytes | bytearray, nesting_limit: int) -> Any:
     """As `wire.xmlrpc.decode_response`, or raises `Uncommon`."""
     return _Scanner(body).response(nesting_limit)
 
@@ -99,7 +99,7 @@ _CONVERT: tuple[Callable[[str], Any], ...] = (_integer, _integer, _string, _doub
 class _Scanner:
     __slots__ = ("_at", "_text")
 
-    def __init__(self, body: bytes) -> None:
+    def __init__(self, body: bytes | bytearray) -> None:
         # In slices, so that another thread may have its turn between them.
         for start in range(0, len(body), _SLICE_BYTES):
             piece = body[start : start + _SLICE_BYTES + 2]

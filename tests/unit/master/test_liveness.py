@@ -15,6 +15,7 @@ from pipros.master.registry import Registry
 from pipros.wire.xmlrpc import Fault
 
 API, OTHER = "http://n:1/", "http://other:2/"
+HANGS = object()
 
 
 def refused() -> Unreachable:
@@ -44,6 +45,8 @@ class Case:
         answer = self.answers.get((api, method))
         if isinstance(answer, list):
             answer = answer.pop(0) if len(answer) > 1 else answer[0]
+        if answer is HANGS:
+            await asyncio.Event().wait()
         if isinstance(answer, Exception):
             raise answer
         return answer
@@ -147,6 +150,28 @@ def test_a_node_that_was_started_again_on_its_old_port_stays(case: Case) -> None
     case.suspect()
     case.suspect()
     assert case.gone == []
+
+
+def test_nodes_that_hang_do_not_keep_others_from_being_asked(
+    case: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(liveness, "NEWCOMERS_S", 0)
+    for number in range(liveness.ASKED_AT_A_TIME):
+        case.register(f"/hanging_{number}", f"http://hanging:{number}/")
+        case.answers[f"http://hanging:{number}/", "getPid"] = HANGS
+    case.answers[API, "getPid"] = refused()
+
+    async def until_it_is_gone() -> None:
+        case.liveness.start()
+        while len(case.asked) < liveness.ASKED_AT_A_TIME:
+            await asyncio.sleep(0)
+        case.register()
+        while not case.gone:
+            await asyncio.sleep(0)
+        case.liveness.stop()
+
+    asyncio.run(asyncio.wait_for(until_it_is_gone(), 30))
+    assert case.gone == [("/n", API)]
 
 
 def test_a_node_that_moves_while_it_is_asked_stays(case: Case) -> None:

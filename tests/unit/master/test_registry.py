@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipros.master.params import as_namespace
 from pipros.master.registry import Notice, Registry, Role, param_updates
 
 A, B, C = "http://a:1/", "http://b:2/", "http://c:3/"
@@ -147,6 +151,34 @@ def test_whoever_changes_a_parameter_is_not_told_of_it() -> None:
     assert param_updates(books, [("/w", "/w/k/", 1)], except_node="/a") == [
         Notice("/b", B, "paramUpdate", ("/master", "/w/k/", 1))
     ]
+
+
+KEYS = st.lists(st.sampled_from(["a", "b", "ab", "a0", "a.b"]), max_size=4).map(
+    lambda parts: "/" + "/".join(parts)
+)
+
+
+@given(st.lists(st.tuples(KEYS, st.booleans())), KEYS)
+def test_the_parameter_keys_around_a_key_are_those_at_above_and_below_it(
+    changes: list[tuple[str, bool]], key: str
+) -> None:
+    books = Registry()
+    subscribed = set()
+    for changed, is_wanted in changes:
+        if is_wanted:
+            books.subscribe_param("/n", changed, A)
+            subscribed.add(changed)
+        else:
+            books.unregister(Role.PARAM_SUBSCRIBER, "/n", changed, A)
+            subscribed.discard(changed)
+    found = books.param_keys_around(key)
+    assert len(found) == len(set(found))
+    assert set(found) == {
+        other
+        for other in subscribed
+        if as_namespace(other).startswith(as_namespace(key))
+        or as_namespace(key).startswith(as_namespace(other))
+    }
 
 
 class Recorder:

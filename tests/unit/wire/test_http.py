@@ -7,11 +7,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipros.errors import LimitExceeded
-from pipros.wire.http import HttpError, RequestReader, ResponseReader, build_request, build_response
+from pipros.wire.http import HttpError, Request, RequestReader, ResponseReader, build_request, build_response
 
 
 def request(*headers: str, body: bytes = b"", start: str = "POST /RPC2 HTTP/1.1") -> bytes:
     return "\r\n".join([start, *headers, "", ""]).encode() + body
+
+
+def read(stream: bytes, reader: RequestReader | None = None) -> list[Request]:
+    """Feeds a stream and takes all requests that it completes."""
+    reader = reader or RequestReader()
+    reader.feed(stream)
+    return list(iter(reader.next_request, None))
 
 
 def test_what_is_built_is_what_genuine_parsers_look_for() -> None:
@@ -31,7 +38,7 @@ def test_what_is_built_is_what_genuine_parsers_look_for() -> None:
 def test_a_request_that_comes_byte_by_byte_is_one_request() -> None:
     reader = RequestReader()
     stream = build_request("h:1", "/", b"hello")
-    got = [found for byte in stream for found in reader.feed(bytes([byte]))]
+    got = [found for byte in stream for found in read(bytes([byte]), reader)]
     assert [(found.method, found.target, found.body) for found in got] == [("POST", "/", b"hello")]
     assert reader.is_idle
 
@@ -45,17 +52,19 @@ def test_requests_are_cut_the_same_however_the_stream_is_cut(
     reader = RequestReader()
     got = []
     for start, end in zip([0, *cuts], [*cuts, len(stream)], strict=True):
-        got += reader.feed(stream[start:end])
+        got += read(stream[start:end], reader)
     assert [found.body for found in got] == bodies
 
 
 def test_requests_before_garbage_are_returned_before_it_is_refused() -> None:
     reader = RequestReader()
-    [found] = reader.feed(build_request("h:1", "/", b"good") + b"\x00garbage")
+    reader.feed(build_request("h:1", "/", b"good") + b"\x00garbage")
+    found = reader.next_request()
+    assert found is not None
     assert found.body == b"good"
     for _ in range(2):
         with pytest.raises(HttpError):
-            reader.feed(b"")
+            reader.next_request()
 
 
 def test_chunked_bodies_are_put_together() -> None:
@@ -63,7 +72,7 @@ def test_chunked_bodies_are_put_together() -> None:
     for size in (1, 2, 7, len(stream)):
         reader = RequestReader()
         pieces = [stream[at : at + size] for at in range(0, len(stream), size)]
-        got = [found for piece in pieces for found in reader.feed(piece)]
+        got = [found for piece in pieces for found in read(piece, reader)]
         assert [found.body for found in got] == [b"abcde"]
         assert reader.is_idle
 
@@ -78,12 +87,12 @@ def test_chunked_bodies_are_put_together() -> None:
     ],
 )
 def test_keep_alive_is_what_version_and_header_say(start: str, header: str, keep_alive: bool) -> None:
-    [found] = RequestReader().feed(request(header, "Content-Length: 0", start=start))
+    [found] = read(request(header, "Content-Length: 0", start=start))
     assert found.keep_alive is keep_alive
 
 
 def test_bare_newlines_and_blank_lines_before_a_request_are_borne() -> None:
-    [found] = RequestReader().feed(b"\r\n\nPOST / HTTP/1.1\nContent-Length: 1\n\nx")
+    [found] = read(b"\r\n\nPOST / HTTP/1.1\nContent-Length: 1\n\nx")
     assert found.body == b"x"
 
 
@@ -113,7 +122,7 @@ def test_bare_newlines_and_blank_lines_before_a_request_are_borne() -> None:
 )
 def test_what_is_no_request_for_us_is_refused_with_the_right_status(stream: bytes, status: int) -> None:
     with pytest.raises(HttpError) as caught:
-        RequestReader().feed(stream)
+        read(stream)
     assert caught.value.status == status
 
 
@@ -124,28 +133,37 @@ def test_what_is_no_request_for_us_is_refused_with_the_right_status(stream: byte
         (request("Content-Length: 101"), 413),
         (request("Transfer-Encoding: chunked", body=b"65\r\n"), 413),
         (request("Transfer-Encoding: chunked", body=b"64\r\n" + b"x" * 100 + b"\r\n1\r\n"), 413),
+        (request("Transfer-Encoding: chunked", body=b"0\r\n" + b"x:\r\n" * 2_001), 413),
         (request("X: " + "y" * 500), 431),
         (b"POST / HTTP/1.1\r\nX: " + b"y" * 500, 431),
     ],
 )
 def test_what_exceeds_a_limit_is_refused_before_its_bytes_come(stream: bytes, status: int) -> None:
     with pytest.raises(LimitExceeded) as caught:
-        RequestReader(head_limit=300, body_limit=100).feed(stream)
+        read(stream, RequestReader(head_limit=300, body_limit=100))
     assert isinstance(caught.value, HttpError)
     assert caught.value.status == status
 
 
 def test_a_body_as_large_as_the_limit_is_read() -> None:
-    [found] = RequestReader(body_limit=100).feed(request("Content-Length: 100", body=b"x" * 100))
+    [found] = read(request("Content-Length: 100", body=b"x" * 100), RequestReader(body_limit=100))
     assert len(found.body) == 100
+
+
+def test_a_body_in_very_many_chunks_is_refused() -> None:
+    head = request("Transfer-Encoding: chunked")
+    [found] = read(head + b"1\r\nx\r\n" * 1_999 + b"0\r\n\r\n")
+    assert len(found.body) == 1_999
+    with pytest.raises(LimitExceeded, match="more than 2000 chunks"):
+        read(head + b"1\r\nx\r\n" * 2_001)
 
 
 def test_a_client_that_waits_for_100_continue_is_told_once() -> None:
     reader = RequestReader()
-    assert reader.feed(request("Expect: 100-continue", "Content-Length: 1")) == []
+    assert read(request("Expect: 100-continue", "Content-Length: 1"), reader) == []
     assert reader.wants_continue()
     assert not reader.wants_continue()
-    assert [found.body for found in reader.feed(b"x")] == [b"x"]
+    assert [found.body for found in read(b"x", reader)] == [b"x"]
 
 
 @pytest.mark.parametrize(

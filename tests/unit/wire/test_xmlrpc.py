@@ -16,7 +16,7 @@ from pipros.wire.xmlrpc import (
     NESTING_LIMIT,
     Encoded,
     Fault,
-    TooManyElements,
+    TooLarge,
     decode_call,
     decode_response,
     encode_call,
@@ -274,12 +274,32 @@ def test_a_fault_without_code_is_a_protocol_error(content: str) -> None:
         decode_response(f"<methodResponse><fault>{content}</fault></methodResponse>".encode())
 
 
-def test_a_large_value_is_noticed_before_it_is_encoded() -> None:
-    assert encode_response(["x"] * 10, elements_limit=100)
-    with pytest.raises(TooManyElements):
-        encode_response({"a": ["x"] * 1000}, elements_limit=100)
-    with pytest.raises(TooManyElements):
-        Encoded([[["x"] * 10] * 10], elements_limit=50)
+@pytest.mark.parametrize(
+    "value",
+    [
+        {"a": ["x"] * 1000},
+        [[["x"] * 10] * 10],
+        "x" * 100_000,
+        {"k" * 100_000: 1},
+        b"x" * 100_000,
+        Encoded("x" * 100_000),
+    ],
+    ids=["elements", "nested", "text", "key", "binary", "encoded"],
+)
+def test_a_large_value_is_noticed_before_it_is_encoded(value: Any) -> None:
+    assert encode_response(value)
+    with pytest.raises(TooLarge):
+        encode_response(value, size_limit=100)
+    assert encode_response(["x" * 400] * 10, size_limit=100)
+
+
+@pytest.mark.parametrize("text", ["x", "ä€😀", "a & b\n<c>\t"])
+def test_long_texts_and_long_documents_stay_what_they_are(text: str) -> None:
+    value = {"text": text * 3_000, text.strip() * 400: [text] * 3_000}
+    assert decode_response(encode_response(value)) == value
+    assert xmlrpc.client.loads(encode_call("m", (value,))) == ((value,), "m")
+    with pytest.raises(ValueError, match="cannot carry"):
+        encode_response(text * 3_000 + "\x01")
 
 
 def test_an_encoded_value_goes_into_a_document_as_it_is() -> None:
