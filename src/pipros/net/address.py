@@ -11,6 +11,7 @@ import socket
 
 from pipros.env import Environment, split_master_uri
 from pipros.errors import PiprosError
+from pipros.wire.uri import host_and_port as host_and_port
 from pipros.wire.uri import split_uri as split_uri
 
 LOOPBACK = "127.0.0.1"
@@ -90,6 +91,4 @@ def uri(host: str, port: int, scheme: str = "http") -> str:
     >>> uri("robot", 1234), uri("::1", 80, "rosrpc")
     ('http://robot:1234/', 'rosrpc://[::1]:80')
     """
-    if ":" in host and not host.startswith("["):
-        host = f"[{host}]"
-    return f"{scheme}://{host}:{port}" + ("/" if scheme == "http" else "")
+    return f"{scheme}://{host_and_port(host, port)}" + ("/" if scheme == "http" else "")

@@ -14,7 +14,7 @@ import time
 from typing import Any, Final
 
 from pipros.errors import Interrupted, ProtocolError, Unreachable
-from pipros.net.address import split_uri
+from pipros.net.address import host_and_port, split_uri
 from pipros.wire.http import HttpError, Response, ResponseReader, build_request
 from pipros.wire.xmlrpc import Fault, decode_response, encode_call
 
@@ -106,7 +106,7 @@ class RpcClient:
                 connection.abort()
 
     def _exchange(self, body: bytes, deadline: float | None) -> Response:
-        request = build_request(f"{self._host}:{self._port}", self._path, body)
+        request = build_request(host_and_port(self._host, self._port), self._path, body)
         try:
             if connection := self._take_idle():
                 with contextlib.suppress(_ClosedBeforeAnswer):

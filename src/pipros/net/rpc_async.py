@@ -6,7 +6,7 @@ import asyncio
 from typing import Any
 
 from pipros.errors import ProtocolError, Unreachable
-from pipros.net.address import split_uri
+from pipros.net.address import host_and_port, split_uri
 from pipros.net.rpc import reason_of
 from pipros.wire.http import HttpError, Response, ResponseReader, build_request
 from pipros.wire.xmlrpc import decode_response, encode_call
@@ -44,7 +44,7 @@ class AsyncRpcClient:
 
     async def post(self, document: bytes, *, timeout_s: float | None) -> Any:
         """As `call`, for a call that was encoded once to be sent to many."""
-        request = build_request(f"{self._host}:{self._port}", self._path, document)
+        request = build_request(host_and_port(self._host, self._port), self._path, document)
         try:
             response = await self._exchange(request, timeout_s)
         except HttpError as error:

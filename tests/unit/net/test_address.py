@@ -85,6 +85,7 @@ def test_uris_are_written_as_ros_writes_them() -> None:
         ("HTTP://robot:1/a/b", ("robot", 1, "/a/b")),
         ("http://[::1]:5/", ("::1", 5, "/")),
         ("rosrpc://robot:5", ("robot", 5, "/")),
+        ("http://röbot.local.:5", ("röbot.local.", 5, "/")),
     ],
 )
 def test_uris_are_taken_apart(text: str, parts: tuple[str, int, str]) -> None:
@@ -102,6 +103,12 @@ def test_uris_are_taken_apart(text: str, parts: tuple[str, int, str]) -> None:
         "https://r:1",
         "http://r:99999",
         "http://r:1²/",
+        "http://r obot:1/",
+        "http://r:1/ HTTP/1.1\r\nX: y",
+        "http://a..b:1/",
+        f"http://{'x' * 64}:1/",
+        f"http://{'ü' * 64}:1/",
+        "http://[::1:1/",
     ],
 )
 def test_what_is_no_uri_is_refused(text: str) -> None:
