@@ -19,13 +19,11 @@ from dataclasses import dataclass
 
 from pipros.errors import ProtocolError
 from pipros.net import sockets
+from pipros.net.lookout import Lookout
 from pipros.wire.frames import FRAME_LIMIT_BYTES, FrameBuffer
 
 #: A delivery longer than this is followed by a look at the socket. Less would cost fast callbacks.
 SLOW_DELIVERY_S = 0.001
-
-#: A frame that lacks this much is waited for in the kernel.
-LARGE_BYTES = 64 * 1024
 
 #: How long one look at the socket may go on when the peer sends faster than we can read.
 DRAIN_LIMIT_S = 0.1
@@ -73,6 +71,8 @@ class IncomingLink:
         self._turn = turn
         self._on_closed = on_closed
         self._buffer = FrameBuffer(limit_bytes)
+        self._between = Lookout()  # waits for a frame to begin
+        self._within = Lookout()  # waits for the rest of one
         self._waiting: deque[memoryview | bytes] = deque()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
@@ -107,12 +107,10 @@ class IncomingLink:
             self._on_closed(self, error)
 
     def _receive(self) -> int:
-        """Waits for the next bytes: whatever comes, or the whole rest of a large frame."""
+        """Waits for the next bytes, with more hope when a frame has begun: its rest is on the way."""
         room = self._buffer.room()
-        missing = self._buffer.missing_bytes
-        if missing < LARGE_BYTES:
-            return self._sock.recv_into(room)
-        return sockets.receive_whole(self._sock, room[:missing])
+        lookout = self._within if self._buffer.is_within else self._between
+        return lookout.receive_into(self._sock, room)
 
     def _deliver_all(self, count: int) -> None:
         """Delivers the frames that `count` received bytes complete, straight from the buffer."""

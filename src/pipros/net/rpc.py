@@ -15,6 +15,7 @@ from typing import Any, Final
 
 from pipros.errors import Interrupted, ProtocolError, Unreachable
 from pipros.net.address import host_and_port, split_uri
+from pipros.net.lookout import Lookout
 from pipros.wire.http import HttpError, Response, ResponseReader, build_request
 from pipros.wire.xmlrpc import Fault, decode_response, encode_call
 
@@ -172,12 +173,13 @@ class _ClosedBeforeAnswer(ConnectionError):
 class _Connection:
     """One kept-alive connection; used by one thread at a time."""
 
-    __slots__ = ("_reader", "_socket", "is_aborted")
+    __slots__ = ("_lookout", "_reader", "_socket", "is_aborted")
 
     def __init__(self, host: str, port: int, deadline: float | None) -> None:
         self._socket = socket.create_connection((host, port), _left(deadline) or CONNECT_LIMIT_S)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._reader = ResponseReader()
+        self._lookout = Lookout()
         self.is_aborted = False
 
     def abort(self) -> None:
@@ -203,10 +205,9 @@ class _Connection:
         try:
             self._socket.settimeout(_left(deadline))
             self._socket.sendall(request)
+            self._socket.settimeout(None)
             while True:
-                if deadline is not None:
-                    self._socket.settimeout(_left(deadline))
-                data = self._socket.recv(_READ_BYTES)
+                data = self._lookout.receive(self._socket, _READ_BYTES, deadline)
                 if not data:
                     return self._last_response(has_answer_begun)
                 has_answer_begun = True

@@ -83,14 +83,6 @@ def receive_now(sock: socket.socket, room: memoryview) -> int:
     return sock.recv_into(room, 0, _DONTWAIT)
 
 
-def receive_whole(sock: socket.socket, room: memoryview) -> int:
-    """Waits in the kernel until all of `room` is filled; less only at the end of the stream.
-
-    A megabyte arrives in dozens of pieces; waking the interpreter for each costs more than copying it.
-    """
-    return sock.recv_into(room, 0, socket.MSG_WAITALL)
-
-
 def send_gathered(sock: socket.socket, buffers: Sequence[bytes | memoryview]) -> int:
     """Writes several buffers in one call; returns how many bytes the socket took."""
     if hasattr(sock, "sendmsg"):

@@ -82,10 +82,12 @@ class TcprosServer:
             self._loop.remove_reader(self._server)
             self._loop.call_later(RETRY_ACCEPT_S, self._accept_again)
             return
-        greeting = _Greeting(sock, self._loop, self._on_connection, self._forget)
-        self._greetings[greeting] = None
-        if len(self._greetings) > HANDSHAKE_LIMIT:
-            next(iter(self._greetings)).dismiss()
+        greeting = _Greeting(sock, self._on_connection)
+        if not greeting.read():  # most peers have said it by now
+            greeting.wait(self._loop, self._forget)
+            self._greetings[greeting] = None
+            if len(self._greetings) > HANDSHAKE_LIMIT:
+                next(iter(self._greetings)).dismiss()
 
     def _accept_again(self) -> None:
         if self._server.fileno() >= 0:
@@ -98,47 +100,53 @@ class TcprosServer:
 class _Greeting:
     """A connection whose peer has not said yet who it is."""
 
-    def __init__(
-        self,
-        sock: socket.socket,
-        loop: asyncio.AbstractEventLoop,
-        on_connection: Callable[[Connection], None],
-        on_end: Callable[[_Greeting], None],
-    ) -> None:
-        self._sock = sock
-        self._loop = loop
-        self._on_connection = on_connection
-        self._on_end = on_end
-        self._reader = HeaderReader(HEADER_LIMIT_BYTES)
+    def __init__(self, sock: socket.socket, on_connection: Callable[[Connection], None]) -> None:
         sock.setblocking(False)
-        loop.add_reader(sock, self._read)
-        self._deadline = loop.call_later(HANDSHAKE_DEADLINE_S, self.dismiss)
+        self._sock = sock
+        self._on_connection = on_connection
+        self._reader = HeaderReader(HEADER_LIMIT_BYTES)
+        self._leave: Callable[[], None] = _nothing
+
+    def wait(self, loop: asyncio.AbstractEventLoop, on_end: Callable[[_Greeting], None]) -> None:
+        """Has the loop read on, up to a deadline, and `on_end` called when there is nothing left to read."""
+        deadline = loop.call_later(HANDSHAKE_DEADLINE_S, self.dismiss)
+        number = self._sock.fileno()  # to register a socket itself would cost its repr
+
+        def leave() -> None:
+            deadline.cancel()
+            loop.remove_reader(number)
+            on_end(self)
+
+        self._leave = leave
+        loop.add_reader(number, self.read)
 
     def dismiss(self) -> None:
         """Closes the connection without a word."""
         self._leave()
         self._sock.close()
 
-    def _read(self) -> None:
+    def read(self) -> bool:
+        """Reads what is there; False when the peer has to say more."""
         try:
             data = self._sock.recv(_CHUNK_BYTES)
             fields = self._reader.feed(data) if data else None
         except (BlockingIOError, InterruptedError):
-            return
+            return False
         except (OSError, ProtocolError):
-            self.dismiss()
-            return
-        if not data:
-            self.dismiss()
-        elif fields is not None:
+            data, fields = b"", None
+        if fields is not None:
             self._leave()
             sockets.prepare(self._sock)
             self._on_connection(Connection(self._sock, fields, self._reader.rest))
+        elif data:
+            return False
+        else:
+            self.dismiss()
+        return True
 
-    def _leave(self) -> None:
-        self._deadline.cancel()
-        self._loop.remove_reader(self._sock)
-        self._on_end(self)
+
+def _nothing() -> None:
+    pass
 
 
 async def connect(host: str, port: int, fields: Mapping[str, str], *, no_delay: bool = True) -> Connection:

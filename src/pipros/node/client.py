@@ -17,6 +17,7 @@ from weakref import WeakSet
 
 from pipros.errors import PiprosError, ProtocolError, Refused
 from pipros.net import sockets
+from pipros.net.lookout import Lookout
 from pipros.net.master import MasterClient
 from pipros.net.tcpros import HANDSHAKE_DEADLINE_S
 from pipros.node.publisher import encoder
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 _pack_length = struct.Struct("<I").pack
 _unpack_length = struct.Struct("<I").unpack_from
+_HEADER_CHUNK_BYTES = 16 * 1024
 _CHUNK_BYTES = 64 * 1024
 _LARGEST_CHUNK_BYTES = 4 * 1024 * 1024
 
@@ -108,6 +110,7 @@ class ServiceClient:
         self._master = master
         self._persistent = persistent
         self._headers = headers
+        self._lookout = Lookout()  # outlives the connections: whether servers answer at once is learnt
         self._kept: ServiceLink | None = None
         self._turn = threading.Lock()  # of the kept link
 
@@ -136,7 +139,13 @@ class ServiceClient:
         deadline = time.monotonic() + timeout_s
         interface = Interface("*", "*")
         link = ServiceLink(
-            self._look_up(), self.service, self._master().caller_id, interface, deadline=deadline, probe=True
+            self._look_up(),
+            self.service,
+            self._master().caller_id,
+            interface,
+            deadline=deadline,
+            probe=True,
+            lookout=self._lookout,
         )
         link.close()
 
@@ -164,6 +173,7 @@ class ServiceClient:
             deadline=deadline,
             persistent=self._persistent,
             extra=self._headers,
+            lookout=self._lookout,
         )
         self.calls.add(link)
         return link
@@ -187,6 +197,7 @@ class ServiceLink:
         persistent: bool = False,
         probe: bool = False,
         extra: Mapping[str, str] | None = None,
+        lookout: Lookout | None = None,
     ) -> None:
         """Connects and shakes hands.
 
@@ -194,6 +205,7 @@ class ServiceLink:
             CallTimeout: the deadline (of `time.monotonic`) passed.
             ServiceFailed: nobody answers at `uri`, or the server refuses.
         """
+        self._lookout = lookout or Lookout()
         host, port = split_service_uri(uri)
         try:
             self.sock = socket.create_connection((host, port), _remaining(deadline, HANDSHAKE_DEADLINE_S))
@@ -206,7 +218,8 @@ class ServiceLink:
             )
             self.sock.settimeout(_remaining(deadline, HANDSHAKE_DEADLINE_S))
             self.sock.sendall(encode_header(header))
-            self.fields, rest = _read_header(self.sock)
+            self.sock.settimeout(None)
+            self.fields, rest = self._read_header(deadline)
             self._rest: bytes | bytearray = rest
             check_service_reply(self.fields, f"{host}:{port}")
         except Refused as error:
@@ -229,6 +242,7 @@ class ServiceLink:
         try:
             self.sock.settimeout(_remaining(deadline))
             self.sock.sendall(b"".join((_pack_length(sum(map(len, body))), *body)))
+            self.sock.settimeout(None)
             ok, reply = self._receive_reply(deadline)
         except TimeoutError as error:
             self.close()
@@ -240,14 +254,25 @@ class ServiceLink:
             raise ServiceFailed(f"service [{service}] responded with an error: {reply!r}")
         return reply
 
+    def _read_header(self, deadline: float | None) -> tuple[Mapping[str, str], bytes]:
+        reader = HeaderReader()
+        last = time.monotonic() + HANDSHAKE_DEADLINE_S
+        deadline = last if deadline is None else min(deadline, last)
+        while True:
+            data = self._lookout.receive(self.sock, _HEADER_CHUNK_BYTES, deadline)
+            if not data:
+                raise ProtocolError("the server closed the connection before it answered")
+            fields = reader.feed(data)
+            if fields is not None:
+                return fields, reader.rest
+
     def _receive_reply(self, deadline: float | None) -> tuple[bool, bytes]:
         """The ok byte and the body; memory grows with what arrives, not with what was announced."""
         data = self._rest
         while len(data) < 5 or len(data) < 5 + _unpack_length(data, 1)[0]:
             missing = 5 + _unpack_length(data, 1)[0] - len(data) if len(data) >= 5 else 0
-            if deadline is not None:
-                self.sock.settimeout(_remaining(deadline))
-            more = self.sock.recv(min(max(missing, _CHUNK_BYTES), _LARGEST_CHUNK_BYTES))
+            most = min(max(missing, _CHUNK_BYTES), _LARGEST_CHUNK_BYTES)
+            more = self._lookout.receive(self.sock, most, deadline)
             if not more:
                 raise ProtocolError("unable to receive data from sender, check sender's logs for details")
             if not data:
@@ -279,17 +304,6 @@ def split_service_uri(uri: str) -> tuple[str, int]:
         if parts.scheme == "rosrpc" and parts.hostname and parts.port:
             return parts.hostname, parts.port
     raise ServiceFailed(f"protocol error: [{uri}] is no rosrpc URI")
-
-
-def _read_header(sock: socket.socket) -> tuple[Mapping[str, str], bytes]:
-    reader = HeaderReader()
-    while True:
-        data = sock.recv(16 * 1024)
-        if not data:
-            raise ProtocolError("the server closed the connection before it answered")
-        fields = reader.feed(data)
-        if fields is not None:
-            return fields, reader.rest
 
 
 def _cannot_connect(service: str, error: Exception, deadline: float | None) -> ServiceFailed:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from pipros.errors import ProtocolError
 from pipros.net import sockets
+from pipros.net.lookout import Lookout
 from pipros.net.tcpros import Connection, refuse_connection
 from pipros.node.context import NodeContext
 from pipros.node.publisher import encoder
@@ -161,5 +162,6 @@ def receive_frames(sock: socket.socket, first: bytes) -> Iterator[memoryview]:
         room[:count] = data[:count]
         data = data[count:]
         yield from buffer.received(count)
-    while count := sock.recv_into(buffer.room()):
+    lookout = Lookout()
+    while count := lookout.receive_into(sock, buffer.room()):
         yield from buffer.received(count)

@@ -88,9 +88,9 @@ class FrameBuffer:
         return self._view[self._end :]
 
     @property
-    def missing_bytes(self) -> int:
-        """How many bytes the frame under way still lacks, as far as is known; 0 between frames."""
-        return self._missing() if self._end > self._start else 0
+    def is_within(self) -> bool:
+        """Whether a part of a frame has arrived, and its rest has not."""
+        return self._end > self._start
 
     def received(self, count: int) -> Iterator[memoryview]:
         """Yields the frames completed by `count` more bytes.
