@@ -13,7 +13,7 @@ from pipros.errors import Refused
 from pipros.master.server import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.base import SerializationError
-from pipros.net import incoming
+from pipros.net import incoming, sockets
 from pipros.net.rpc import RpcClient
 from pipros.node.topics import TypeConflict
 from pipros.wire.header import HeaderReader, encode_header
@@ -38,6 +38,34 @@ def test_a_message_reaches_every_subscriber_in_order(make_node: MakeNode) -> Non
         publisher.publish(String(data=str(number)))
     for inbox in inboxes:
         assert [message.data for message in inbox.wait(2000)] == [str(number) for number in range(2000)]
+
+
+def test_messages_of_a_dense_run_share_packets_unless_the_subscriber_wants_no_delay(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    changes: list[bool] = []
+    monkeypatch.setattr(sockets, "share_packets", lambda _, share: changes.append(share))
+    talker, patient, hasty = make_node("talker"), make_node("patient"), make_node("hasty")
+    inboxes = Inbox(), Inbox()
+    patient.subscribe("chat", Int32, inboxes[0], tcp_nodelay=False)
+    hasty.subscribe("chat", Int32, inboxes[1], tcp_nodelay=True)
+    publisher = talker.advertise("chat", Int32, queue_size=0)
+    wait_until_connected(publisher, 2)
+    changes.clear()  # whatever new links are set to
+    sent = 0
+
+    def publish_closely() -> bool:
+        nonlocal sent
+        for _ in range(1000):
+            publisher.publish(Int32(sent))
+            sent += 1
+        return True in changes
+
+    wait_until(publish_closely)
+    wait_until(lambda: changes[-1] is False, what=lambda: f"packets are shared for ever: {changes}")
+    assert changes == [True, False] * (len(changes) // 2), "only the patient one's link changes"
+    for inbox in inboxes:
+        assert [message.data for message in inbox.wait(sent)] == list(range(sent))
 
 
 def test_the_connection_header_says_who_sent_it(make_node: MakeNode) -> None:

@@ -6,10 +6,8 @@ or belongs to a stream, is there sooner than that. So a `Lookout` looks at the s
 before it sleeps, and between two looks gives the processor to whoever wants it: to the sender above
 all, when both run on one core, whose cache then still holds the message.
 
-Whether looking pays is learnt: after a look in vain the next wait goes to sleep at once, then the next
-two, four, ... LONGEST_PAUSE; a look that pays ends that. A topic at 100 Hz is looked at once in a
-thousand messages, and only a peer that sends more than 1 / LOOK_S messages a second keeps a processor
-busy.
+Whether looking pays is learnt, see `Trial`: a topic at 100 Hz is looked at once in a thousand messages,
+and only a peer that sends more than 1 / LOOK_S messages a second keeps a processor busy.
 """
 
 from __future__ import annotations
@@ -27,11 +25,35 @@ T = TypeVar("T")
 #: The longest look: about what being woken costs both sides together.
 LOOK_S: Final = 100e-6
 
-#: How many waits, at most, go to sleep at once before looking is tried again.
+#: How many opportunities, at most, pass before something that did not pay is tried again.
 LONGEST_PAUSE: Final = 1024
 
 _DONTWAIT: Final[int] = getattr(socket, "MSG_DONTWAIT", 0)
 _give_way: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: time.sleep(0))
+
+
+class Trial:
+    """Whether something that pays at times, and costs a little at others, is worth trying now.
+
+    After a trial in vain the next opportunity passes, then the next two, four, ... LONGEST_PAUSE; one
+    that pays ends that.
+    """
+
+    __slots__ = ("_passing", "_pause")
+
+    def __init__(self) -> None:
+        self._pause = 0  # the opportunities let pass after the last trial in vain
+        self._passing = 0  # how many of them are still to come
+
+    def is_due(self) -> bool:
+        """Asked at each opportunity; who gets True tries, and tells `note` how it went."""
+        if self._passing:
+            self._passing -= 1
+            return False
+        return True
+
+    def note(self, *, pays: bool) -> None:
+        self._pause = self._passing = 0 if pays else min(max(1, 2 * self._pause), LONGEST_PAUSE)
 
 
 class Lookout:
@@ -41,11 +63,10 @@ class Lookout:
     Without MSG_DONTWAIT (Windows) it sleeps at once.
     """
 
-    __slots__ = ("_pause", "_to_pass")
+    __slots__ = ("_trial",)
 
     def __init__(self) -> None:
-        self._pause = 0  # the waits that went to sleep at once, or will, after the last look in vain
-        self._to_pass = 0  # how many of them are still to come
+        self._trial = Trial()
 
     def receive_into(self, sock: socket.socket, room: memoryview) -> int:
         """Waits for bytes and receives them into `room`; returns how many, 0 at the end of the stream."""
@@ -70,10 +91,7 @@ class Lookout:
 
     def _look(self, receive: Callable[..., T], *args: Any) -> T | None:
         """What `receive` returns within LOOK_S, if that is worth a try."""
-        if self._to_pass:
-            self._to_pass -= 1
-            return None
-        if not _DONTWAIT:
+        if not _DONTWAIT or not self._trial.is_due():
             return None
         end = 0.0
         while True:
@@ -83,9 +101,9 @@ class Lookout:
                 now = time.perf_counter()
                 end = end or now + LOOK_S
                 if now > end:
-                    self._pause = self._to_pass = min(max(1, 2 * self._pause), LONGEST_PAUSE)
+                    self._trial.note(pays=False)
                     return None
                 _give_way()
             else:
-                self._pause = 0
+                self._trial.note(pays=True)
                 return received

@@ -72,6 +72,7 @@ class OutgoingLink:
         loop: BackgroundLoop,
         *,
         queue_size: int | None,
+        may_share_packets: bool = False,
         on_closed: Callable[[OutgoingLink], object],
     ) -> None:
         sock.setblocking(False)
@@ -79,6 +80,7 @@ class OutgoingLink:
         self.queue_size = queue_size
         self.statistics = SendStatistics()
         self.is_closed = False
+        self._may_share_packets = may_share_packets
         self._sock = sock
         self._loop = loop
         self._on_closed = on_closed
@@ -115,6 +117,14 @@ class OutgoingLink:
                         return
                     self._keep_rest(frame, sent)
             self._drop_oldest()
+
+    def share_packets(self, *, share: bool) -> None:
+        """Whether small frames may wait to go out in one packet while others are unacknowledged.
+
+        Does nothing for a link whose subscriber wants no delay (`tcp_nodelay`).
+        """
+        if self._may_share_packets:
+            sockets.share_packets(self._sock, share=share)
 
     @property
     def is_behind(self) -> bool:

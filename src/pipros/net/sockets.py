@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 
 _DONTWAIT: int = getattr(socket, "MSG_DONTWAIT", 0)
+_QUICKACK: int = getattr(socket, "TCP_QUICKACK", 0)
 
 #: The most buffers that one gathered write may take (IOV_MAX on Linux, macOS and Windows is no less).
 GATHER_LIMIT = 512
@@ -70,6 +71,22 @@ def is_unanswered(sock: socket.socket, limit_s: float) -> bool:
         sent_again, probes, age_ms = int(info[2]), int(info[3]), int(info[-1])
         return sent_again + probes >= 2 and age_ms > limit_s * 1000
     return False
+
+
+def acknowledge(sock: socket.socket) -> None:
+    """Tells the sender at once what has arrived, where the system (Linux) can be asked to."""
+    if _QUICKACK:
+        with contextlib.suppress(OSError):  # closed meanwhile
+            sock.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
+
+
+def share_packets(sock: socket.socket, *, share: bool) -> None:
+    """Whether small messages wait, while others are unacknowledged, to go out in one packet.
+
+    Those that wait go out at once when `share` ends.
+    """
+    with contextlib.suppress(OSError):  # closed meanwhile
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, int(not share))
 
 
 def receive_now(sock: socket.socket, room: memoryview) -> int:

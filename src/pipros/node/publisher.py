@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 from pipros.net.outgoing import Buffer, Frame, OutgoingLink
 from pipros.net.tcpros import Connection, refuse_connection
 from pipros.node.context import NodeContext
+from pipros.node.pace import Pace
 from pipros.wire.handshake import Interface, accept_topic_link, check_topic_request
 from pipros.wire.header import encode_header
 
@@ -23,6 +24,13 @@ AnyMessage = TypeVar("AnyMessage", bound="Message")
 
 #: Frames up to this size are joined and written by one plain send; larger ones are never copied.
 JOIN_LIMIT_BYTES = 32 * 1024
+
+#: Messages up to this size share packets when they follow each other closely.
+SHARED_BYTES = 8 * 1024
+
+#: How often a dense run is looked at for its end: its last messages may wait so long in a shared packet
+#: when the subscriber is slow to acknowledge those before.
+WATCH_PACE_S = 0.01
 
 #: What was published last should arrive, but no slow subscriber keeps a node from ending.
 FAREWELL_S = 0.2
@@ -70,6 +78,8 @@ class Publication:
         self._context = context
         self._encode = encoder(message_class)
         self._has_header = bool(getattr(message_class, "_has_header", False))
+        self._pace = Pace()
+        self._is_watched = False  # by the event loop, while the pace is dense
         self._sequence = 0
         self._latched: Message | None = None
         self._lock = threading.Lock()  # keeps sequence numbers and frames of several threads in step
@@ -90,6 +100,8 @@ class Publication:
             if not links:
                 return
             frame, size = self._frame(message)
+            if size <= SHARED_BYTES and self._pace.note(time.monotonic()):
+                self._follow_pace()
             for peer in links:
                 peer.link.send(frame, size)
         for peer in links:
@@ -114,12 +126,17 @@ class Publication:
         )
         header = encode_header({**self.headers, **answer})
         link = OutgoingLink(
-            connection.sock, self._context.loop, queue_size=self.queue_size, on_closed=self._detach
+            connection.sock,
+            self._context.loop,
+            queue_size=self.queue_size,
+            may_share_packets=connection.fields.get("tcp_nodelay") != "1",
+            on_closed=self._detach,
         )
         peer = PublisherLink(connection.fields["callerid"], self._context.next_link_number(), link)
         with self._lock:
             link.greet(header)
             self._send_latched(link)
+            link.share_packets(share=self._pace.is_dense)
             self.links = (*self.links, peer)
         if self._is_closed:  # and `close` may not have seen this link
             link.close()
@@ -171,6 +188,23 @@ class Publication:
         if size <= JOIN_LIMIT_BYTES:
             return (b"".join((_pack_length(size), *buffers)),), size + 4
         return (_pack_length(size), *buffers), size + 4
+
+    def _follow_pace(self) -> None:
+        """Has all links share packets, or no longer. With the lock held."""
+        for peer in self.links:
+            peer.link.share_packets(share=self._pace.is_dense)
+        if self._pace.is_dense and not self._is_watched:
+            self._is_watched = True
+            self._context.loop.call(self._watch_pace)
+
+    def _watch_pace(self) -> None:
+        """Sees that the last messages of a dense run go out. Called in the event loop."""
+        with self._lock:
+            if self._pace.falls_silent(time.monotonic()):
+                self._follow_pace()
+            self._is_watched = self._pace.is_dense and not self._is_closed
+        if self._is_watched:
+            self._context.loop.asyncio.call_later(WATCH_PACE_S, self._watch_pace)
 
     def _detach(self, link: OutgoingLink) -> None:
         with self._lock:
