@@ -101,6 +101,8 @@ class IncomingLink:
             self._accept_first()
             statistics, nap, has_napped = self.statistics, Trial(), False
             while count := self._receive():
+                if has_napped:
+                    sockets.acknowledge(self._sock)
                 before = statistics.frames + statistics.dropped
                 if self.queue_size:
                     self._accept(count)
@@ -122,9 +124,7 @@ class IncomingLink:
         """Waits for the next bytes, with more hope when a frame has begun: its rest is on the way."""
         room = self._buffer.room()
         lookout = self._within if self._buffer.is_within else self._between
-        count = lookout.receive_into(self._sock, room)
-        sockets.acknowledge(self._sock)
-        return count
+        return lookout.receive_into(self._sock, room)
 
     def _deliver_all(self, count: int) -> None:
         """Delivers the frames that `count` received bytes complete, straight from the buffer."""

@@ -29,6 +29,9 @@ LOOK_S: Final = 100e-6
 LONGEST_PAUSE: Final = 1024
 
 _DONTWAIT: Final[int] = getattr(socket, "MSG_DONTWAIT", 0)
+#: With a single processor the sender gets nowhere while we look.
+_MAY_LOOK: Final = bool(_DONTWAIT) and (os.cpu_count() or 1) > 1
+
 _give_way: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: time.sleep(0))
 
 
@@ -60,7 +63,7 @@ class Lookout:
     """Receives from blocking sockets, and remembers whether looking before sleeping paid.
 
     For one waiting thread at a time; two that share one only learn less well.
-    Without MSG_DONTWAIT (Windows) it sleeps at once.
+    Without MSG_DONTWAIT (Windows), and on a machine with one processor, it sleeps at once.
     """
 
     __slots__ = ("_trial",)
@@ -91,7 +94,7 @@ class Lookout:
 
     def _look(self, receive: Callable[..., T], *args: Any) -> T | None:
         """What `receive` returns within LOOK_S, if that is worth a try."""
-        if not _DONTWAIT or not self._trial.is_due():
+        if not _MAY_LOOK or not self._trial.is_due():
             return None
         end = 0.0
         while True:

@@ -37,6 +37,7 @@ def sleepy(monkeypatch: pytest.MonkeyPatch) -> SleepySocket:
     """On a system where looking means looking once."""
     monkeypatch.setattr(lookout, "LOOK_S", -1.0)
     monkeypatch.setattr(lookout, "_DONTWAIT", 0x40)
+    monkeypatch.setattr(lookout, "_MAY_LOOK", True)
     return SleepySocket()
 
 
@@ -107,7 +108,7 @@ def test_a_look_that_pays_is_repeated(
     assert sleepy.waits == ["looked", "slept", "slept"], "the pause is one again"
 
 
-def test_a_system_without_looks_sleeps(monkeypatch: pytest.MonkeyPatch, sleepy: SleepySocket) -> None:
-    monkeypatch.setattr(lookout, "_DONTWAIT", 0)
+def test_where_looking_is_of_no_use_it_sleeps(monkeypatch: pytest.MonkeyPatch, sleepy: SleepySocket) -> None:
+    monkeypatch.setattr(lookout, "_MAY_LOOK", False)
     wait_on(Lookout(), sleepy)
     assert sleepy.waits == ["slept"]
