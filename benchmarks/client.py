@@ -112,7 +112,7 @@ def worker_sink(kind, window):
             ack.publish(seen[0])
 
     rospy.Subscriber("end", Empty, lambda _: ended.set())
-    rospy.Subscriber("flow", type(message(kind)), on_message, tcp_nodelay=True)
+    rospy.Subscriber("flow", type(message(kind)), on_message)
     cpu = time.process_time()
     ended.wait()
     count = -1
