@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import overload
+
 from genmsg.base import EXT_MSG, MSG_DIR, SEP, InvalidMsgSpec
 from genmsg.names import is_legal_resource_base_name, is_legal_resource_name
 from pipros.msg.parse import parse_message
@@ -43,9 +45,13 @@ __all__ = [
 ]
 
 
-def bare_msg_type(msg_type: str) -> str:
+@overload
+def bare_msg_type(msg_type: str) -> str: ...
+@overload
+def bare_msg_type(msg_type: None) -> None: ...
+def bare_msg_type(msg_type: str | None) -> str | None:
     """The type without `[]` or `[n]`."""
-    return msg_type.partition("[")[0]
+    return None if msg_type is None else msg_type.partition("[")[0]
 
 
 def resolve_type(msg_type: str, package_context: str) -> str:
@@ -62,7 +68,7 @@ def parse_type(msg_type: str) -> tuple[str, bool, int | None]:
     """The bare type, whether it is an array, and the length of a fixed array.
 
     Raises:
-        ValueError: for an empty type, or an array of arrays.
+        ValueError: for an empty type, an array of arrays, and a length that is no number.
     """
     base, bracket, length = msg_type.partition("[")
     if not base:
@@ -71,7 +77,10 @@ def parse_type(msg_type: str) -> tuple[str, bool, int | None]:
         return base, False, None
     if "[" in length:
         raise ValueError(f"Currently only support 1-dimensional array types: {msg_type}")
-    return base, True, int(length[:-1]) if length[:-1] else None
+    try:
+        return base, True, int(length[:-1]) if length[:-1] else None
+    except ValueError:
+        raise ValueError(f"Invalid array dimension: [{length}") from None
 
 
 def is_valid_msg_type(x: str) -> bool:
@@ -103,6 +112,8 @@ class Constant:
     __slots__ = ["name", "type", "val", "val_text"]
 
     def __init__(self, type_: str, name: str, val: bool | int | float | str, val_text: str) -> None:
+        if type_ is None or name is None or val is None or val_text is None:
+            raise ValueError("Constant must have non-None parameters")
         self.type = type_
         self.name = name
         self.val = val
@@ -153,6 +164,8 @@ class MsgSpec:
         package: str = "",
         short_name: str = "",
     ) -> None:
+        if len(types) != len(names):
+            raise AssertionError(f"len({types}) != len({names})")
         if len(set(names)) != len(names):
             raise InvalidMsgSpec(f"Duplicate field names in message: {names}")
         self.types = types
@@ -195,7 +208,7 @@ class MsgSpec:
         return self.has_header()
 
     def has_header(self) -> bool:
-        return bool(self.names) and self.names[0] == "header" and is_header_type(self.types[0])
+        return self.fields()[:1] == [(HEADER_FULL_NAME, "header")]
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, MsgSpec):

@@ -10,14 +10,14 @@ _LEGAL = re.compile(r"[A-Za-z][\w/]*", re.ASCII)
 _LEGAL_BASE = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
 
-def is_legal_resource_name(name: str) -> bool:
+def is_legal_resource_name(name: str | None) -> bool:
     """True for a name that may have a package."""
-    return not name or (_LEGAL.fullmatch(name) is not None and "//" not in name)
+    return name is not None and _LEGAL.fullmatch(name) is not None and "//" not in name
 
 
-def is_legal_resource_base_name(name: str) -> bool:
+def is_legal_resource_base_name(name: str | None) -> bool:
     """True for a name without a package."""
-    return _LEGAL_BASE.fullmatch(name) is not None
+    return name is not None and _LEGAL_BASE.fullmatch(name) is not None
 
 
 def package_resource_name(name: str) -> tuple[str, str]:
@@ -33,8 +33,8 @@ def package_resource_name(name: str) -> tuple[str, str]:
 
 
 def resource_name(res_pkg_name: str, name: str, my_pkg: str | None = None) -> str:
-    """`package/name`, or just the name when the package is one's own or there is none."""
-    if not res_pkg_name or res_pkg_name == my_pkg:
+    """`package/name`, or just the name when the package is one's own."""
+    if res_pkg_name == my_pkg:
         return name
     return f"{res_pkg_name}{PRN_SEPARATOR}{name}"
 

@@ -3,7 +3,7 @@
 from pipros.msg.spec import NUMBERS
 
 SIMPLE_TYPES = list(NUMBERS)
-SIMPLE_TYPES_DICT = dict(NUMBERS)
+SIMPLE_TYPES_DICT = {**NUMBERS, "bool": "B"}
 
 
 def is_simple(type_: str) -> bool:

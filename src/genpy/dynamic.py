@@ -1,20 +1,31 @@
 """`genpy.dynamic`: message classes from the text in a connection header or a bag."""
 
-from genmsg import MsgGenerationException
+from genmsg import InvalidMsgSpec, MsgGenerationException, MsgNotFound
 from pipros.msg.base import Message
 from pipros.msg.dynamic import message_classes_from_text
-from pipros.msg.spec import DefinitionError
+from pipros.msg.spec import DefinitionError, UnknownType
 
 __all__ = ["MsgGenerationException", "generate_dynamic"]
+
+
+class _BrokenText(InvalidMsgSpec, MsgGenerationException):
+    """What programs catch, one or the other."""
+
+
+class _IncompleteText(MsgNotFound, MsgGenerationException):
+    """As `_BrokenText`, for a type that the text lacks."""
 
 
 def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Message]]:
     """Classes for `core_type` and all types that its full text embeds.
 
     Raises:
-        MsgGenerationException: when the text is broken.
+        MsgGenerationException: the text is broken; it is an `InvalidMsgSpec` as well, or `MsgNotFound` when
+            a type is missing.
     """
     try:
         return message_classes_from_text(core_type, msg_cat)
+    except UnknownType as error:
+        raise _IncompleteText(str(error)) from error
     except DefinitionError as error:
-        raise MsgGenerationException(str(error)) from error
+        raise _BrokenText(str(error)) from error

@@ -17,6 +17,7 @@ from pipros.msg.base import (
 from pipros.msg.check import check_type
 from pipros.msg.fill import fill_message_args, get_printable_message_args
 from pipros.msg.load import load_message_class, load_service_class
+from pipros.msg.spec import HEADER
 from pipros.msg.text import strify_message
 from pipros.msg.time import Duration, Time, TVal
 
@@ -46,12 +47,8 @@ def get_message_class(message_type: str, reload_on_error: bool = False) -> Any: 
     `reload_on_error` has no effect: definitions are looked for anew each time.
 
     Raises:
-        ValueError: when the package is missing.
+        ValueError: when the package is missing, or there are too many parts.
     """
-    if message_type in ("time", "duration"):
-        return Time if message_type == "time" else Duration
-    if message_type == "Header":
-        message_type = "std_msgs/Header"
     return _load(load_message_class, message_type)
 
 
@@ -61,8 +58,15 @@ def get_service_class(service_type: str, reload_on_error: bool = False) -> Any: 
 
 
 def _load(load: Any, type_name: str) -> Any:
-    if "/" not in type_name:
+    if type_name in ("time", "duration"):
+        return Time if type_name == "time" else Duration
+    if type_name == "Header":
+        type_name = HEADER
+    package, _, _ = type_name.rpartition("/")
+    if not package:
         raise ValueError(f"message type is missing package name: {type_name}")
+    if "/" in package:
+        raise ValueError(f"invalid name [{type_name}]")
     try:
         return load(type_name)
     except NotFound:

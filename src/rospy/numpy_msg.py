@@ -29,10 +29,9 @@ def numpy_msg(msg_type: type[AnyMessage]) -> type[AnyMessage]:
     members: dict[str, Any] = {
         "__slots__": msg_type.__slots__,
         "__doc__": msg_type.__doc__,
-        "__module__": msg_type.__module__,
         "_from_bytes": classmethod(from_bytes),
         "deserialize": deserialize,
     }
     for name in ("_type", "_md5sum", "_full_text", "_has_header", "_slot_types"):
         members[name] = getattr(msg_type, name)
-    return type(f"Numpy_{msg_type.__name__}", (msg_type,), members)
+    return type(f"Numpy_{msg_type._type.replace('/', '__')}", (msg_type,), members)

@@ -19,7 +19,7 @@ _KINDS = (
     dict.fromkeys("bhilqn", "signed") | dict.fromkeys("BHILQNc", "unsigned") | dict.fromkeys("fde", "float")
 )
 _NUMPY_TYPES = {"b": "i1", "B": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "q": "<i8", "Q": "<u8"}
-_NUMPY_TYPES |= {"f": "<f4", "d": "<f8", "?": "?"}
+_NUMPY_TYPES |= {"f": "<f4", "d": "<f8"}
 
 
 def octets(value: Any) -> bytes | memoryview:

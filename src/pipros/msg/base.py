@@ -188,6 +188,8 @@ class CompiledMessage(Message):
     def deserialize_numpy(self: AnyMessage, str: Buffer, numpy: Any) -> AnyMessage:  # noqa: A002
         """As `deserialize`, with numpy arrays that share the memory of `str` for arrays of numbers.
 
+        Octets are `bytes` and booleans a list, as in genpy.
+
         Args:
             numpy: the module numpy.
         """

@@ -54,8 +54,8 @@ def check_lengths(name: str, message: Message) -> None:
     """
     for slot, slot_type in zip(message.__slots__, message._get_types(), strict=True):
         value, path = getattr(message, slot), f"{name}.{slot}"
-        length = slot_type.partition("[")[2].rstrip("]")
-        if length and len(value) != int(length):
+        digits = slot_type.partition("[")[2].rstrip("]")
+        if digits and len(value) != (length := int(digits)):
             raise SerializationError(f"Expecting {length} items but found {len(value)} when writing '{path}'")
         for element in value if isinstance(value, list | tuple) else (value,):
             if isinstance(element, Message):

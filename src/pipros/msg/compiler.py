@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from pipros.msg.base import CompiledMessage
 from pipros.msg.decode import deserialize_body
 from pipros.msg.digest import Lookup, full_text, message_md5, service_md5
 from pipros.msg.encode import serialize_body
@@ -30,6 +31,10 @@ DEFAULT_LIMIT = 1 << 22
 _PREAMBLE = "from pipros.msg.runtime import *\n"
 
 _METHODS = frozenset(("serialize", "deserialize", "serialize_numpy", "deserialize_numpy"))
+_ATTRIBUTES = frozenset(("_md5sum", "_type", "_has_header", "_full_text", "_slot_types"))
+_READERS = frozenset(("_numpy_reader", "_lenient_reader"))
+_INTERNAL = _ATTRIBUTES | _READERS | frozenset(name for name in dir(CompiledMessage) if name[0] == "_")
+"""What a constant must not replace; genpy lets it, and the class breaks."""
 
 
 def message_source(spec: MessageSpec, lookup: Lookup) -> tuple[str, Mapping[str, str]]:
@@ -85,6 +90,10 @@ def _module(lines: list[str], names: Names) -> str:
 
 def _message_class(spec: MessageSpec, lookup: Lookup, names: Names) -> list[str]:
     slots = _slots(spec)
+    for constant in spec.constants:
+        if constant.name in _INTERNAL:
+            reason = f"a Python message cannot have this constant: the name {constant.name} is taken"
+            raise DefinitionError(reason, file=spec.file)
     text = full_text(spec, lookup)
     if _default_size(spec, lookup, {}) > DEFAULT_LIMIT:
         raise DefinitionError(f"a new message would hold more than {DEFAULT_LIMIT} values", file=spec.file)

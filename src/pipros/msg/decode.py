@@ -30,7 +30,8 @@ def deserialize_body(
 
     Args:
         errors: what becomes of bytes in a string that are no UTF-8, as in `bytes.decode`.
-        is_numpy: arrays of numbers become numpy arrays, made by the module `numpy`.
+        is_numpy: arrays of numbers become numpy arrays, made by the module `numpy`; those of octets and
+            of booleans stay as they are.
     """
     decoder = _Decoder(names, lookup, indent=indent, errors=errors, is_numpy=is_numpy)
     decoder.begin(spec)
@@ -77,7 +78,7 @@ class _Decoder(Source):
     def _field(self, kind: FieldType, target: str, within: MessageSpec) -> None:
         if not kind.is_array:
             self._single(kind.base, target, within)
-        elif kind.base in OCTETS and not self._is_numpy:
+        elif kind.base in OCTETS:
             self._octets(kind, target)
         elif kind.base in NUMBERS:
             self._number_array(kind, target, within)
@@ -122,7 +123,8 @@ class _Decoder(Source):
     def _number_array(self, kind: FieldType, target: str, within: MessageSpec) -> None:
         code = NUMBERS[kind.base]
         is_short = kind.length is not None and kind.length <= INLINE_ARRAY_LIMIT
-        if is_short and not self._is_numpy:
+        is_numpy = self._is_numpy and code != "?"
+        if is_short and not is_numpy:
             self.count(kind.length or 0, within)
             elements = [self.local("x") for _ in range(kind.length or 0)]
             for element in elements:
@@ -132,7 +134,7 @@ class _Decoder(Source):
             return
         count = self._length() if kind.length is None else str(kind.length)
         self._flush()
-        if self._is_numpy:
+        if is_numpy:
             value = f"_numpy_numbers(numpy, {code!r}, data, {self._offset()}, {count})"
         else:
             value = f"_struct.unpack_from(f'<{{{count}}}{code}', data, {self._offset()})"

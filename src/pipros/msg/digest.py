@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator
 
-from pipros.msg.spec import DefinitionError, Field, MessageSpec, ServiceSpec
+from pipros.msg.spec import DefinitionError, Field, MessageSpec, ServiceSpec, UnknownType
 
 Lookup = Callable[[str], MessageSpec]
 
@@ -43,7 +43,8 @@ def embedded_types(spec: MessageSpec, lookup: Lookup) -> dict[str, MessageSpec]:
             try:
                 inner = lookup(type_name)
             except LookupError as error:
-                raise _at(outer, field, f"unknown type [{type_name}]: {error}") from None
+                reason = f"unknown type [{type_name}]: {error}"
+                raise _at(outer, field, reason, UnknownType) from None
             found[type_name] = inner
             visit(inner, (*above, type_name))
             finished.add(type_name)
@@ -99,5 +100,7 @@ def _hash(text: str) -> str:
     return hashlib.md5(text.encode(), usedforsecurity=False).hexdigest()
 
 
-def _at(spec: MessageSpec, field: Field, reason: str) -> DefinitionError:
-    return DefinitionError(reason, file=spec.file, line=field.line, column=field.column)
+def _at(
+    spec: MessageSpec, field: Field, reason: str, kind: type[DefinitionError] = DefinitionError
+) -> DefinitionError:
+    return kind(reason, file=spec.file, line=field.line, column=field.column)

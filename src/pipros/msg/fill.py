@@ -94,7 +94,7 @@ class _Filler:
         base, _, length = kind.rstrip("]").partition("[")
         if length and len(value) != int(length):
             raise MessageException(
-                f"Field [{prefix}{name}] has incorrect number of elements: {len(value)} != {length}"
+                f"Field [{prefix}{name}] has incorrect number of elements: {len(value)} != {int(length)}"
             )
         if base in BUILTINS and base not in _TIME_CLASSES:
             setattr(message, name, value)

@@ -29,8 +29,9 @@ SECTION_MARK = "---"
 """A line that begins so separates the parts of a service or an action."""
 
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
+_CONSTANT_NAME = re.compile(r"_?[A-Za-z]\w*", re.ASCII)
 _TYPE = re.compile(r"(?:[A-Za-z]\w*/)?[A-Za-z]\w*", re.ASCII)
-_ARRAY_TYPE = re.compile(r"(?P<base>[^\[\]]+)(?P<array>\[(?P<length>\d*)\])?", re.ASCII)
+_ARRAY_TYPE = re.compile(r"(?P<base>[^\[\]]+)(?P<array>\[(?P<length>\d{0,30})\])?", re.ASCII)
 _FULL_TYPE = re.compile(r"[A-Za-z]\w*/[A-Za-z]\w*", re.ASCII)
 _BOOLEANS = {"True": True, "False": False}
 
@@ -87,15 +88,15 @@ def parse_message(text: str, type_name: str, file: str | None = None, *, first_l
 def parse_service(text: str, type_name: str, file: str | None = None) -> ServiceSpec:
     """Reads one service definition; its halves are named `NameRequest` and `NameResponse`.
 
-    Raises:
-        DefinitionError: also when there is not exactly one line `---`.
+    As genmsg has it, the response is empty without a line `---`, and goes on behind a second one.
+    Raises as `parse_message`.
     """
     file = file or f"<definition of {type_name}>"
-    parts = _sections(text, 2, file, "a request and a response")
-    request, response = (
-        parse_message(part, type_name + suffix, file, first_line=line)
-        for (part, line), suffix in zip(parts, ("Request", "Response"), strict=True)
-    )
+    (asked, _), *others = _sections(text)
+    answered = "".join(part for part, _ in others)
+    first_line = others[0][1] if others else 1
+    request = parse_message(asked, f"{type_name}Request", file)
+    response = parse_message(answered, f"{type_name}Response", file, first_line=first_line)
     return ServiceSpec(type_name, request, response, text, file)
 
 
@@ -111,7 +112,10 @@ def parse_action(text: str, type_name: str, file: str | None = None) -> ActionSp
     """
     file = file or f"<definition of {type_name}>"
     name = type_name.partition("/")[2]
-    parts = _sections(text, 3, file, "a goal, a result and a feedback")
+    parts = _sections(text)
+    if len(parts) != 3:
+        wanted = f"a goal, a result and a feedback, separated by lines {SECTION_MARK}"
+        raise DefinitionError(f"expected {wanted}; found {len(parts)} of 3 parts", file=file)
     messages = [
         parse_message(f"{_ACTION_NOTE}{part}", type_name + suffix, file, first_line=line - 1)
         for (part, line), suffix in zip(parts, ("Goal", "Result", "Feedback"), strict=True)
@@ -132,7 +136,7 @@ def _action_wrappers(name: str) -> dict[str, str]:
     }
 
 
-def _sections(text: str, count: int, file: str, what: str) -> list[tuple[str, int]]:
+def _sections(text: str) -> list[tuple[str, int]]:
     """The parts between the lines `---`, each with the number of its first line."""
     parts: list[tuple[list[str], int]] = [([], 1)]
     for number, line in enumerate(text.split("\n"), 1):
@@ -140,11 +144,6 @@ def _sections(text: str, count: int, file: str, what: str) -> list[tuple[str, in
             parts.append(([], number + 1))
         else:
             parts[-1][0].append(line)
-    if len(parts) != count:
-        raise DefinitionError(
-            f"expected {what}, separated by a line {SECTION_MARK}; found {len(parts)} of {count} parts",
-            file=file,
-        )
     return [("".join(f"{line}\n" for line in lines), first) for lines, first in parts]
 
 
@@ -196,7 +195,7 @@ class _Line:
             if len(pieces) != 2:
                 raise self._error(f"expected {type_name} NAME=value, found [{self._declaration}]")
             name, text = pieces
-        if not _NAME.fullmatch(name):
+        if not _CONSTANT_NAME.fullmatch(name):
             raise self._error(
                 f"[{name}] is no name for a constant: expected a letter, then letters, digits and _"
             )
@@ -218,10 +217,11 @@ class _Line:
         base = match["base"]
         if base not in BUILTINS and "/" not in base:
             base = f"{package}/{base}"
-        length = int(match["length"]) if match["length"] else None
+        digits = match["length"] or ""
+        length = int(digits) if digits else None
         if length is not None and length > _ARRAY_LENGTH_LIMIT:
             raise self._error(f"an array of {length} elements is longer than {_ARRAY_LENGTH_LIMIT}", at=text)
-        return FieldType(base, bool(match["array"]), length)
+        return FieldType(base, bool(match["array"]), length, digits)
 
     def _column(self, part: str) -> int:
         return max(self._line.find(part), 0) + 1

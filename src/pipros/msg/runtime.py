@@ -74,7 +74,7 @@ def _refuse(message: _Message, error: Exception) -> NoReturn:
 
     message._check_types()
     check_lengths("self", message)
-    raise SerializationError(f"{type(error)}: '{error}' when writing a {message._type}")
+    raise SerializationError(f"{type(error)}: '{error}' when writing '{message}'")
 
 
 def _mend(message: Any, data: Buffer, error: UnicodeDecodeError) -> Any:

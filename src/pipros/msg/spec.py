@@ -58,18 +58,25 @@ class DefinitionError(PiprosError):
         super().__init__(f"{place}: {reason}")
 
 
+class UnknownType(DefinitionError):
+    """A field has a type that nobody defines."""
+
+
 @dataclass(frozen=True, slots=True)
 class FieldType:
-    """The type of a field: `base`, `base[]` or `base[length]`."""
+    """The type of a field: `base`, `base[]` or `base[length]`.
+
+    Attributes:
+        digits: the length as written, which may begin with a zero: the md5 covers it.
+    """
 
     base: str
     is_array: bool = False
     length: int | None = None
+    digits: str = ""
 
     def __str__(self) -> str:
-        if not self.is_array:
-            return self.base
-        return f"{self.base}[{'' if self.length is None else self.length}]"
+        return f"{self.base}[{self.digits}]" if self.is_array else self.base
 
     @property
     def is_builtin(self) -> bool:

@@ -17,6 +17,24 @@ if TYPE_CHECKING:
 NANOSECONDS = 1_000_000_000
 
 
+def _is_integral(value: object) -> bool:
+    """True for whole numbers, also those of numpy."""
+    if isinstance(value, int | float):
+        return isinstance(value, int)
+    import numbers  # of which most programs have no need
+
+    return isinstance(value, numbers.Integral)
+
+
+def _is_real(value: object) -> bool:
+    """True for numbers that may have a fraction, also those of numpy and `fractions`."""
+    if isinstance(value, int | float):
+        return True
+    import numbers
+
+    return isinstance(value, numbers.Real)
+
+
 class TVal:
     """What a point in time and a span of time have in common."""
 
@@ -32,29 +50,25 @@ class TVal:
     nsecs: int
 
     def __init__(self, secs: Any = 0, nsecs: Any = 0) -> None:
-        """Takes whole seconds and nanoseconds, or seconds as a float alone.
+        """Takes whole seconds and nanoseconds, or seconds with a fraction alone.
 
         Raises:
-            ValueError: for seconds as a float together with nanoseconds.
+            ValueError: for seconds that are no whole number by type, together with nanoseconds.
         """
-        if type(secs) is int and type(nsecs) is int:
-            self.secs = secs
-            self.nsecs = nsecs
-        elif isinstance(secs, float):
-            if nsecs:
-                raise ValueError("if secs is a float, nsecs cannot be set")
-            self.secs = int(secs)
-            self.nsecs = int((secs - self.secs) * 1e9)
-        else:
-            self.secs = int(secs)
+        self.secs = int(secs)
+        if type(secs) is int or _is_integral(secs):
             self.nsecs = int(nsecs)
+        elif nsecs != 0:
+            raise ValueError("if secs is a float, nsecs cannot be set")
+        else:
+            self.nsecs = int((secs - self.secs) * NANOSECONDS)
         if not 0 <= self.nsecs < NANOSECONDS:
             self.canon()
 
     @classmethod
     def from_sec(cls: type[Value], float_secs: float) -> Value:
         secs = int(float_secs)
-        return cls(secs, int((float_secs - secs) * 1e9))
+        return cls(secs, int((float_secs - secs) * NANOSECONDS))
 
     def is_zero(self) -> bool:
         return self.secs == 0 and self.nsecs == 0
@@ -62,7 +76,6 @@ class TVal:
     def set(self, secs: int, nsecs: int) -> None:
         self.secs = secs
         self.nsecs = nsecs
-        self.canon()
 
     def canon(self) -> None:
         """Carries what `nsecs` has too much or too little over to `secs`."""
@@ -88,7 +101,7 @@ class TVal:
         return str(self.to_nsec())
 
     def __repr__(self) -> str:
-        return f"genpy.{self._kind.__name__}[{self.to_nsec()}]"
+        return f"genpy.{self._kind.__name__}[{int(self.to_nsec())}]"
 
     def __bool__(self) -> bool:
         return not self.is_zero()
@@ -102,7 +115,7 @@ class TVal:
             TypeError: for a value of another kind; instants and spans do not compare.
         """
         if not isinstance(other, self._kind):
-            raise TypeError(f"cannot compare to non-{self._kind.__name__}")
+            raise TypeError(f"Cannot compare to non-{self._kind.__name__}")
         mine, others = self.to_nsec(), other.to_nsec()
         return (mine > others) - (mine < others)
 
@@ -204,9 +217,9 @@ class Duration(TVal):
         return self.__class__(self.secs - other.secs, self.nsecs - other.nsecs)
 
     def __mul__(self: DurationValue, factor: float) -> DurationValue:
-        if not isinstance(factor, int | float):
+        if not _is_real(factor):
             return NotImplemented
-        if isinstance(factor, int):
+        if _is_integral(factor):
             return self.__class__(self.secs * factor, self.nsecs * factor)
         return self.__class__.from_sec(self.to_sec() * factor)
 
@@ -215,7 +228,7 @@ class Duration(TVal):
     def __truediv__(self, divisor: Any) -> Any:
         if isinstance(divisor, Duration):
             return self.to_sec() / divisor.to_sec()
-        if not isinstance(divisor, int | float):
+        if not _is_real(divisor):
             return NotImplemented
         return self.__class__.from_sec(self.to_sec() / divisor)
 
@@ -224,7 +237,7 @@ class Duration(TVal):
     def __floordiv__(self, divisor: Any) -> Any:
         if isinstance(divisor, Duration):
             return int(self.to_sec() // divisor.to_sec())
-        if not isinstance(divisor, int | float):
+        if not _is_real(divisor):
             return NotImplemented
         return self.__class__.from_sec(self.to_sec() // divisor)
 

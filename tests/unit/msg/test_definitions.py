@@ -88,7 +88,7 @@ def test_all_mistakes_of_a_package_can_be_had_at_once(packages: Packages) -> Non
     packages.write("robot/msg/Lost.msg", "No_such x")
     packages.write("robot/msg/Circle.msg", "Circle x")
     packages.write("robot/msg/Uses.msg", "Two two")
-    packages.write("robot/srv/Ask.srv", "int32 x")
+    packages.write("robot/action/Do.action", "int32 x")
 
     found = [
         str(mistake).removeprefix(f"{packages.folder}/robot/")
@@ -96,5 +96,5 @@ def test_all_mistakes_of_a_package_can_be_had_at_once(packages: Packages) -> Non
     ]
 
     assert [text.partition(": ")[0] for text in found] == [
-        *("msg/Circle.msg:1:1", "msg/Lost.msg:1:1", "msg/Two.msg:1:1", "msg/Two.msg:3:1", "srv/Ask.srv"),
+        *("msg/Circle.msg:1:1", "action/Do.action", "msg/Lost.msg:1:1", "msg/Two.msg:1:1", "msg/Two.msg:3:1"),
     ]

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import copy
 import io
+import pickle
+import subprocess
+import sys
 from typing import Any
 
 import pytest
 from nav_msgs.msg import Odometry
+from std_msgs.msg import Header
 
 import genpy.dynamic
-from genmsg import MsgGenerationException
+from genmsg import InvalidMsgSpec, MsgGenerationException, MsgNotFound
 from pipros.msg import dynamic
 from pipros.msg.digest import SEPARATOR
 from pipros.msg.dynamic import message_classes_from_text
@@ -37,9 +42,59 @@ def test_the_classes_are_independent_of_the_installed_ones() -> None:
     assert made.__slots__ == ["other"]
 
 
-def test_genpy_raises_its_own_error() -> None:
-    with pytest.raises(MsgGenerationException, match="expected a type and a name"):
-        genpy.dynamic.generate_dynamic("p/T", "int32")
+@pytest.mark.parametrize(
+    ("text", "error", "words"),
+    [("int32", InvalidMsgSpec, "expected a type and a name"), ("U u", MsgNotFound, "unknown type")],
+)
+def test_genpy_raises_what_programs_catch(text: str, error: type[Exception], words: str) -> None:
+    for caught in (error, MsgGenerationException):
+        with pytest.raises(caught, match=words):
+            genpy.dynamic.generate_dynamic("p/T", text)
+
+
+def test_line_ends_of_another_system_change_nothing() -> None:
+    text = f"U u\r\n{SEPARATOR}\r\nMSG: p/U\r\nint32 x\r\n"
+
+    made = message_classes_from_text("p/T", text)["p/T"]
+
+    assert made._full_text == text.replace("\r", "")
+    assert made().u.x == 0
+
+
+def test_the_header_of_old_bags_is_the_one_of_today() -> None:
+    text = f"Header header\n{SEPARATOR}\nMSG: roslib/Header\n{Header._full_text}"
+
+    classes = message_classes_from_text("p/T", text)
+
+    assert list(classes) == ["p/T", "std_msgs/Header"]
+    assert classes["p/T"]._has_header
+
+
+def test_copies_are_of_the_same_class() -> None:
+    made = message_classes_from_text("p/T", f"U[] u\n{part('p/U', 'int32 x')}")["p/T"]
+    message = made()
+    message.u.append(message_classes_from_text("p/U", "int32 x")["p/U"](3))
+
+    assert copy.copy(message).u is message.u
+    assert copy.deepcopy(message) == message
+    assert copy.deepcopy(message).u is not message.u
+    assert pickle.loads(pickle.dumps(message)) == message  # noqa: S301 # our own
+
+
+def test_another_process_needs_no_definition_to_read_a_pickle() -> None:
+    made = message_classes_from_text("p/T", "int32 x")["p/T"]
+    code = f"import pickle; print(pickle.loads({pickle.dumps(made(3))!r}))"
+
+    said = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, check=True).stdout
+
+    assert said == "x: 3\n"
+
+
+def test_constants_may_begin_with_an_underscore_but_not_replace_what_a_class_has() -> None:
+    assert message_classes_from_text("p/T", "int32 _LOW=-3")["p/T"]._LOW == -3
+
+    with pytest.raises(DefinitionError, match="the name _type is taken"):
+        message_classes_from_text("p/T", "int32 _type=3")
 
 
 def part(name: str, text: str) -> str:

@@ -163,7 +163,7 @@ def test_an_unknown_embedded_type_is_named_with_the_place_that_wants_it(workspac
     folder = workspace.package("robot", **{"msg/A.msg": "no_such_package/B b"})
     said = workspace.fails("from robot.msg import A")
     assert said.startswith(
-        f"pipros.msg.spec.DefinitionError: {folder}/msg/A.msg:1:1: unknown type [no_such_package/B]"
+        f"pipros.msg.spec.UnknownType: {folder}/msg/A.msg:1:1: unknown type [no_such_package/B]"
     )
     assert "ROS_PACKAGE_PATH is" in said
 

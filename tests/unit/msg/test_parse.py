@@ -135,10 +135,31 @@ def test_a_service_has_two_halves_that_may_be_empty() -> None:
     assert spec.response.fields == ()
 
 
-@pytest.mark.parametrize("text", ["int32 a", "int32 a\n---\n---\n"])
-def test_a_service_without_exactly_one_separator_is_refused(text: str) -> None:
-    with pytest.raises(DefinitionError, match="expected a request and a response"):
-        parse_service(text, "pkg/Ask")
+@pytest.mark.parametrize(
+    ("text", "request_text", "response_text"),
+    [
+        ("int32 a", "int32 a\n", ""),
+        ("int32 a\n---\n---\n", "int32 a\n", "\n"),
+        ("---\nint32 a\n---\nint32 b", "", "int32 a\nint32 b\n"),
+    ],
+)
+def test_a_service_with_another_number_of_separators_is_what_genmsg_makes_of_it(
+    text: str, request_text: str, response_text: str
+) -> None:
+    spec = parse_service(text, "pkg/Ask")
+
+    assert (spec.request.text, spec.response.text) == (request_text, response_text)
+
+
+def test_a_length_stays_as_it_was_written() -> None:
+    (field,) = parse_message("int32[03] a", "pkg/T").fields
+
+    assert (str(field.type), field.type.length) == ("int32[03]", 3)
+
+
+def test_a_length_of_thousands_of_digits_is_refused() -> None:
+    with pytest.raises(DefinitionError, match="is no type"):
+        parse_message(f"int32[{'9' * 5000}] a", "pkg/T")
 
 
 def test_mistakes_in_the_second_half_count_lines_from_the_top_of_the_file() -> None:
