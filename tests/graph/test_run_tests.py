@@ -69,7 +69,7 @@ def test_launch_tests_unit_tests_and_checks_all_leave_results(ros: RosSystem, wo
     assert made.returncode == 0, made.output
     results = workspace / "build/test_results"
     assert sorted(file.name for file in (results / "pkg").iterdir()) == [
-        "nosetests-test_test_unit.py.xml",
+        "nosetests-test.test_unit.py.xml",
         "roslaunch-check_launch.xml",
         "rostest-ready__value_25.xml",
         "rosunit-is_ready.xml",

@@ -15,6 +15,7 @@ _NEEDED = {
     "/usr/bin/rosparam": "python3-rosparam",
     "/usr/bin/rospack": "rospack-tools",
     "/usr/lib/python3/dist-packages/rosdep2/__init__.py": "python3-rosdep2",
+    "/usr/bin/nosetests3": "python3-nose",
     "/usr/bin/pkg-config": "pkg-config",
     "/usr/bin/rosrun": "rosbash",
     "/usr/bin/catkin_make": "catkin",
@@ -30,7 +31,7 @@ PACKAGES = (
     "python3-rosservice python3-rosparam python3-rosmsg python3-rosbag rosbash libroscpp-dev catkin "
     "ros-message-generation ros-message-runtime python3-sensor-msgs python3-geometry-msgs python3-nav-msgs "
     "python3-std-srvs python3-diagnostic-msgs python3-tf2-ros python3-actionlib topic-tools "
-    "python3-paramiko python3-rosdep2 rospack-tools pkg-config"
+    "python3-paramiko python3-nose python3-rosdep2 rospack-tools pkg-config"
 )
 INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"
 

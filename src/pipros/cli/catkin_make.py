@@ -11,8 +11,10 @@ from pathlib import Path
 
 from pipros.cli.catkin_init_workspace import initialise
 from pipros.errors import PiprosError
+from pipros.workspace import native
 from pipros.workspace.build import BuildOptions, BuildResult, build
 from pipros.workspace.layout import WORKSPACE_MARKER, Layout
+from pipros.workspace.targets import names as target_names
 
 _MARKER_TEXT = (
     "# This file currently only serves to mark the location of a catkin workspace for tool integration\n"
@@ -49,15 +51,53 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (PiprosError, OSError) as error:
         print(f"{_RED}{error}{_PLAIN}", file=sys.stderr)
         return 1
-    tests = [
-        target for target in targets if target in ("test", "run_tests") or target.startswith("run_tests_")
-    ]
-    code = _report(result, has_more_to_do=bool(tests))
+    tests = [target for target in targets if _is_test(target)]
+    code = _report(result, has_more_to_do=bool(tests)) or _check_targets(targets, result, layout)
+    if code == 0:
+        _clean_results(targets, layout)
     if tests and code == 0:
         from pipros.workspace.run_tests import run_tests
 
-        run_tests(result.projects, layout, tests, _say)
+        run_tests(result.projects, layout, tests, _say, _leave_error)
     return code
+
+
+def _check_targets(targets: list[str], result: BuildResult, layout: Layout) -> int:
+    """1, and words for it, when there is a target that nobody knows."""
+    known = set(target_names(result.projects))
+    for target in targets:
+        if target in known:
+            continue
+        if any(project.native_targets for project in result.projects.values()):
+            problem = native.make(layout, target)
+            if problem is not None:
+                print(f"{_RED}{problem}{_PLAIN}", file=sys.stderr)
+                return 1
+        else:
+            print(f"make: *** No rule to make target '{target}'.  Stop.", file=sys.stderr)
+            print(f'{_RED}Invoking "make {target}" failed{_PLAIN}', file=sys.stderr)
+            return 1
+    if "help" in targets:
+        print("The following are some of the valid targets for this Makefile:")
+        print("\n".join(f"... {name}" for name in sorted(known)))
+    return 0
+
+
+def _clean_results(targets: list[str], layout: Layout) -> None:
+    """Removes test results for the targets that are there for it."""
+    for target in targets:
+        if target == "clean_test_results" or target.startswith("clean_test_results_"):
+            name = target.removeprefix("clean_test_results").removeprefix("_")
+            shutil.rmtree(layout.build / "test_results" / name, ignore_errors=True)
+
+
+def _leave_error(file: Path, test: str, problem: str) -> None:
+    """A result file for a test that could not be run."""
+    from pipros.testing.results import Case, Outcome, Suite
+    from pipros.testing.xunit import format_suite
+
+    case = Case("run_tests", test, outcome=Outcome.ERROR, text=problem)
+    file.write_text(format_suite(Suite(test, (case,))), "utf-8")
 
 
 def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], list[str], list[str]]:
@@ -143,7 +183,19 @@ def _build_options(
     only = {*options.pkg, *options.only_pkg_with_deps}
     only.update(filter(None, definitions.get("CATKIN_WHITELIST_PACKAGES", "").split(";")))
     left_out = filter(None, definitions.get("CATKIN_BLACKLIST_PACKAGES", "").split(";"))
-    return BuildOptions(frozenset(only), frozenset(left_out), definitions, "install" in targets, tuple(jobs))
+    return BuildOptions(
+        frozenset(only),
+        frozenset(left_out),
+        definitions,
+        installs="install" in targets,
+        tests=any(_is_test(target) for target in targets),
+        jobs=tuple(jobs),
+        targets=tuple(targets),
+    )
+
+
+def _is_test(target: str) -> bool:
+    return target in ("test", "run_tests") or target.startswith("run_tests_")
 
 
 def _report(result: BuildResult, *, has_more_to_do: bool) -> int:

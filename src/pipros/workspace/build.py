@@ -20,11 +20,14 @@ from pipros.msg.definitions import Definitions
 from pipros.msg.files import DefinitionFiles
 from pipros.workspace import native
 from pipros.workspace.checks import check_interfaces, check_manifest
+from pipros.workspace.cmake.stand_in import cmake_program
+from pipros.workspace.custom import StepRunner
 from pipros.workspace.devel import install_package, python_sources, write_devel_files
 from pipros.workspace.environment import underlays_of_build
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.layout import Layout, SourcePackage, closure, read_source_space
-from pipros.workspace.project import Project, read_project
+from pipros.workspace.project import NativeTarget, Project
+from pipros.workspace.project_reader import FindExtras, read_project
 from pipros.workspace.setup_files import write_if_changed, write_setup_files
 
 Say = Callable[[str], None]
@@ -39,14 +42,18 @@ class BuildOptions:
         left_out: names of packages to leave out.
         definitions: the `-D` settings.
         installs: whether to fill the install space, too.
+        tests: whether tests will be run, for which something may have to be compiled.
         jobs: arguments for make, for packages that need it.
+        targets: custom targets to run besides those that are always run.
     """
 
     only: frozenset[str] = frozenset()
     left_out: frozenset[str] = frozenset()
     definitions: Mapping[str, str] = field(default_factory=dict)
     installs: bool = False
+    tests: bool = False
     jobs: tuple[str, ...] = ()
+    targets: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)
@@ -104,13 +111,19 @@ class _Build:
                 return None
             return package.folder if isinstance(package, SourcePackage) else package.path
 
+        def find_extras(name: str) -> Sequence[str] | None:
+            if name in self._result.projects:
+                return self._result.projects[name].extras
+            return None if find_package(name) is None else ()
+
         definitions = Definitions(DefinitionFiles(find_package))
         natives = []
         for package in packages:
-            project = self._read(package, lambda name: find_package(name) is not None, definitions)
+            project = self._read(package, find_extras, definitions)
             if project is None:
                 continue
             self._result.projects[package.name] = project
+            self._note_compiled_tests(project)
             if project.native_targets:
                 natives.append(package)
         native_names = closure(packages, {package.name for package in natives}) if natives else set()
@@ -146,7 +159,7 @@ class _Build:
         self._say(rule)
 
     def _read(
-        self, package: SourcePackage, is_known: Callable[[str], bool], definitions: Definitions
+        self, package: SourcePackage, find_extras: FindExtras, definitions: Definitions
     ) -> Project | None:
         """Reads and checks a package; None when it failed, which is then said."""
         self._say(f"-- +++ processing catkin package: '{package.name}'")
@@ -154,15 +167,16 @@ class _Build:
             self._fail(package, f"{package.folder}: the package has no CMakeLists.txt")
             return None
         self._say(f"-- ==> add_subdirectory({os.path.relpath(package.folder, self._layout.source)})")
-        settings = {
-            "CATKIN_DEVEL_PREFIX": str(self._layout.devel),
-            "CMAKE_INSTALL_PREFIX": str(self._layout.install),
-            "CMAKE_CURRENT_BINARY_DIR": str(self._layout.build / package.folder.name),
-            **self._options.definitions,
-        }
         try:
-            project = read_project(str(package.folder), package.name, settings, self._variables)
-            check_manifest(project, package, is_known)
+            project = read_project(
+                str(package.folder),
+                package.name,
+                self._settings(package),
+                self._variables,
+                find_extras,
+                str(package.manifest.version),
+            )
+            check_manifest(project, package)
             check_interfaces(project, definitions)
         except PiprosError as error:
             self._fail(package, str(error))
@@ -178,9 +192,34 @@ class _Build:
                 self._say(
                     f"-- WARNING: {package.name} lists message files but never calls generate_messages()"
                 )
+        for remark in project.remarks:
+            self._say(remark)
         for note in project.notes:
             self._say(f"-- WARNING: {note}")
         return project
+
+    def _note_compiled_tests(self, project: Project) -> None:
+        """Compiled tests, when they are wanted, make a package one for genuine catkin, if that is there."""
+        compiled = [test for test in project.tests if test.target]
+        if compiled and self._options.tests and not isinstance(native.find_tools(self._variables), str):
+            file, _, line = compiled[0].place.rpartition(":")
+            what = f"compiles the test [{compiled[0].target}]"
+            project.native_targets.append(NativeTarget(what, file, int(line)))
+
+    def _settings(self, package: SourcePackage) -> dict[str, str]:
+        """The variables that a package finds because of where it is."""
+        build = self._layout.build
+        binary = build / os.path.relpath(package.folder, self._layout.source)
+        return {
+            "CATKIN_DEVEL_PREFIX": str(self._layout.devel),
+            "CATKIN_TEST_RESULTS_DIR": str(build / "test_results"),
+            "CMAKE_BINARY_DIR": str(build),
+            "CMAKE_COMMAND": cmake_program(build, self._variables),
+            "CMAKE_CURRENT_BINARY_DIR": str(binary),
+            "CMAKE_INSTALL_PREFIX": str(self._layout.install),
+            "CMAKE_SOURCE_DIR": str(self._layout.source),
+            **self._options.definitions,
+        }
 
     def _fail(self, package: SourcePackage, reason: str) -> None:
         self._say(reason)
@@ -203,16 +242,22 @@ class _Build:
         self, package: SourcePackage, definitions: Definitions, native_names: set[str]
     ) -> None:
         project = self._result.projects[package.name]
-        digest = self._digest(package, project)
-        if self._state.get(package.name) == digest and package.name not in native_names:
-            self._result.unchanged.append(package.name)
-            return
+        is_native = package.name in native_names
+        steps = StepRunner(project.steps, project.binary, self._variables, self._say)
         try:
-            write_devel_files(
-                project, self._layout, definitions, self._say, is_native=package.name in native_names
-            )
+            if not is_native:
+                steps.run_wanted(one.source for one in project.installations)
+                for target in self._options.targets:
+                    steps.run(target)
+            digest = self._digest(package, project)
+            is_unchanged = self._state.get(package.name) == digest and not is_native
+            if not is_unchanged:
+                write_devel_files(project, self._layout, definitions, self._say, is_native=is_native)
         except PiprosError as error:
             self._fail(package, str(error))
+            return
+        if is_unchanged and not steps.has_run:
+            self._result.unchanged.append(package.name)
             return
         self._result.built.append(package.name)
         self._state[package.name] = digest
@@ -230,8 +275,7 @@ class _Build:
                 target = self._result.projects[package.name].native_targets[0]
                 self._fail(
                     package,
-                    f"{package.folder}/CMakeLists.txt:{target.line}: the package [{package.name}] compiles "
-                    f"[{target.name or target.command}], and {tools}",
+                    f"{target.file}:{target.line}: the package [{package.name}] {target.what}, and {tools}",
                 )
             return
         chosen = [package for package in packages if package.name in names]
@@ -243,15 +287,21 @@ class _Build:
     def _install(self, packages: Sequence[SourcePackage], underlays: Sequence[Path]) -> None:
         for package in packages:
             if package.name in self._result.projects and package.name not in self._failed:
-                install_package(self._result.projects[package.name], self._layout, self._say)
+                project = self._result.projects[package.name]
+                try:
+                    install_package(project, self._layout, self._settings(package), self._say)
+                except PiprosError as error:
+                    self._fail(package, f"{project.file}: {error}")
         write_setup_files(self._layout.install, [], underlays)
 
     def _digest(self, package: SourcePackage, project: Project) -> str:
         """Changes whenever something changed that the devel files of the package are made from."""
         inputs = [str(package.manifest_file), project.file, *(one.path for one in project.interfaces)]
         inputs += [one.source for one in project.installations if one.is_python]
+        inputs += [one.source for one in project.hooks]
         inputs += python_sources(project)
-        digest = hashlib.sha256(f"{pipros.__file__} {self._layout}".encode())
+        made = [one.text for one in project.hooks]
+        digest = hashlib.sha256(f"{pipros.__file__} {self._layout} {made}".encode())
         for path in inputs:
             try:
                 status = os.stat(path)

@@ -2,46 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from pipros.errors import PiprosError
 from pipros.msg.definitions import Definitions
 from pipros.msg.spec import MessageSpec
-from pipros.workspace.cmake import CMakeError
+from pipros.workspace.cmake.language import CMakeError
 from pipros.workspace.layout import SourcePackage
 from pipros.workspace.project import Interface, Project
-
-_CORE = """
-    catkin cmake_modules cpp_common gencpp geneus genlisp genmsg gennodejs genpy message_filters
-    message_generation message_runtime mk rosbag rosbag_storage rosbash rosboost_cfg rosbuild rosclean
-    rosconsole roscpp roscpp_serialization roscpp_traits roscreate rosgraph roslang roslaunch roslib roslint
-    roslz4 rosmake rosmaster rosmsg rosnode rosout rospack rosparam rospy rosservice rostest rostime rostopic
-    rosunit roswtf tf2 tf2_py tf2_ros topic_tools xmlrpcpp actionlib pluginlib class_loader nodelet tf
-"""
-
-CORE_PACKAGES = frozenset(_CORE.split())
-"""Packages of ROS whose work pipros does itself, so that they need not be found as folders."""
 
 MESSAGES_WITHOUT_DEPENDENCY = frozenset(("std_msgs", "actionlib_msgs"))
 """Packages that `Header` and actions bring in by themselves."""
 
 
-def check_manifest(project: Project, package: SourcePackage, is_known: Callable[[str], bool]) -> None:
+def check_manifest(project: Project, package: SourcePackage) -> None:
     """Holds the `CMakeLists.txt` against the manifest.
 
     Raises:
-        CMakeError: a component that does not exist, or a run dependency that the manifest does not name.
+        CMakeError: a run dependency that the manifest does not name.
     """
-    for name, line in project.components:
-        if name not in CORE_PACKAGES and not is_known(name):
-            raise CMakeError(
-                project.file,
-                line,
-                "find_package",
-                f'Could not find a package configuration file provided by "{name}" with any of the following '
-                f"names:\n\n    {name}Config.cmake\n    {name.lower()}-config.cmake\n\n"
-                f"  There is no package [{name}] in this workspace, on ROS_PACKAGE_PATH, or with pipros.",
-            )
     run = package.dependencies("exec_depends", "build_export_depends")
     for name, line in project.catkin_depends:
         if name not in run:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import os
-import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from pipros.errors import NotFound
 from pipros.msg.definitions import Definitions
 from pipros.msg.spec import DefinitionError
 from pipros.msg.stubs import package_stubs
+from pipros.workspace.cmake.program import run_install_code
+from pipros.workspace.hooks import HOOKS_FOLDER
+from pipros.workspace.installation import copy, install_folder, install_one
 from pipros.workspace.layout import Layout
-from pipros.workspace.project import PYTHON_DESTINATION, Installation, Project
+from pipros.workspace.project import PYTHON_DESTINATION, Project
 from pipros.workspace.setup_files import write_if_changed
 from pipros.workspace.setup_py import PythonSetup, read_setup_py
 
@@ -77,6 +79,14 @@ def write_devel_files(
         relay = layout.devel / "lib" / project.name / os.path.basename(script)
         write_if_changed(relay, _RELAY.format(script=script))
         relay.chmod(0o755)
+    _write_hooks(project, layout.devel)
+
+
+def _write_hooks(project: Project, prefix: Path) -> None:
+    """Puts the environment hooks of a package where the setup files look for them."""
+    for hook in project.hooks:
+        text = Path(hook.source).read_text("utf-8") if hook.text is None else hook.text
+        write_if_changed(prefix / HOOKS_FOLDER / hook.name, text)
 
 
 def _write_python_packages(project: Project, setup: PythonSetup | None, devel: Path, say: Say) -> None:
@@ -109,57 +119,30 @@ def _write_stubs(project: Project, definitions: Definitions, devel: Path) -> Non
         write_if_changed(devel / PYTHON_DESTINATION / project.name / path, text)
 
 
-def install_package(project: Project, layout: Layout, say: Say) -> None:
+def install_package(project: Project, layout: Layout, settings: Mapping[str, str], say: Say) -> None:
     """Copies what a package installs.
 
+    Args:
+        settings: variables for the code of `install(CODE)`.
+
     Raises:
-        OSError: something to install is missing, or cannot be copied.
+        PiprosError, OSError: something to install is missing, or cannot be copied.
     """
     share = layout.install / "share" / project.name
-    _copy(Path(project.folder) / "package.xml", share / "package.xml", say)
+    copy(Path(project.folder) / "package.xml", share / "package.xml", say)
     for interface in project.interfaces:
-        _copy(Path(interface.path), share / interface.kind / os.path.basename(interface.path), say)
+        copy(Path(interface.path), share / interface.kind / os.path.basename(interface.path), say)
     setup = read_setup_py(project.folder) if project.has_python_setup else None
     place = layout.install / PYTHON_DESTINATION
     for name, folder in (setup.packages if setup else {}).items():
-        _copy_folder(Path(folder), place.joinpath(*name.split(".")), say)
+        install_folder(Path(folder), place.joinpath(*name.split(".")), say)
     if project.interfaces and (setup is None or project.name not in setup.packages):
         write_if_changed(place / project.name / "__init__.py", _PACKAGE.format(name=project.name))
     for script in setup.scripts if setup else ():
-        _copy(
-            Path(script),
-            layout.install / "lib" / project.name / os.path.basename(script),
-            say,
-            is_program=True,
-        )
+        copy(Path(script), layout.install / "lib" / project.name / os.path.basename(script), say, mode=0o755)
+    _write_hooks(project, layout.install)
     for one in project.installations:
-        _install_one(one, layout.install, say)
-
-
-def _install_one(one: Installation, install: Path, say: Say) -> None:
-    target = install / one.target
-    source = Path(one.source)
-    if one.kind == "folder":
-        # As for cp: with a slash at its end, what is in the folder; without, the folder itself.
-        _copy_folder(source, target if one.source.endswith("/") else target / source.name, say)
-    else:
-        _copy(source, target / source.name, say, is_program=one.kind == "program")
-
-
-def _copy(source: Path, target: Path, say: Say, *, is_program: bool = False) -> None:
-    target.parent.mkdir(parents=True, exist_ok=True)
-    if target.exists() and target.stat().st_mtime_ns == source.stat().st_mtime_ns:
-        say(f"-- Up-to-date: {target}")
-        return
-    say(f"-- Installing: {target}")
-    shutil.copy2(source, target)
-    if is_program:
-        target.chmod(0o755)
-
-
-def _copy_folder(source: Path, target: Path, say: Say) -> None:
-    for folder, folders, files in os.walk(source):
-        folders[:] = [name for name in folders if not name.startswith(".") and name != "__pycache__"]
-        below = target / os.path.relpath(folder, source)
-        for name in files:
-            _copy(Path(folder, name), Path(os.path.normpath(below / name)), say)
+        if one.kind in ("code", "script"):
+            run_install_code(one, settings)
+        else:
+            install_one(one, layout.install, say)

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from pipros.workspace.hooks import FoundHook, find_hooks
 from pipros.workspace.index import SHARED_PACKAGES
 from pipros.workspace.overlays import MARKER, built_workspaces
 
@@ -83,14 +84,36 @@ def shell_code(changes: Mapping[str, str], shell: str) -> str:
     return "".join(write(name, value) for name, value in changes.items())
 
 
+def hook_code(hooks: Sequence[FoundHook], shell: str) -> str:
+    """Commands that carry hooks out; each finds its workspace in `CATKIN_ENV_HOOK_WORKSPACE`."""
+    return "".join(_hook(hook, shell) for hook in hooks)
+
+
+def _hook(hook: FoundHook, shell: str) -> str:
+    workspace, file = str(hook.workspace), str(hook.file)
+    if shell == "fish":
+        set_workspace = f"set CATKIN_ENV_HOOK_WORKSPACE {quoted_for_fish(workspace)}"
+        return f"{set_workspace}\nsource {quoted_for_fish(file)}\n"
+    if shell == "powershell":
+        set_workspace = f"$CATKIN_ENV_HOOK_WORKSPACE = {quoted_for_powershell(workspace)}"
+        return f"{set_workspace}\n. {quoted_for_powershell(file)}\n"
+    return f"CATKIN_ENV_HOOK_WORKSPACE={quoted_for_posix(workspace)}\n. {quoted_for_posix(file)}\n"
+
+
 def _posix(name: str, value: str) -> str:
-    quoted = value.replace("'", "'\\''")
-    return f"export {name}='{quoted}'\n"
+    return f"export {name}={quoted_for_posix(value)}\n"
+
+
+def quoted_for_posix(text: str) -> str:
+    return "'" + text.replace("'", "'\\''") + "'"
 
 
 def _fish(name: str, value: str) -> str:
-    quoted = value.replace("\\", "\\\\").replace("'", "\\'")
-    return f"set -gx {name} '{quoted}'\n"
+    return f"set -gx {name} {quoted_for_fish(value)}\n"
+
+
+def quoted_for_fish(text: str) -> str:
+    return "'" + text.replace("\\", "\\\\").replace("'", "\\'") + "'"
 
 
 def _powershell(name: str, value: str) -> str:
@@ -124,7 +147,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         extend="--extend" in options,
         own_programs=Path(sys.executable).parent,
     )
-    print(shell_code(changes, shell), end="")
+    workspaces = [workspace.prefix for workspace in built_workspaces({**os.environ, **changes})]
+    print(shell_code(changes, shell) + hook_code(find_hooks(workspaces, shell), shell), end="")
 
 
 UNDERLAYS_FILE = ".pipros_underlays"

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.workspace.checks import CORE_PACKAGES
+from pipros.workspace.cmake.names import CORE_PACKAGES
 from pipros.workspace.index import SHARED_PACKAGES
 from pipros.workspace.layout import Layout, SourcePackage, read_source_space
 
@@ -111,6 +111,17 @@ def build(
         if ended.returncode != 0:
             return f'Invoking "{" ".join(step[:2])}" failed; what the tools said about it is above'
     return None
+
+
+def make(layout: Layout, target: str) -> str | None:
+    """Makes one more target of packages that were built; what went wrong, None when nothing did."""
+    tools = find_tools(os.environ)
+    if isinstance(tools, str):
+        return f"[{target}] has to be compiled, and {tools}"
+    folder = layout.build / "pipros" / "native" / "build"
+    sys.stdout.flush()
+    ended = subprocess.run(["make", target], cwd=folder, env=_environment(tools), check=False)  # noqa: S603, S607
+    return None if ended.returncode == 0 else f'Invoking "make {target}" failed'
 
 
 def shipped_packages(packages: Sequence[SourcePackage], prefixes: Sequence[Path]) -> list[SourcePackage]:

@@ -7,63 +7,83 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 
+from pipros.workspace import native
+from pipros.workspace.downloads import fetch
 from pipros.workspace.interpreter import with_own_python_first
 from pipros.workspace.layout import Layout
 from pipros.workspace.project import Project, TestEntry
+from pipros.workspace.targets import is_wanted, label, results_label
+
+Say = Callable[[str], None]
+LeaveError = Callable[[Path, str, str], None]
+"""Gets the result file to be made, the name of the test, and what is wrong."""
 
 
 def run_tests(
-    projects: Mapping[str, Project], layout: Layout, targets: Sequence[str], say: Callable[[str], None]
+    projects: Mapping[str, Project],
+    layout: Layout,
+    targets: Sequence[str],
+    say: Say,
+    leave_error: LeaveError,
 ) -> None:
-    """Runs tests one after another; failures are for `catkin_test_results` to report, as in Noetic."""
+    """Runs tests one after another; failures are for `catkin_test_results` to report, as in Noetic.
+
+    Args:
+        leave_error: called for a test that cannot be run, to leave a result file that says why.
+    """
     results = layout.build / "test_results"
+    environment = _environment(layout)
     for name, project in projects.items():
-        if not {"run_tests", "test"} & set(targets) and f"run_tests_{name}" not in targets:
-            continue
-        for test in project.tests:
-            command = _command(test, project, str(results))
-            say(f"-- run_tests.py: execute command\n  {' '.join(command)}")
+        wanted = [test for test in project.tests if is_wanted(test, name, targets)]
+        for download in project.downloads if wanted else ():
+            fetch(download, say)
+        for test in wanted:
             (results / name).mkdir(parents=True, exist_ok=True)
-            subprocess.run(  # noqa: S603
-                command, cwd=layout.build, env=_environment(layout), check=False
-            )
+            problem = _compile(test, project, layout)
+            if problem is not None:
+                say(problem)
+                leave_error(results / name / f"gtest-{test.target}.xml", test.target, problem)
+                continue
+            command = _command(test, project, layout, str(results))
+            say(f"-- run_tests.py: execute command\n  {' '.join(command)}")
+            subprocess.run(command, cwd=layout.build, env=environment, check=False)  # noqa: S603
 
 
-def _command(test: TestEntry, project: Project, results: str) -> list[str]:
-    label = _label(test, project)
+def _compile(test: TestEntry, project: Project, layout: Layout) -> str | None:
+    """Has genuine catkin compile what a test needs; what went wrong, None when nothing did."""
+    if not test.target:
+        return None
+    if not project.native_targets:
+        return (
+            f"{test.place}: the test [{test.target}] of the package [{project.name}] has to be compiled, "
+            "which genuine catkin and CMake do where they are installed"
+        )
+    return native.make(layout, test.target)
+
+
+def _command(test: TestEntry, project: Project, layout: Layout, results: str) -> list[str]:
     if test.kind == "rostest":
-        stem = os.path.splitext(label)[0]
         return [
             os.path.join(os.path.dirname(sys.executable), "rostest"),
             f"--pkgdir={project.folder}",
             f"--package={project.name}",
-            f"--results-filename={stem}.xml",
+            f"--results-filename={results_label(test)}.xml",
             f"--results-base-dir={results}",
             test.path,
             *test.arguments,
         ]
     if test.kind == "roslaunch":
-        output = os.path.join(results, project.name, f"roslaunch-check_{label}.xml")
+        output = os.path.join(results, project.name, f"roslaunch-check_{label(test)}.xml")
         return [sys.executable, "-m", "pipros.cli.roslaunch_check", "-o", output, test.path, *test.arguments]
-    output = os.path.join(results, project.name, f"nosetests-{label}.xml")
+    if test.kind == "gtest":
+        output = os.path.join(results, project.name, f"gtest-{test.target}.xml")
+        return [str(layout.devel / "lib" / project.name / test.target), f"--gtest_output=xml:{output}"]
+    output = os.path.join(results, project.name, f"nosetests-{label(test)}.xml")
     if importlib.util.find_spec("pytest"):
         return [sys.executable, "-m", "pytest", test.path, f"--junitxml={output}"]
     return [sys.executable, "-m", "pipros.testing.unittests", test.path, output]
-
-
-def _label(test: TestEntry, project: Project) -> str:
-    """The test's name among the results: its path, or its file with its arguments when it has any.
-
-    So that one file may be listed more than once, with different arguments.
-    """
-    inside = os.path.relpath(test.path, project.folder)
-    arguments = [word for word in test.arguments if "=" in word]
-    if arguments:
-        stem, extension = os.path.splitext(os.path.basename(inside))
-        words = [word.replace(":=", "_").replace("=", "_") for word in arguments]
-        inside = "__".join([stem, *words]) + extension
-    return inside.replace(os.sep, "_").replace(":", "_")
 
 
 def _environment(layout: Layout) -> dict[str, str]:

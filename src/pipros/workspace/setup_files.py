@@ -30,10 +30,7 @@ _PIPROS_EXTEND=
 for _PIPROS_WORD in "$@" ${{CATKIN_SETUP_UTIL_ARGS:-}}; do
   [ "$_PIPROS_WORD" = --extend ] && _PIPROS_EXTEND=--extend
 done
-eval "$("$_PIPROS_PYTHON" -I -c '{compute}' sh "$_PIPROS_PREFIX" $_PIPROS_EXTEND)"
-for _PIPROS_WORD in "$_PIPROS_PREFIX"/etc/catkin/profile.d/*."${{CATKIN_SHELL:-sh}}"; do
-  [ -f "$_PIPROS_WORD" ] && . "$_PIPROS_WORD"
-done
+eval "$("$_PIPROS_PYTHON" -I -c '{compute}' "${{CATKIN_SHELL:-sh}}" "$_PIPROS_PREFIX" $_PIPROS_EXTEND)"
 unset _PIPROS_PREFIX _PIPROS_PYTHON _PIPROS_EXTEND _PIPROS_WORD
 """
 
@@ -52,7 +49,7 @@ _ZSH = """\
 # Made by catkin_make of pipros.
 CATKIN_SHELL=zsh
 _CATKIN_SETUP_DIR=$(builtin cd -q "$(dirname "${{(%):-%x}}")" > /dev/null && pwd)
-emulate -R zsh -o NULL_GLOB -c 'source "$_CATKIN_SETUP_DIR/setup.sh"'
+emulate -R zsh -c 'source "$_CATKIN_SETUP_DIR/setup.sh"'
 [ -f {functions}/ros.zsh ] && . {functions}/ros.zsh
 :
 """

@@ -76,6 +76,29 @@ def test_clean_makes_the_next_build_a_full_one(base: Path, capsys: pytest.Captur
     assert "Nothing has changed" not in capsys.readouterr().out
 
 
+def test_a_custom_target_is_made_when_it_is_named(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = base / "src" / "one" / "CMakeLists.txt"
+    file.write_text(file.read_text() + "add_custom_target(mine COMMAND ${CMAKE_COMMAND} -E touch made)\n")
+    assert catkin_make.main([]) == 0
+    assert not (base / "build" / "one" / "made").exists()
+    assert catkin_make.main(["mine"]) == 0
+    assert (base / "build" / "one" / "made").exists()
+
+
+def test_a_target_that_nobody_knows_is_named(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert catkin_make.main(["nonsense"]) == 1
+    assert "make: *** No rule to make target 'nonsense'.  Stop." in capsys.readouterr().err
+
+
+def test_results_are_removed_by_their_targets(base: Path) -> None:
+    result_file(base, "one/a.xml")
+    result_file(base, "two/a.xml")
+    assert catkin_make.main(["clean_test_results_one"]) == 0
+    assert [path.parent.name for path in base.rglob("a.xml")] == ["two"]
+    assert catkin_make.main(["clean_test_results"]) == 0
+    assert not list(base.rglob("a.xml"))
+
+
 def test_an_unknown_option_ends_with_2(base: Path) -> None:
     with pytest.raises(SystemExit) as end:
         catkin_make.main(["--nonsense"])

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.workspace.cmake import Argument, CMakeError, expand, parse
-from pipros.workspace.cmake_condition import is_true
+from pipros.workspace.cmake.condition import is_true
+from pipros.workspace.cmake.language import Argument, CMakeError, expand, parse
 
 
 def words(text: str, **variables: str) -> list[str]:

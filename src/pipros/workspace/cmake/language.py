@@ -1,7 +1,7 @@
 """Reads `CMakeLists.txt` files: the commands with their arguments, and where each stands.
 
 Only the language is read here (quotes, brackets, comments, escapes); what commands mean is the
-business of `workspace.project`. Rules: https://cmake.org/cmake/help/latest/manual/cmake-language.7.html
+business of whoever carries them out. Rules: https://cmake.org/cmake/help/latest/manual/cmake-language.7.html
 """
 
 from __future__ import annotations
@@ -125,8 +125,10 @@ def _tokens(text: str, file: str) -> Iterator[_Token]:
         position = match.end()
 
 
-_VARIABLE = re.compile(r"\$(ENV)?\{([^${}]*)\}|\\(.)", re.DOTALL)
 _ESCAPES = {"n": "\n", "t": "\t", "r": "\r", ";": "\\;"}
+_REFERENCES = {"${": False, "$ENV{": True, "$CACHE{": False}
+_SPECIAL = re.compile(r"\\(.)|\$(?:ENV|CACHE)?\{|\}", re.DOTALL)
+_NESTING_LIMIT = 50
 
 
 def expand(
@@ -142,21 +144,48 @@ def expand(
         if argument.is_quoted:
             words.append(text)
         else:
-            words += [word for word in text.split(";") if word]
+            words += [word.replace("\\;", ";") for word in split_list(text) if word]
     return words
 
 
 def expand_text(text: str, variables: Mapping[str, str], environment: Mapping[str, str]) -> str:
     """A text with its variables replaced, nested ones (`${A_${B}}`) from the inside out."""
+    return _expand(text, 0, variables, environment, 0)[0]
 
-    def replace(match: re.Match[str]) -> str:
-        if match[3] is not None:
-            return _ESCAPES.get(match[3], match[3])
-        return (environment if match[1] else variables).get(match[2], "")
 
-    for _ in range(10):
-        expanded = _VARIABLE.sub(replace, text)
-        if expanded == text or "${" not in expanded:
-            return expanded
-        text = expanded
-    return text
+def _expand(
+    text: str, start: int, variables: Mapping[str, str], environment: Mapping[str, str], depth: int
+) -> tuple[str, int]:
+    """A text from a place on, up to the brace that closes the reference that it is in; and where that was."""
+    pieces: list[str] = []
+    position = start
+    for _ in range(len(text)):
+        match = _SPECIAL.search(text, position)
+        if match is None:
+            break
+        pieces.append(text[position : match.start()])
+        position = match.end()
+        found = match[0]
+        if found.startswith("\\"):
+            pieces.append(_ESCAPES.get(match[1], match[1]))
+        elif found == "}":
+            if depth:
+                return "".join(pieces), position
+            pieces.append(found)
+        elif depth >= _NESTING_LIMIT:
+            pieces.append(found)
+        else:
+            name, position = _expand(text, position, variables, environment, depth + 1)
+            pieces.append((environment if _REFERENCES[found] else variables).get(name, ""))
+    return "".join([*pieces, text[position:]]), len(text)
+
+
+def split_list(text: str) -> list[str]:
+    """The elements of a list: semicolons part them, unless escaped or within square brackets."""
+    elements, begin, depth = [], 0, 0
+    for position, character in enumerate(text):
+        depth += (character == "[") - (character == "]")
+        if character == ";" and depth <= 0 and text[position - 1 : position] != "\\":
+            elements.append(text[begin:position])
+            begin = position + 1
+    return [*elements, text[begin:]]

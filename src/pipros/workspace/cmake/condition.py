@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, MutableMapping, Sequence
 from typing import Any
+
+from pipros.workspace.cmake.language import split_list
+from pipros.workspace.cmake.regex import search
 
 Word = tuple[str, bool]
 """A word with its variables replaced, and whether it was quoted, which makes it a text for sure."""
@@ -16,16 +19,22 @@ _NUMBER = re.compile(r"-?\d+(\.\d+)?")
 _COMPARISONS = ("LESS", "GREATER", "EQUAL", "LESS_EQUAL", "GREATER_EQUAL")
 
 
-def is_true(words: Sequence[Word], variables: Mapping[str, str], commands: Container[str] = ()) -> bool:
-    """What CMake would make of `if(words)`.
+def is_true(
+    words: Sequence[Word],
+    variables: MutableMapping[str, str],
+    commands: Container[str] = (),
+    targets: Container[str] = (),
+    environment: Container[str] = (),
+) -> bool:
+    """What CMake would make of `if(words)`. What `MATCHES` finds is left in `CMAKE_MATCH_0` and so on.
 
     Args:
-        commands: the names of commands that exist, for `COMMAND name`.
+        commands, targets, environment: the names that exist, for `COMMAND name` and its like.
 
     Raises:
         ValueError: the words are no condition.
     """
-    condition = _Condition(list(words), variables, commands)
+    condition = _Condition(list(words), variables, commands, targets, environment)
     value = condition.any_of()
     condition.expect_end()
     return value
@@ -34,10 +43,19 @@ def is_true(words: Sequence[Word], variables: Mapping[str, str], commands: Conta
 class _Condition:
     """Reads words from the left: OR binds loosest, then AND, then NOT, then tests and brackets."""
 
-    def __init__(self, words: list[Word], variables: Mapping[str, str], commands: Container[str]) -> None:
+    def __init__(
+        self,
+        words: list[Word],
+        variables: MutableMapping[str, str],
+        commands: Container[str],
+        targets: Container[str],
+        environment: Container[str],
+    ) -> None:
         self._words = words
         self._variables = variables
         self._commands = commands
+        self._targets = targets
+        self._environment = environment
 
     def any_of(self) -> bool:
         value = self._all_of()
@@ -75,21 +93,31 @@ class _Condition:
 
     def _one_word_test(self, test: str, word: str) -> bool:
         if test == "DEFINED":
+            if word.startswith("ENV{"):
+                return word[4:-1] in self._environment
             return word in self._variables
+        if test == "TARGET":
+            return word in self._targets
         if test == "COMMAND":
             return word.lower() in self._commands
         if test == "EXISTS":
             return os.path.exists(word)
         if test == "IS_DIRECTORY":
             return os.path.isdir(word)
-        return test == "IS_ABSOLUTE" and os.path.isabs(word)
+        if test == "IS_SYMLINK":
+            return os.path.islink(word)
+        return test == "POLICY" or (test == "IS_ABSOLUTE" and os.path.isabs(word))
 
     def _two_word_test(self, left: Word, operator: str, right: Word) -> bool:
         first, second = self._value(left), self._value(right)
         if operator == "IN_LIST":
-            return first in self._variables.get(right[0], "").split(";")
+            return first in split_list(self._variables.get(right[0], ""))
         if operator == "MATCHES":
-            return re.search(second, first) is not None
+            return search(second, first, self._variables)
+        if operator == "IS_NEWER_THAN":
+            return _is_newer(first, second)
+        if operator == "PATH_EQUAL":
+            return os.path.normpath(first) == os.path.normpath(second)
         relation = operator.removeprefix("VERSION_").removeprefix("STR")
         if operator.startswith("STR"):
             return _compare((first,), relation, (second,))
@@ -130,8 +158,16 @@ class _Condition:
 
 
 _ONE_WORD_TESTS = ("DEFINED", "COMMAND", "EXISTS", "IS_DIRECTORY", "IS_ABSOLUTE", "TARGET", "POLICY", "TEST",
-                   "IS_SYMLINK", "IS_NEWER_THAN")  # fmt: skip
-_TWO_WORD_TESTS = ("MATCHES", "IN_LIST", *_COMPARISONS)
+                   "IS_SYMLINK")  # fmt: skip
+_TWO_WORD_TESTS = ("MATCHES", "IN_LIST", "IS_NEWER_THAN", "PATH_EQUAL", *_COMPARISONS)
+
+
+def _is_newer(first: str, second: str) -> bool:
+    """Whether the first file is as new as the second, or one of them does not exist."""
+    try:
+        return os.stat(first).st_mtime_ns >= os.stat(second).st_mtime_ns
+    except OSError:
+        return True
 
 
 def _compare(left: Any, relation: str, right: Any) -> bool:

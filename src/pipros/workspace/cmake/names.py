@@ -31,6 +31,18 @@ _BUILTIN = """
 
 BUILTIN_COMMANDS = frozenset(_BUILTIN.split())
 
+_BEYOND = """
+    cmake_language cmake_path exec_program fetchcontent_declare fetchcontent_makeavailable find_library
+    fltk_wrap_ui install_files install_programs install_targets load_command make_directory qt_wrap_cpp
+    qt_wrap_ui remove subdirs try_compile try_run write_file
+"""
+
+BEYOND_COMMANDS = frozenset(_BEYOND.split())
+"""Those of CMake's commands that do something which only the real CMake can do.
+
+All others that nobody carries out here matter to compilers and to other builders only.
+"""
+
 _MESSAGES = ("message_generation", "genmsg")
 _ACTIONS = ("actionlib_msgs", "message_generation", "genmsg", "actionlib")
 _ROSTEST = ("rostest",)
@@ -45,6 +57,7 @@ CATKIN_COMMANDS: Mapping[str, tuple[str, ...] | None] = {
     "add_rostest_gtest": _ROSTEST,
     "add_rostest_gmock": _ROSTEST,
     "roslaunch_add_file_check": _ROSLAUNCH,
+    "generate_dynamic_reconfigure_options": ("dynamic_reconfigure",),
     "catkin_package": None,
     "catkin_package_xml": None,
     "catkin_metapackage": None,
@@ -76,3 +89,14 @@ Any one of these is enough; the first is the usual one.
 COMPONENT_COMMANDS: Mapping[str, tuple[str, ...]] = {
     name: components for name, components in CATKIN_COMMANDS.items() if components is not None
 }
+
+_CORE = """
+    catkin cmake_modules cpp_common gencpp geneus genlisp genmsg gennodejs genpy message_filters
+    message_generation message_runtime mk rosbag rosbag_storage rosbash rosboost_cfg rosbuild rosclean
+    rosconsole roscpp roscpp_serialization roscpp_traits roscreate rosgraph roslang roslaunch roslib roslint
+    roslz4 rosmake rosmaster rosmsg rosnode rosout rospack rosparam rospy rosservice rostest rostime rostopic
+    rosunit roswtf tf2 tf2_py tf2_ros topic_tools xmlrpcpp actionlib pluginlib class_loader nodelet tf
+"""
+
+CORE_PACKAGES = frozenset(_CORE.split())
+"""Packages of ROS whose work pipros does itself, so that they need not be found as folders."""

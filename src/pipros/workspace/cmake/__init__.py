@@ -1,0 +1,1 @@
+"""The language of CMake, as far as packages need it that compile nothing."""

@@ -1,0 +1,51 @@
+"""Fetches the files that tests need from elsewhere."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from pipros.workspace.project import Download
+
+_TIMEOUT_S = 60.0
+_CHUNK_BYTES = 1 << 20
+
+
+def fetch(download: Download, say: Callable[[str], None]) -> None:
+    """Fetches a file that is not there yet, or is another one; says so, also when it cannot be had."""
+    path = Path(download.path)
+    if path.is_file() and download.md5 in ("", _md5(path)):
+        return
+    say(f"-- Downloading {download.url} to {path}")
+    unfinished = path.with_name(path.name + ".part")
+    try:
+        _receive(download.url, unfinished)
+    except (OSError, ValueError) as error:
+        say(f"-- WARNING: {download.url} cannot be downloaded: {error}")
+        return
+    if download.md5 and _md5(unfinished) != download.md5:
+        say(f"-- WARNING: {download.url} is not the file that is wanted: its MD5 is {_md5(unfinished)}")
+        unfinished.unlink()
+        return
+    os.replace(unfinished, path)
+
+
+def _receive(url: str, file: Path) -> None:
+    from urllib.request import urlopen
+
+    if not url.startswith(("http://", "https://")):
+        raise ValueError("only http and https are understood")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with urlopen(url, timeout=_TIMEOUT_S) as answer, file.open("wb") as written:  # noqa: S310  # checked above
+        while chunk := answer.read(_CHUNK_BYTES):
+            written.write(chunk)
+
+
+def _md5(path: Path) -> str:
+    digest = hashlib.md5(usedforsecurity=False)
+    with path.open("rb") as file:
+        while chunk := file.read(_CHUNK_BYTES):
+            digest.update(chunk)
+    return digest.hexdigest()

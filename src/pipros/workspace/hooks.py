@@ -1,0 +1,42 @@
+"""Environment hooks: files of packages that the setup files of a workspace carry out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+HOOKS_FOLDER = Path("etc", "catkin", "profile.d")
+
+_GENERIC = "sh"
+_READERS_OF_GENERIC_ONES = ("sh", "bash", "zsh")
+
+
+@dataclass(frozen=True, slots=True)
+class FoundHook:
+    """A hook, and the devel or install space that it is in."""
+
+    workspace: Path
+    file: Path
+
+
+def find_hooks(workspaces: Sequence[Path], shell: str) -> list[FoundHook]:
+    """The hooks for a shell, in Noetic's order: those for all shells first, those of underlays before others.
+
+    Of several with one name the one of the topmost workspace is meant.
+
+    Args:
+        workspaces: the topmost first.
+    """
+    kinds = [_GENERIC] if shell in _READERS_OF_GENERIC_ONES else []
+    if shell != _GENERIC:
+        kinds.append(shell)
+    found: list[FoundHook] = []
+    for kind in kinds:
+        by_name: dict[str, FoundHook] = {}
+        for workspace in reversed(workspaces):
+            for file in sorted((workspace / HOOKS_FOLDER).glob(f"*.{kind}")):
+                by_name.pop(file.name, None)
+                by_name[file.name] = FoundHook(workspace, file)
+        found += by_name.values()
+    return found

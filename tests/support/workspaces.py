@@ -1,0 +1,48 @@
+"""Workspaces for tests of the builder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipros.workspace.build import BuildOptions, BuildResult, build
+from pipros.workspace.layout import Layout
+
+MANIFEST = """\
+<package format="2">
+  <name>{name}</name><version>0.1.0</version><description>d</description>
+  <maintainer email="a@example.org">A</maintainer><license>Apache-2.0</license>
+  <buildtool_depend>catkin</buildtool_depend>
+{more}</package>
+"""
+
+
+class Workspace:
+    """A workspace in a temporary folder, and what building it printed."""
+
+    def __init__(self, base: Path) -> None:
+        (base / "src").mkdir(parents=True, exist_ok=True)
+        self.base = base
+        self.layout = Layout(base, base / "src", base / "build", base / "devel", base / "install")
+        self.lines: list[str] = []
+
+    def add(self, name: str, cmake: str = "catkin_package()", depends: str = "", **files: str) -> Path:
+        folder = self.base / "src" / name
+        folder.mkdir(parents=True)
+        needed = "".join(f"  <depend>{one}</depend>\n" for one in depends.split())
+        (folder / "package.xml").write_text(MANIFEST.format(name=name, more=needed))
+        head = f"cmake_minimum_required(VERSION 3.0.2)\nproject({name})\n"
+        (folder / "CMakeLists.txt").write_text(head + cmake + "\n")
+        for path, content in files.items():
+            file = folder / path.replace("__", "/").replace("_dot_", ".")
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(content)
+        return folder
+
+    def build(self, variables: dict[str, str] | None = None, **options: object) -> BuildResult:
+        self.lines.clear()
+        chosen = BuildOptions(**options)  # type: ignore[arg-type]
+        return build(self.layout, chosen, self.lines.append, {"PATH": "/nowhere", **(variables or {})})
+
+    @property
+    def output(self) -> str:
+        return "\n".join(self.lines)

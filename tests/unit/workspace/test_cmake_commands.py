@@ -1,0 +1,319 @@
+"""What packages ask for by commands of CMake and catkin: custom commands, installation, hooks, tests."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from pipros.workspace.cmake import program
+from pipros.workspace.hooks import find_hooks
+from pipros.workspace.targets import label, names, results_label
+from tests.support.workspaces import Workspace
+
+
+@pytest.fixture
+def workspace(tmp_path: Path) -> Workspace:
+    return Workspace(tmp_path)
+
+
+def touch_later(file: Path) -> None:
+    """Makes a file newer than everything made so far."""
+    later = max(path.stat().st_mtime_ns for path in file.parents[2].rglob("*")) + 1_000_000_000
+    os.utime(file, ns=(later, later))
+
+
+COPY = (
+    "add_custom_command(OUTPUT made/b.txt COMMAND ${CMAKE_COMMAND} -E copy ${CMAKE_CURRENT_SOURCE_DIR}/a.txt "
+    '${CMAKE_CURRENT_BINARY_DIR}/made/b.txt DEPENDS a.txt COMMENT "making b")\n'
+)
+
+
+def test_a_loop_goes_on_while_its_condition_holds(workspace: Workspace) -> None:
+    workspace.add(
+        "p", 'set(i 0)\nwhile(i LESS 3)\n  math(EXPR i "${i}+1")\n  message(STATUS "i ${i}")\nendwhile()'
+    )
+    workspace.build()
+    assert [line for line in workspace.lines if line.startswith("-- i ")] == ["-- i 1", "-- i 2", "-- i 3"]
+
+
+def test_a_loop_without_an_end_is_ended(workspace: Workspace) -> None:
+    folder = workspace.add("p", "while(TRUE)\nendwhile()")
+    (error,) = workspace.build().errors
+    assert f"{folder}/CMakeLists.txt:3 (while)" in error
+    assert "rounds" in error
+
+
+def test_what_an_installed_file_is_made_of_is_run_without_cmake(workspace: Workspace) -> None:
+    folder = workspace.add(
+        "p", COPY + "install(FILES ${CMAKE_CURRENT_BINARY_DIR}/made/b.txt DESTINATION share/p)", a_dot_txt="a"
+    )
+    result = workspace.build(installs=True)
+    assert result.errors == []
+    assert "making b" in workspace.lines
+    assert (workspace.layout.install / "share/p/b.txt").read_text() == "a"
+    assert workspace.build().unchanged == ["p"]
+    (folder / "a.txt").write_text("changed")
+    touch_later(folder / "a.txt")
+    assert workspace.build(installs=True).built == ["p"]
+    assert (workspace.layout.install / "share/p/b.txt").read_text() == "changed"
+
+
+def test_a_file_that_nobody_needs_is_not_made(workspace: Workspace) -> None:
+    workspace.add("p", COPY, a_dot_txt="a")
+    workspace.build()
+    assert not (workspace.layout.build / "p/made").exists()
+
+
+def test_targets_of_all_are_run_in_the_order_of_their_needs(workspace: Workspace) -> None:
+    workspace.add(
+        "p",
+        COPY + "add_custom_target(first COMMAND ${CMAKE_COMMAND} -E touch first.txt)\n"
+        "add_custom_target(all_of_it ALL COMMAND ${CMAKE_COMMAND} -E copy made/b.txt first.txt d "
+        "DEPENDS made/b.txt)\nadd_dependencies(all_of_it first)\n"
+        "file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/d)\n"
+        "add_custom_target(never COMMAND ${CMAKE_COMMAND} -E touch never.txt)\n"
+        "add_custom_command(TARGET all_of_it POST_BUILD COMMAND cd d && ${CMAKE_COMMAND} -E touch after.txt)",
+        a_dot_txt="a",
+    )
+    assert workspace.build().errors == []
+    made = workspace.layout.build / "p"
+    assert {path.name for path in (made / "d").iterdir()} == {"b.txt", "first.txt", "after.txt"}
+    assert not (made / "never.txt").exists()
+    assert workspace.build().built == ["p"]  # a target has no files that could be up to date
+
+
+def test_a_command_that_fails_is_named_with_its_line(workspace: Workspace) -> None:
+    folder = workspace.add("p", "add_custom_target(bad ALL COMMAND ${CMAKE_COMMAND} -E false)")
+    workspace.add("fine")
+    result = workspace.build()
+    (error,) = result.errors
+    assert f"CMake Error at {folder}/CMakeLists.txt:3:\n  the command [" in error
+    assert "-E false] of [bad] failed with exit code 1" in error
+    assert "fine" in result.built
+
+
+def test_a_missing_file_that_nothing_makes_is_named(workspace: Workspace) -> None:
+    workspace.add("p", "add_custom_target(bad ALL DEPENDS ${CMAKE_CURRENT_BINARY_DIR}/nope.txt)")
+    (error,) = workspace.build().errors
+    assert "No rule to make target" in error
+    assert "nope.txt', needed by 'bad'" in error
+
+
+@pytest.mark.parametrize(
+    ("line", "what"),
+    [
+        (
+            "add_custom_target(t ALL COMMAND echo $<TARGET_FILE:x>)",
+            "the generator expression $<TARGET_FILE:x>",
+        ),
+        ("add_custom_target(t ALL COMMAND a | b)", "the shell that [a | b] needs"),
+        ("file(GENERATE OUTPUT x CONTENT y)", "file(GENERATE)"),
+        ("string(JSON x GET y z)", "string(JSON)"),
+        ("try_compile(x y z)", "try_compile()"),
+        ("find_package(Foo)\nfoo_make(x)", "foo_make(), which another package brings"),
+        ("include(ExternalProject)\nExternalProject_Add(x)", "ExternalProject_Add(), which another package"),
+    ],
+)
+def test_what_only_cmake_can_do_is_refused_without_it(workspace: Workspace, line: str, what: str) -> None:
+    folder = workspace.add("p", line)
+    (error,) = workspace.build().errors
+    number = 3 + line.count("\n")
+    assert f"{folder}/CMakeLists.txt:{number}: the package [p] needs {what}" in error
+    assert "only CMake itself" in error
+    assert "Install CMake" in error
+
+
+def test_dynamic_reconfigure_is_refused_with_its_line(workspace: Workspace) -> None:
+    folder = workspace.add(
+        "p",
+        "find_package(catkin REQUIRED COMPONENTS dynamic_reconfigure)\n"
+        "generate_dynamic_reconfigure_options(cfg/P.cfg)",
+        "dynamic_reconfigure",
+    )
+    (error,) = workspace.build().errors
+    assert f"{folder}/CMakeLists.txt:4: the package [p] makes code of [cfg/P.cfg]" in error
+
+
+def test_a_package_may_have_cmake_code_for_others(workspace: Workspace) -> None:
+    workspace.add(
+        "tools",
+        "catkin_package(CFG_EXTRAS tools.cmake values.cmake)",
+        cmake__tools_dot_cmake='function(say_it text)\n  message(STATUS "it: ${text}")\nendfunction()\n',
+        cmake__values_dot_cmake_dot_in="set(TOOLS_OF @PROJECT_NAME@)\n",
+    )
+    workspace.add("user", "find_package(catkin REQUIRED COMPONENTS tools)\nsay_it(${TOOLS_OF})", "tools")
+    assert workspace.build().errors == []
+    assert "-- it: user" in workspace.lines
+
+
+def test_settings_of_the_command_line_win_over_the_cache_and_options(workspace: Workspace) -> None:
+    workspace.add(
+        "p", 'set(A 1 CACHE STRING "")\noption(B "" ON)\nset(C 3)\nmessage(STATUS "${A} ${B} ${C} ${D}")'
+    )
+    workspace.build(definitions={"A": "7", "B": "OFF", "C": "9", "D": "d"})
+    assert "-- 7 OFF 3 d" in workspace.lines
+
+
+def test_a_package_knows_where_it_is(workspace: Workspace) -> None:
+    written = (
+        "${CMAKE_SOURCE_DIR} ${CMAKE_BINARY_DIR} ${CMAKE_CURRENT_BINARY_DIR} ${CATKIN_DEVEL_PREFIX} "
+        "${PROJECT_VERSION} ${p_VERSION}"
+    )
+    workspace.add("p", f'catkin_package()\nmessage(STATUS "{written}")')
+    workspace.build()
+    base = workspace.base
+    assert f"-- {base}/src {base}/build {base}/build/p {base}/devel  0.1.0" in workspace.lines
+
+
+def test_folders_are_installed_as_cmake_installs_them(workspace: Workspace) -> None:
+    folder = workspace.add(
+        "p",
+        'install(DIRECTORY data DESTINATION share/p PATTERN "*.bak" EXCLUDE PATTERN no EXCLUDE)\n'
+        'install(DIRECTORY data/ DESTINATION share/p/flat FILES_MATCHING PATTERN "*.sh" PERMISSIONS '
+        'OWNER_READ OWNER_EXECUTE REGEX "/deep/")\n'
+        "install(DIRECTORY data/ DESTINATION share/p/kept USE_SOURCE_PERMISSIONS)\n"
+        "install(FILES data/a.txt DESTINATION share/p RENAME b.txt)\n"
+        "install(FILES nope DESTINATION share/p OPTIONAL)\n"
+        "install(DIRECTORY nope DESTINATION share/p)\n"
+        'install(CODE "file(WRITE \\${CMAKE_INSTALL_PREFIX}/code.txt ${PROJECT_NAME})")',
+        data__a_dot_txt="a",
+        data__a_dot_bak="a",
+        data___dot_hidden="h",
+        data__run_dot_sh="r",
+        data__no__n_dot_txt="n",
+        data__deep__d_dot_txt="d",
+    )
+    (folder / "data/run.sh").chmod(0o755)
+    assert workspace.build(installs=True).errors == []
+    share = workspace.layout.install / "share/p"
+    modes = {
+        str(path.relative_to(share)): oct(path.stat().st_mode & 0o777)
+        for path in share.rglob("*")
+        if path.is_file() and path.name != "package.xml"
+    }
+    assert modes == {
+        "b.txt": "0o644",
+        "data/a.txt": "0o644",
+        "data/.hidden": "0o644",
+        "data/run.sh": "0o644",
+        "data/deep/d.txt": "0o644",
+        "flat/run.sh": "0o500",
+        "flat/deep/d.txt": "0o644",
+        "kept/a.txt": "0o644",
+        "kept/a.bak": "0o644",
+        "kept/.hidden": "0o644",
+        "kept/run.sh": "0o755",
+        "kept/no/n.txt": "0o644",
+        "kept/deep/d.txt": "0o644",
+    }
+    assert (workspace.layout.install / "code.txt").read_text() == "p"
+
+
+def test_a_file_to_be_installed_that_is_missing_is_named(workspace: Workspace) -> None:
+    workspace.add("p", "install(FILES nope.txt DESTINATION share/p)")
+    assert workspace.build().errors == []
+    (error,) = workspace.build(installs=True).errors
+    assert 'file INSTALL cannot find "' in error
+    assert "p/nope.txt" in error
+
+
+def test_installed_scripts_name_python_3(workspace: Workspace) -> None:
+    workspace.add(
+        "p",
+        "catkin_install_python(PROGRAMS a.py b.py DESTINATION lib/p)",
+        a_dot_py="#!/usr/bin/env python\nprint()\n",
+        b_dot_py="#!/usr/bin/python\n",
+    )
+    workspace.build(installs=True)
+    place = workspace.layout.install / "lib/p"
+    assert (place / "a.py").read_text() == "#!/usr/bin/env python3\nprint()\n"
+    assert (place / "b.py").read_text() == "#!/usr/bin/python\n"
+
+
+def test_environment_hooks_are_put_where_setup_files_find_them(workspace: Workspace) -> None:
+    workspace.add(
+        "p",
+        "catkin_add_env_hooks(10.p SHELLS sh bash DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/env-hooks)",
+        **{
+            "env-hooks__10_dot_p_dot_sh": "export P=1\n",
+            "env-hooks__10_dot_p_dot_bash_dot_in": "export P=@PROJECT_NAME@ # ${P}\n",
+        },
+    )
+    assert workspace.build(installs=True).errors == []
+    for space in (workspace.layout.devel, workspace.layout.install):
+        place = space / "etc/catkin/profile.d"
+        assert (place / "10.p.sh").read_text() == "export P=1\n"
+        assert (place / "10.p.bash").read_text() == "export P=p # ${P}\n"
+    hooks = find_hooks([workspace.layout.install, workspace.layout.devel], "bash")
+    assert [(hook.workspace.name, hook.file.name) for hook in hooks] == [
+        ("install", "10.p.sh"),
+        ("install", "10.p.bash"),
+    ]
+    assert find_hooks([workspace.layout.devel], "fish") == []
+
+
+def test_tests_are_called_what_catkin_calls_them(workspace: Workspace) -> None:
+    workspace.add(
+        "p",
+        "find_package(rostest)\nfind_package(roslaunch)\n"
+        "add_rostest(test/x.test)\nadd_rostest(test/x.test ARGS a:=1 b:=two/three)\n"
+        "add_rostest(test/x.test ARGS a:=0.5)\n"
+        "roslaunch_add_file_check(test)\nroslaunch_add_file_check(test/x.test x:=1 IGNORE_UNSET_ARGS)",
+        test__x_dot_test="<launch/>",
+    )
+    projects = workspace.build().projects
+    tests = projects["p"].tests
+    assert [results_label(test) for test in tests if test.kind == "rostest"] == [
+        "test_x",
+        "x__a_1__b_two_three",
+        "x__a_0",
+    ]
+    assert [label(test) for test in tests if test.kind == "roslaunch"] == ["test", "x__x_1.test"]
+    assert {
+        "run_tests_p_rostest",
+        "run_tests_p_rostest_test_x.test",
+        "run_tests_p_rostest_x__a_1__b_two_three.test",
+        "run_tests_p_roslaunch-check_x__x_1.test",
+        "clean_test_results_p",
+    } <= set(names(projects))
+
+
+@pytest.mark.parametrize(
+    "line", ["add_rostest(nope.test)", "catkin_add_nosetests(nope)", "roslaunch_add_file_check(nope)"]
+)
+def test_a_test_that_does_not_exist_is_named(workspace: Workspace, line: str) -> None:
+    workspace.add("p", f"find_package(rostest)\nfind_package(roslaunch)\n{line}")
+    (error,) = workspace.build().errors
+    assert "CMakeLists.txt:5 (" in error
+    assert "does not exist" in error
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["-E", "echo", "a", "b"], 0, "a b\n"),
+        (["-E", "true"], 0, ""),
+        (["-E", "false"], 1, ""),
+        (["-E", "copy", "a.txt", "b.txt"], 0, ""),
+        (["-E", "cat", "a.txt"], 0, "a"),
+        (["-E", "compare_files", "a.txt", "a.txt"], 0, ""),
+        (["-E", "copy", "nope", "b"], 1, ""),
+        (["-E", "rename", "a.txt"], 1, ""),
+        (["-E", "nonsense"], 1, ""),
+        (["--build", "."], 1, ""),
+    ],
+)
+def test_the_stand_in_for_cmake(
+    words: list[str],
+    code: int,
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (tmp_path / "a.txt").write_text("a")
+    monkeypatch.chdir(tmp_path)
+    assert program.main(words) == code
+    assert capsys.readouterr().out == said
