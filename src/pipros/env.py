@@ -26,6 +26,7 @@ class Environment:
         master_uri: `ROS_MASTER_URI`.
         hostname: `ROS_HOSTNAME`, the name to advertise; wins over `ip`.
         ip: `ROS_IP`, the address to advertise.
+        ipv6: whether `ROS_IPV6` is `on`.
         namespace: `ROS_NAMESPACE` with a leading and trailing slash; `/` when unset.
         package_path: the folders of `ROS_PACKAGE_PATH`, first one wins.
         ros_home: `ROS_HOME`, else `~/.ros`.
@@ -38,6 +39,7 @@ class Environment:
     master_uri: str = DEFAULT_MASTER_URI
     hostname: str | None = None
     ip: str | None = None
+    ipv6: bool = False
     namespace: str = "/"
     package_path: tuple[Path, ...] = ()
     ros_home: Path = Path("~/.ros")
@@ -56,6 +58,7 @@ class Environment:
             master_uri=get("ROS_MASTER_URI") or DEFAULT_MASTER_URI,
             hostname=get("ROS_HOSTNAME") or None,
             ip=get("ROS_IP") or None,
+            ipv6=get("ROS_IPV6") == "on",
             namespace=f"/{namespace}/" if namespace else "/",
             package_path=tuple(
                 Path(folder) for folder in (get("ROS_PACKAGE_PATH") or "").split(os.pathsep) if folder

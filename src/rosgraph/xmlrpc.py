@@ -63,7 +63,7 @@ class XmlRpcNode:
             self.on_run_error(error)
             return
         self.port = self.server.port
-        own = _address.LOOPBACK if _address.is_loopback(host) else get_host_name()
+        own = host if _address.is_loopback(host) else get_host_name()
         self.set_uri(_address.uri(own, self.port))
         if self.handler is not None and self.uri is not None:
             self.handler._ready(self.uri)

@@ -13,7 +13,7 @@ from pipros.master.server import Master
 from pipros.msg import load_message_class
 from pipros.net import outgoing, sockets
 from pipros.node import Node
-from tests.chaos.network import FarNetwork, needs_network
+from tests.support.network import FarNetwork, needs_network
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.processes import Process, Processes
 from tests.support.waiting import wait_until

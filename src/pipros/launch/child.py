@@ -30,7 +30,7 @@ from pipros.launch.run import Run, RunOptions
 from pipros.launch.server import LaunchServer
 from pipros.launch.surroundings import Surroundings
 from pipros.launch.xml import load
-from pipros.net.address import is_loopback
+from pipros.net.address import is_loopback, plain_address
 from pipros.wire.uri import split_uri
 from pipros.workspace.index import PackageIndex
 
@@ -171,7 +171,7 @@ class Child:
 
     def _admits(self, peer: str) -> bool:
         """Whoever may call `launch` may run any program here; so nobody but the parent gets a connection."""
-        return is_loopback(peer) or peer.removeprefix("::ffff:") in self._employers
+        return is_loopback(peer) or peer in self._employers
 
 
 def _addresses_of_parent(uri: str) -> frozenset[str]:
@@ -181,4 +181,4 @@ def _addresses_of_parent(uri: str) -> frozenset[str]:
         host, port, _ = split_uri(uri)
         addresses = {str(found[4][0]) for found in socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)}
     logged_in_from = os.environ.get("SSH_CLIENT", "").split()
-    return frozenset(address.removeprefix("::ffff:") for address in (*addresses, *logged_in_from[:1]))
+    return frozenset(map(plain_address, (*addresses, *logged_in_from[:1])))

@@ -34,7 +34,7 @@ def master_environment(
         return replace(environment, master_uri=address.uri(host, port))
     if port is not None:
         host, _ = split_master_uri(environment.master_uri)
-        return replace(environment, master_uri=f"http://{host}:{port}")
+        return replace(environment, master_uri=f"http://{address.host_and_port(host, port)}")
     return environment
 
 

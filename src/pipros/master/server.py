@@ -70,10 +70,13 @@ class Master:
         """
         environment = environment or Environment.from_os()
         self.host = host or address.bind_host(environment)
+        self._hosts = [self.host]
+        if self.host == address.LOOPBACK_IPV6 and not (host or environment.hostname or environment.ip):
+            self._hosts.append(address.LOOPBACK)  # whatever the localhost of ROS_MASTER_URI means here
         self._networks: list[Network] = [ipaddress.ip_network(network, strict=False) for network in allow]
         self._loop = BackgroundLoop("master")
         self._server = MasterServer(
-            host=self.host,
+            hosts=self._hosts,
             port=port,
             advertised_host=advertised_host or _advertised_host(host, environment),
             admits=self._admits if self._networks else None,
@@ -98,11 +101,12 @@ class Master:
     @property
     def binding(self) -> str:
         """Who can connect, in words: `listens on 127.0.0.1, for this computer only`."""
+        listens = f"listens on {' and '.join(self._hosts)}"
         if address.is_loopback(self.host):
-            return f"listens on {self.host}, for this computer only"
+            return f"{listens}, for this computer only"
         if self._networks:
-            return f"listens on {self.host}, open to {', '.join(map(str, self._networks))}"
-        return f"listens on {self.host}, open to everybody who can reach this computer"
+            return f"{listens}, open to {', '.join(map(str, self._networks))}"
+        return f"{listens}, open to everybody who can reach this computer"
 
     def start(self) -> None:
         """Opens the port; the master answers when this returns.
@@ -136,11 +140,9 @@ class Master:
 
     def _admits(self, peer: str) -> bool:
         try:
-            ip = ipaddress.ip_address(peer.partition("%")[0])
+            ip = ipaddress.ip_address(peer)
         except ValueError:
             return False
-        mapped = ip.ipv4_mapped if isinstance(ip, ipaddress.IPv6Address) else None
-        ip = mapped or ip
         return ip.is_loopback or any(ip in network for network in self._networks)
 
 

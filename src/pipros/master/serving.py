@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
@@ -35,7 +35,7 @@ class MasterServer:
     def __init__(
         self,
         *,
-        host: str,
+        hosts: Sequence[str],
         port: int,
         advertised_host: str,
         admits: Callable[[str], bool] | None,
@@ -70,7 +70,7 @@ class MasterServer:
             "getParamNames": self._get_param_names,
             statistics.METHOD: self._statistics,
         }
-        self.rpc = RpcServer(methods, host=host, port=port, limits=limits, admits=admits)
+        self.rpc = RpcServer(methods, host=hosts, port=port, limits=limits, admits=admits)
         self._rate = statistics.CallRate()
         self._lookups = ThreadPoolExecutor(_LOOKUPS_AT_A_TIME, thread_name_prefix="master")
         self._started_at = 0.0

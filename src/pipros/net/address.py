@@ -3,6 +3,10 @@
 Genuine ROS binds every interface unless `ROS_IP` or `ROS_HOSTNAME` says loopback. Here it is the
 other way round as long as everything is on one machine: with a local `ROS_MASTER_URI` and neither
 variable set, loopback is bound, and a stranger on the same network finds nothing to talk to.
+
+With `ROS_IPV6=on` the same holds of IPv6: `::1`, or `::` when it is opened, which takes IPv4 as well.
+Genuine nodes understand names that mean an IPv6 address, but roscpp no URI with such an address in it, and
+rospy none of a service; so a name is advertised wherever there is one.
 """
 
 from __future__ import annotations
@@ -15,6 +19,7 @@ from pipros.wire.uri import host_and_port as host_and_port
 from pipros.wire.uri import split_uri as split_uri
 
 LOOPBACK = "127.0.0.1"
+LOOPBACK_IPV6 = "::1"
 ANY = "0.0.0.0"  # noqa: S104  # bound only when the environment opens it
 ANY_IPV6 = "::"
 
@@ -30,6 +35,15 @@ def is_loopback(host: str) -> bool:
         return True
     parts = host.split(".")
     return len(parts) == 4 and parts[0] == "127" and all(part.isdigit() for part in parts)
+
+
+def plain_address(peer: str) -> str:
+    """The IP address of a peer, as addresses are compared: without an interface, IPv4 as such.
+
+    >>> plain_address("::ffff:10.0.0.5"), plain_address("fe80::1%eth0")
+    ('10.0.0.5', 'fe80::1')
+    """
+    return peer.partition("%")[0].removeprefix("::ffff:")
 
 
 def is_master_local(environment: Environment) -> bool:
@@ -48,9 +62,15 @@ def bind_host(environment: Environment) -> str:
     a `ROS_MASTER_URI` on another machine.
     """
     told = environment.hostname or environment.ip
-    if is_loopback(told) if told else is_master_local(environment):
-        return "::1" if told and ":" in told else LOOPBACK
-    return ANY_IPV6 if told and ":" in told else ANY
+    if not (is_loopback(told) if told else is_master_local(environment)):
+        return ANY_IPV6 if environment.ipv6 or ":" in (told or "") else ANY
+    if not told:
+        is_ipv6 = environment.ipv6
+    elif _is_address(told):
+        is_ipv6 = ":" in told
+    else:
+        is_ipv6 = environment.ipv6 and _means_ipv6_loopback(told)
+    return LOOPBACK_IPV6 if is_ipv6 else LOOPBACK
 
 
 def advertised_host(environment: Environment) -> str:
@@ -62,22 +82,41 @@ def advertised_host(environment: Environment) -> str:
     told = environment.hostname or environment.ip
     if told:
         return told
-    if is_master_local(environment):
-        return LOOPBACK
-    return own_name(environment)
+    if not is_master_local(environment):
+        return own_name(environment)
+    if environment.ipv6:
+        return "localhost" if _means_ipv6_loopback("localhost") else LOOPBACK_IPV6
+    return LOOPBACK
+
+
+def _is_address(host: str) -> bool:
+    return ":" in host or host.replace(".", "").isdigit()
+
+
+def _means_ipv6_loopback(name: str) -> bool:
+    try:
+        found = socket.getaddrinfo(name, None, socket.AF_INET6)
+    except OSError:
+        return False
+    return any(address[0] == LOOPBACK_IPV6 for *_, address in found)
 
 
 def own_name(environment: Environment) -> str:
     """The name of this machine, or, when it has none of its own, its address towards the master."""
     name = socket.gethostname()
-    return name if name and not is_loopback(name) else address_towards(environment.master_uri)
+    if name and not is_loopback(name):
+        return name
+    return address_towards(environment.master_uri, prefers_ipv6=environment.ipv6)
 
 
-def address_towards(master_uri: str) -> str:
+def address_towards(master_uri: str, *, prefers_ipv6: bool = False) -> str:
     """This machine's own address on the way to the master. Nothing is sent: UDP only picks the route."""
     try:
         host, port = split_master_uri(master_uri)
-        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
+        if prefers_ipv6:
+            found.sort(key=lambda entry: entry[0] != socket.AF_INET6)
+        family, kind, protocol, _, address = found[0]
         with socket.socket(family, kind, protocol) as probe:
             probe.connect(address)
             return str(probe.getsockname()[0])

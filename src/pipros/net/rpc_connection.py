@@ -19,6 +19,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from pipros.errors import ProtocolError
+from pipros.net.address import plain_address
 from pipros.net.connections import Connections, Refusals
 from pipros.wire.http import CONTINUE, HttpError, Request, RequestReader, build_response, response_head
 from pipros.wire.xmlrpc import TooLarge, decode_call, encode_fault, encode_response
@@ -90,7 +91,7 @@ class RpcConnection(asyncio.Protocol):
         assert isinstance(transport, asyncio.Transport)  # noqa: S101  # a TCP server makes no others
         self._transport = transport
         address = transport.get_extra_info("peername")
-        self.peer = address[0] if address else ""
+        self.peer = plain_address(address[0]) if address else ""
         if self._server.admits(self.peer):
             self._server.connections.enter(self)
         else:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from pipros.errors import LimitExceeded
 from pipros.net.address import LOOPBACK
 from pipros.net.connections import Connections, Refusals
 from pipros.net.rpc_connection import LARGE_ANSWER, RpcConnection, UnknownMethod, fault_text
-from pipros.net.sockets import listen
+from pipros.net.sockets import listen_all
 from pipros.wire.xmlrpc import BODY_LIMIT_BYTES, Encoded, TooLarge
 
 Method = Callable[..., Any]
@@ -81,7 +81,7 @@ class RpcServer:
         self,
         methods: Mapping[str, Method],
         *,
-        host: str = LOOPBACK,
+        host: str | Sequence[str] = LOOPBACK,
         port: int = 0,
         limits: RpcLimits | None = None,
         admits: Callable[[str], bool] | None = None,
@@ -91,7 +91,7 @@ class RpcServer:
 
         Args:
             methods: the table; nothing outside it can be called.
-            host: the address to listen on.
+            host: the address to listen on, or several, at the same port.
             port: the port; 0 is a free one.
             limits: what the server bears.
             admits: decides by its IP address whether a peer may connect; by default all may.
@@ -99,11 +99,11 @@ class RpcServer:
         """
         self._methods = {name: (method, *_arity(method)) for name, method in methods.items()}
         self._methods["system.multicall"] = (self._multicall, 1, 1)
-        self._host = host
+        self._hosts = [host] if isinstance(host, str) else list(host)
         self._port = port
         self._admits = admits
         self._on_bad_arity = on_bad_arity or _bad_arity
-        self._server: asyncio.Server | None = None
+        self._servers: list[asyncio.Server] = []
         self._sweeper: asyncio.TimerHandle | None = None
         self._is_stopped = False
         self.limits = limits or RpcLimits()
@@ -129,12 +129,13 @@ class RpcServer:
         """
         self._is_stopped = False
         loop = asyncio.get_running_loop()
-        listener = listen(self._host, self._port)
-        self._port = listener.getsockname()[1]
-        self._server = await loop.create_server(
-            lambda: RpcConnection(self, loop), sock=listener, backlog=_ACCEPTED_AT_A_TIME
-        )
-        listener.listen(_BACKLOG)  # to asyncio, the backlog is how many it accepts in one go
+        for listener in listen_all(self._hosts, self._port):
+            self._port = listener.getsockname()[1]
+            server = await loop.create_server(
+                lambda: RpcConnection(self, loop), sock=listener, backlog=_ACCEPTED_AT_A_TIME
+            )
+            self._servers.append(server)
+            listener.listen(_BACKLOG)  # to asyncio, the backlog is how many it accepts in one go
         self._sweeper = loop.call_later(1.0, self._sweep, loop)
 
     async def stop(self) -> None:
@@ -142,18 +143,21 @@ class RpcServer:
         self._is_stopped = True
         if self._sweeper:
             self._sweeper.cancel()
-        if self._server:
-            for listener in self._server.sockets:
+        servers, self._servers = self._servers, []
+        for server in servers:
+            for listener in server.sockets:
                 asyncio.get_running_loop().remove_reader(listener.fileno())
+        if servers:
             # Up to Python 3.11 a connection is lost, and left open, whose server is closed while it is
             # being accepted; those get their turn first.
             await asyncio.sleep(0)
-            self._server.close()
+        for server in servers:
+            server.close()
         self.connections.close_all()
         self.large_values.shutdown(wait=False, cancel_futures=True)
-        if self._server:
+        for server in servers:
             with contextlib.suppress(asyncio.TimeoutError):
-                await asyncio.wait_for(self._server.wait_closed(), 1.0)
+                await asyncio.wait_for(server.wait_closed(), 1.0)
 
     def _sweep(self, loop: asyncio.AbstractEventLoop) -> None:
         self.connections.sweep(loop.time(), self.limits.idle_s)

@@ -9,6 +9,8 @@ import struct
 import sys
 from collections.abc import Sequence
 
+from pipros.wire.uri import host_and_port
+
 _DONTWAIT: int = getattr(socket, "MSG_DONTWAIT", 0)
 _QUICKACK: int = getattr(socket, "TCP_QUICKACK", 0)
 
@@ -21,13 +23,16 @@ KEEPALIVE_INTERVAL_S = 5
 KEEPALIVE_COUNT = 4
 KEEPALIVE_LIMIT_S = KEEPALIVE_IDLE_S + KEEPALIVE_INTERVAL_S * KEEPALIVE_COUNT
 
+#: How many ports are tried until one is free at all addresses.
+_ATTEMPTS = 10
+
 #: The beginning of Linux' `struct tcp_info`: bytes 2 and 3 count what was sent again, and probes, without
 #: an answer; the 13th of the 32-bit numbers is the age of the last acknowledgement in milliseconds.
 _TCP_INFO = struct.Struct("=8B13I")
 
 
 def listen(host: str, port: int = 0, backlog: int = 128) -> socket.socket:
-    """A listening TCP socket, non-blocking; port 0 takes a free one."""
+    """A listening TCP socket, non-blocking; port 0 takes a free one. `::` takes IPv4 connections as well."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     server = socket.socket(family, socket.SOCK_STREAM)
     try:
@@ -35,6 +40,8 @@ def listen(host: str, port: int = 0, backlog: int = 128) -> socket.socket:
             server.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
         else:
             server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if family == socket.AF_INET6:
+            server.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 0)
         server.bind((host, port))
         server.listen(backlog)
         server.setblocking(False)
@@ -42,6 +49,24 @@ def listen(host: str, port: int = 0, backlog: int = 128) -> socket.socket:
         server.close()
         raise
     return server
+
+
+def listen_all(hosts: Sequence[str], port: int = 0) -> list[socket.socket]:
+    """Listening sockets at several addresses and the same port; port 0 takes one that is free at all."""
+    attempts = 1 if port else _ATTEMPTS
+    while True:
+        attempts -= 1
+        opened: list[socket.socket] = []
+        try:
+            for host in hosts:
+                opened.append(listen(host, opened[0].getsockname()[1] if opened else port))
+        except OSError:
+            for server in opened:
+                server.close()
+            if not opened or not attempts:
+                raise
+        else:
+            return opened
 
 
 def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
@@ -138,4 +163,4 @@ def peer_name(sock: socket.socket) -> str:
         name = sock.getpeername()
     except OSError:
         return "?"
-    return f"{name[0]}:{name[1]}"
+    return host_and_port(name[0], name[1])

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 from pipros import names
 from pipros.env import split_master_uri
 from pipros.errors import PiprosError
-from pipros.net.address import is_loopback
+from pipros.net.address import is_loopback, plain_address
 from pipros.net.rpc_server import caller_address
 from pipros.node.params import Parameters
 from pipros.node.topics import Topics
@@ -68,7 +68,7 @@ class SlaveApi:
     def __init__(self, node: Host, master_uri: str) -> None:
         self._node = node
         self._master_uri = master_uri
-        self._master_addresses: frozenset[object] = frozenset()
+        self._master_addresses: frozenset[str] = frozenset()
 
     def get_bus_stats(self, caller_id: str) -> Answer:
         del caller_id
@@ -207,9 +207,10 @@ class SlaveApi:
         )
         return f"ERROR: {request} is accepted from the master and this machine only, not from {peer}"
 
-    def _addresses_of_master(self) -> frozenset[object]:
+    def _addresses_of_master(self) -> frozenset[str]:
         if not self._master_addresses:
             with contextlib.suppress(OSError, PiprosError):
                 host, _ = split_master_uri(self._master_uri)
-                self._master_addresses = frozenset(info[4][0] for info in socket.getaddrinfo(host, None))
+                found = socket.getaddrinfo(host, None)
+                self._master_addresses = frozenset(plain_address(str(info[4][0])) for info in found)
         return self._master_addresses

@@ -11,6 +11,7 @@ from pipros.net.address import (
     ANY,
     ANY_IPV6,
     LOOPBACK,
+    LOOPBACK_IPV6,
     advertised_host,
     bind_host,
     is_loopback,
@@ -40,6 +41,49 @@ def test_only_loopback_is_bound_until_the_environment_opens_it(
     variables: dict[str, str], bound: str, advertised: str
 ) -> None:
     environment = Environment.from_os(variables)
+    assert bind_host(environment) == bound
+    assert advertised_host(environment) == advertised
+
+
+@pytest.mark.parametrize(
+    ("variables", "bound", "advertised"),
+    [
+        ({}, LOOPBACK_IPV6, "localhost"),
+        ({"ROS_MASTER_URI": "http://[::1]:11311"}, LOOPBACK_IPV6, "localhost"),
+        ({"ROS_HOSTNAME": "localhost"}, LOOPBACK_IPV6, "localhost"),
+        ({"ROS_IP": "127.0.0.1"}, LOOPBACK, "127.0.0.1"),
+        ({"ROS_IP": "::1"}, LOOPBACK_IPV6, "::1"),
+        ({"ROS_IP": "10.0.0.5"}, ANY_IPV6, "10.0.0.5"),
+        ({"ROS_HOSTNAME": "robot"}, ANY_IPV6, "robot"),
+        ({"ROS_MASTER_URI": MASTER_FAR}, ANY_IPV6, "laptop"),
+    ],
+)
+def test_ipv6_is_bound_on_demand_with_names_that_genuine_nodes_understand(
+    monkeypatch: pytest.MonkeyPatch, variables: dict[str, str], bound: str, advertised: str
+) -> None:
+    monkeypatch.setattr(socket, "gethostname", lambda: "laptop")
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_: [(socket.AF_INET6, 1, 6, "", ("::1", 0, 0, 0))])
+    environment = Environment.from_os({"ROS_IPV6": "on", **variables})
+    assert bind_host(environment) == bound
+    assert advertised_host(environment) == advertised
+
+
+@pytest.mark.parametrize(
+    ("variables", "bound", "advertised"),
+    [
+        ({}, LOOPBACK_IPV6, "::1"),
+        ({"ROS_HOSTNAME": "localhost"}, LOOPBACK, "localhost"),
+        ({"ROS_IPV6": "yes"}, LOOPBACK, LOOPBACK),
+    ],
+)
+def test_a_localhost_that_means_no_ipv6_address_is_not_taken_for_one(
+    monkeypatch: pytest.MonkeyPatch, variables: dict[str, str], bound: str, advertised: str
+) -> None:
+    def unknown(*_: object) -> None:
+        raise socket.gaierror(socket.EAI_NONAME, "not known")
+
+    monkeypatch.setattr(socket, "getaddrinfo", unknown)
+    environment = Environment.from_os({"ROS_IPV6": "on", **variables})
     assert bind_host(environment) == bound
     assert advertised_host(environment) == advertised
 

@@ -1,4 +1,4 @@
-"""A second network on this machine, behind a cable that can be cut: a network namespace of Linux."""
+"""Networks of their own on this machine, which are network namespaces of Linux."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import random
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -24,8 +25,36 @@ def is_available() -> bool:
 needs_network = pytest.mark.skipif(not is_available(), reason="needs network namespaces, which need root")
 
 
+class LoneNetwork:
+    """A network of nothing but loopback, in which names mean what a test says; programs run by `command`."""
+
+    def __init__(self, hosts: str) -> None:
+        """`hosts` is the content of `/etc/hosts` there."""
+        self._name = f"pipros-lone-{random.randrange(1 << 32)}"  # noqa: S311 - a free number, not a secret
+        self._folder = Path("/etc/netns") / self._name  # whose files `ip` lays over those of /etc
+        self._folder.mkdir(parents=True)
+        (self._folder / "hosts").write_text(hosts)
+        try:
+            _ip("netns", "add", self._name)
+            _ip("-n", self._name, "link", "set", "lo", "up")
+        except BaseException:
+            self.close()
+            raise
+
+    def command(self, *argv: str) -> list[str]:
+        """The command line that runs a program there."""
+        return [str(shutil.which("ip")), "netns", "exec", self._name, *argv]
+
+    def close(self) -> None:
+        subprocess.run(["ip", "netns", "delete", self._name], capture_output=True, check=False)
+        shutil.rmtree(self._folder)
+
+
 class FarNetwork:
-    """A network of two hosts: this machine as `near`, and `far`, where programs are run by `command`."""
+    """A network of two hosts behind a cable that can be cut: this machine as `near`, and `far`.
+
+    Programs are run on the far side by `command`.
+    """
 
     def __init__(self) -> None:
         number = random.randrange(1 << 16)  # noqa: S311 - a free number, not a secret
