@@ -9,40 +9,27 @@ import atexit
 import contextlib
 import logging
 import os
-import signal
-import socket
 import sys
 import threading
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
-from types import FrameType
 from typing import Any
 
 from pipros import names
 from pipros.env import Environment
-from pipros.errors import Interrupted, Refused, Unreachable
+from pipros.errors import Interrupted
 from pipros.net.master import MasterClient
-from pipros.node import Node, Publisher
+from pipros.node import Node
 from pipros.node.client import OpenCalls
-from pipros.node.log import (
-    ConsoleHandler,
-    RosoutHandler,
-    configure_by_file,
-    log_file,
-    logger_levels,
-    open_file_handler,
-    set_logger_level,
-)
 from pipros.node.params import Parameters
 from pipros.node.traffic import WindowLimits
+from rospy import outputs
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
+from rospy.signals import Signals
 
 #: The name of a process that has not called init_node.
 UNNAMED = "unnamed"
-
-ROSOUT_QUEUE_SIZE = 100
 
 Hook = Callable[..., object]
 
@@ -67,9 +54,7 @@ class Session:
         self._shutdown_hooks: list[Hook] = []
         self._is_over = False  # shut down without ever having had a node
         self._lock = threading.RLock()
-        self._previous_handlers: dict[int, Any] = {}
-        self._is_told_to_end = False
-        self._signal_sockets: tuple[socket.socket, socket.socket]
+        self._signals = Signals(self.end)
         self._early_clients: tuple[str, MasterClient, Parameters] | None = None
 
     def wait(self, seconds: float) -> None:
@@ -186,11 +171,11 @@ class Session:
             tcpros_port=tcpros_port,
         )
         node.at_end(self._call_client_hooks)
-        self._start_logging(node, log_level)
+        outputs.open_console_and_file(node, self.logger, log_level)
         node.start()
         self.node = node
         if not disable_signals:
-            self._take_signals(node)
+            self._signals.take(node)
         self.remappings = {**node.identity.arguments.special, **node.identity.arguments.remappings}
         atexit.register(self.end, "atexit")
         try:
@@ -200,13 +185,13 @@ class Session:
         if node.identity.arguments.params:
             self._set_private_parameters(node)
         if not disable_rosout:
-            self._start_rosout(node)
+            outputs.open_rosout(node, self.logger)
         if not disable_rostime and self._is_on(node, "/use_sim_time"):
             node.use_simulated_time()
         if self._is_on(node, "/enable_statistics"):
             node.enable_statistics(self._window_limits(node))
         self.has_time = True
-        self._serve_loggers(node)
+        outputs.serve_loggers(node)
         self.logger.debug("init_node, name[%s], pid[%s]", node.name, os.getpid())
         with self._lock:
             waiting, self._waiting_for_node = self._waiting_for_node, []
@@ -235,74 +220,6 @@ class Session:
                 if isinstance(value, (int, float)) and value > 0:
                     given[field] = value
         return WindowLimits(**given)
-
-    def _start_logging(self, node: Node, log_level: int | None) -> None:
-        """Sends `rosout` to the console and all that the process logs to a file, as Noetic is configured.
-
-        `ROS_PYTHON_LOG_CONFIG_FILE` names a configuration of Python's logging to be used instead.
-        """
-        given = node.identity.arguments.special.get("__log")
-        path = log_file(node.environment.log_dir, node.name, given)
-        if node.environment.python_log_config is not None:
-            configure_by_file(node.environment.python_log_config, path)
-        else:
-            self.logger.setLevel(logging.INFO)
-            console = ConsoleHandler(node.name, lambda: node.clock, node.environment.console_format)
-            self.logger.addHandler(console)
-            self._log_to_file(path)
-        if log_level is not None:
-            self.logger.setLevel(LOGGING_LEVELS.get(log_level, logging.INFO))
-
-    def _log_to_file(self, path: Path) -> None:
-        root = logging.getLogger()
-        try:
-            root.addHandler(open_file_handler(path))
-        except OSError as error:
-            print(
-                f"WARNING: cannot log to [{path}]: {error.strerror}. "
-                "Please set ROS_LOG_DIR to a writable location.",
-                file=sys.stderr,
-            )
-        else:
-            root.setLevel(min(root.level or logging.INFO, logging.INFO))
-
-    def _start_rosout(self, node: Node) -> None:
-        from pipros.msg import load_message_class
-
-        publisher: Publisher[Any] = node.advertise(
-            "/rosout", load_message_class("rosgraph_msgs/Log"), queue_size=ROSOUT_QUEUE_SIZE, latch=True
-        )
-        with contextlib.suppress(LookupError, Unreachable, Refused):
-            if node.params.get_cached("/rosout_disable_topics_generation"):
-                self.logger.addHandler(RosoutHandler(publisher, node.name, lambda: node.clock, tuple))
-                return
-        self.logger.addHandler(
-            RosoutHandler(
-                publisher,
-                node.name,
-                lambda: node.clock,
-                lambda: [one.topic for one in node.topics.publications],
-            )
-        )
-
-    def _serve_loggers(self, node: Node) -> None:
-        """Offers `~get_loggers` and `~set_logger_level`, which every ROS node has."""
-        from pipros.msg import load_message_class, load_service_class
-
-        get_class: Any = load_service_class("roscpp/GetLoggers")
-        set_class: Any = load_service_class("roscpp/SetLoggerLevel")
-        logger_class = load_message_class("roscpp/Logger")
-
-        def get_loggers(_: Any) -> Any:
-            loggers = [logger_class(name=name, level=level) for name, level in logger_levels()]
-            return get_class._response_class(loggers=loggers)
-
-        def set_level(request: Any) -> Any:
-            set_logger_level(request.logger, request.level)
-            return set_class._response_class()
-
-        node.serve("~get_loggers", get_class, get_loggers)
-        node.serve("~set_logger_level", set_class, set_level)
 
     # -- the end --------------------------------------------------------------------
 
@@ -343,65 +260,12 @@ class Session:
         print(f"shutdown request: {reason}", flush=True)
         self.end(f"external shutdown request: {reason}")
 
-    def _take_signals(self, node: Node) -> None:
-        """Has SIGINT and SIGTERM end the node, whatever the main thread is doing.
-
-        Python itself looks at signals only when the main thread runs Python code, so one that comes
-        just before it begins to wait would be lost. The interpreter writes each signal's number to a
-        descriptor at once, though, and the node's event loop reads it.
-        """
-        if threading.current_thread() is not threading.main_thread():
-            raise ROSInitException(
-                "init_node() must be called in the main thread, or with disable_signals=True: "
-                "only the main thread can handle signals"
-            )
-        for number in (signal.SIGINT, signal.SIGTERM):
-            self._previous_handlers[number] = signal.signal(number, self._call_previous_handler)
-        told, tell = socket.socketpair()
-        told.setblocking(False)
-        tell.setblocking(False)
-        self._signal_sockets = told, tell
-        node.watch_descriptor(told, self._read_signals)
-        signal.set_wakeup_fd(tell.fileno(), warn_on_full_buffer=False)
-        if hasattr(os, "register_at_fork"):  # a child's signals are not ours
-            os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
-
-    def _read_signals(self) -> None:
-        """Ends the node in a thread of its own; a second signal ends the process at once.
-
-        The main thread may be in the middle of anything, a publish for example, and may hold what
-        the end needs, so the end does not run on top of it.
-        """
-        for number in self._signal_sockets[0].recv(64):
-            if number not in self._previous_handlers:
-                continue
-            if self._is_told_to_end:
-                os._exit(128 + number)
-            self._is_told_to_end = True
-            threading.Thread(
-                target=self.end, args=(f"signal-{number}",), name="end of the node", daemon=True
-            ).start()
-
-    def _call_previous_handler(self, number: int, frame: FrameType | None) -> None:
-        previous = self._previous_handlers.get(number)
-        if callable(previous) and previous is not signal.default_int_handler:
-            with contextlib.suppress(KeyboardInterrupt):
-                previous(number, frame)
-
 
 _WINDOW_PARAMETERS = {
     "min_elements": "min_elements",
     "max_elements": "max_elements",
     "min_size_s": "min_size",
     "max_size_s": "max_size",
-}
-
-LOGGING_LEVELS = {
-    1: logging.DEBUG,
-    2: logging.INFO,
-    4: logging.WARNING,
-    8: logging.ERROR,
-    16: logging.CRITICAL,
 }
 
 

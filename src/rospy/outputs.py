@@ -1,0 +1,102 @@
+"""Where what a node logs goes: the console, a file, `/rosout`; and the services that set its levels."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import sys
+from pathlib import Path
+from typing import Any
+
+from pipros.errors import Refused, Unreachable
+from pipros.node import Node, Publisher
+from pipros.node.log import (
+    ConsoleHandler,
+    RosoutHandler,
+    configure_by_file,
+    log_file,
+    logger_levels,
+    open_file_handler,
+    set_logger_level,
+)
+
+ROSOUT_QUEUE_SIZE = 100
+
+LOGGING_LEVELS = {
+    1: logging.DEBUG,
+    2: logging.INFO,
+    4: logging.WARNING,
+    8: logging.ERROR,
+    16: logging.CRITICAL,
+}
+
+
+def open_console_and_file(node: Node, logger: logging.Logger, level: int | None) -> None:
+    """Sends `logger` to the console and all that the process logs to a file, as Noetic is configured.
+
+    `ROS_PYTHON_LOG_CONFIG_FILE` names a configuration of Python's logging to be used instead.
+    `level` is one of ROS' numbers; None leaves the configured one.
+    """
+    given = node.identity.arguments.special.get("__log")
+    path = log_file(node.environment.log_dir, node.name, given)
+    if node.environment.python_log_config is not None:
+        configure_by_file(node.environment.python_log_config, path)
+    else:
+        logger.setLevel(logging.INFO)
+        logger.addHandler(ConsoleHandler(node.name, lambda: node.clock, node.environment.console_format))
+        _log_to_file(path)
+    if level is not None:
+        logger.setLevel(LOGGING_LEVELS.get(level, logging.INFO))
+
+
+def _log_to_file(path: Path) -> None:
+    root = logging.getLogger()
+    try:
+        root.addHandler(open_file_handler(path))
+    except OSError as error:
+        print(
+            f"WARNING: cannot log to [{path}]: {error.strerror}. "
+            "Please set ROS_LOG_DIR to a writable location.",
+            file=sys.stderr,
+        )
+    else:
+        root.setLevel(min(root.level or logging.INFO, logging.INFO))
+
+
+def open_rosout(node: Node, logger: logging.Logger) -> None:
+    """Sends `logger` to the topic `/rosout`, with the topics that the node publishes unless that is off."""
+    from pipros.msg import load_message_class
+
+    publisher: Publisher[Any] = node.advertise(
+        "/rosout", load_message_class("rosgraph_msgs/Log"), queue_size=ROSOUT_QUEUE_SIZE, latch=True
+    )
+
+    def topics() -> list[str]:
+        return [one.topic for one in node.topics.publications]
+
+    names_topics = True
+    with contextlib.suppress(LookupError, Unreachable, Refused):
+        names_topics = not node.params.get_cached("/rosout_disable_topics_generation")
+    logger.addHandler(
+        RosoutHandler(publisher, node.name, lambda: node.clock, topics if names_topics else list)
+    )
+
+
+def serve_loggers(node: Node) -> None:
+    """Offers `~get_loggers` and `~set_logger_level`, which every ROS node has."""
+    from pipros.msg import load_message_class, load_service_class
+
+    get_class: Any = load_service_class("roscpp/GetLoggers")
+    set_class: Any = load_service_class("roscpp/SetLoggerLevel")
+    logger_class = load_message_class("roscpp/Logger")
+
+    def get_loggers(_: Any) -> Any:
+        loggers = [logger_class(name=name, level=level) for name, level in logger_levels()]
+        return get_class._response_class(loggers=loggers)
+
+    def set_level(request: Any) -> Any:
+        set_logger_level(request.logger, request.level)
+        return set_class._response_class()
+
+    node.serve("~get_loggers", get_class, get_loggers)
+    node.serve("~set_logger_level", set_class, set_level)
