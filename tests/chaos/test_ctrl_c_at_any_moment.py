@@ -47,7 +47,11 @@ def test_roslaunch_ends_at_this_moment_of_its_start(ros: RosSystem, moment: str)
 @pytest.mark.parametrize("attempt", range(12))
 def test_roslaunch_ends_in_the_moment_in_which_its_nodes_begin_to_wait(ros: RosSystem, attempt: int) -> None:
     launch = ros.pipros.start(*LAUNCH)
-    wait_until(lambda: ros.publishers("/battery_topic") and ros.subscribers("/battery_topic"), 20)
+    wait_until(
+        lambda: ros.publishers("/battery_topic") and ros.subscribers("/battery_topic"),
+        20,
+        what=lambda: f"talker and listener are not there:\n{launch.output}",
+    )
 
     end(ros, launch)
 
