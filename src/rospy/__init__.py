@@ -6,6 +6,7 @@ here are the names, arguments and exceptions that ROS users know.
 
 from typing import Any as _Any
 
+import pipros.interrupts as _interrupts  # noqa: F401 # first, since a Ctrl-C may come during the others
 from rospy import client as client
 from rospy import core as core
 from rospy import exceptions as exceptions

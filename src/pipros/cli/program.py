@@ -13,6 +13,7 @@ from importlib import import_module
 from optparse import OptionParser
 from typing import TYPE_CHECKING
 
+import pipros.interrupts  # noqa: F401 # Ctrl-C ends a command whatever it is doing
 from pipros import names
 from pipros.env import Environment, split_master_uri
 from pipros.errors import PiprosError, Unreachable
