@@ -29,6 +29,8 @@ class StubsHook(BuildHookInterface[Any]):
             included = build_data["force_include"]
         for file in write_stubs(packages, Path(self._folder.name), definitions, suffix="-stubs"):
             included[str(file)] = str(file.relative_to(self._folder.name))
+        for module in share.glob("*/src/*/[a-z]*.py"):  # typed, and so stubs themselves
+            included[str(module)] = f"{module.parent.name}-stubs/{module.stem}.pyi"
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:  # noqa: ARG002
         self._folder.cleanup()

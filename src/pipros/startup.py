@@ -28,7 +28,7 @@ class _Packages:
     def find(self, name: str) -> str | None:
         path = os.environ.get("ROS_PACKAGE_PATH", "")
         found = self._on_path(path).get(name) if path else None
-        if found is None:
+        if found is None and name.isidentifier():
             shipped = os.path.join(_SHARE, name)
             found = shipped if os.path.isdir(shipped) else None
         return found

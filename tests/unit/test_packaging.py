@@ -60,7 +60,7 @@ def test_the_import_hook_is_there_in_every_interpreter_of_the_environment() -> N
     assert ended.stdout == "True\n"
 
 
-def test_programs_in_shipped_packages_may_be_executed_after_an_installation(tmp_path: Path) -> None:
+def test_an_installation_has_executable_programs_and_stubs_for_what_ships(tmp_path: Path) -> None:
     subprocess.run(
         [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", tmp_path],
         cwd=REPOSITORY,
@@ -70,6 +70,7 @@ def test_programs_in_shipped_packages_may_be_executed_after_an_installation(tmp_
     (wheel,) = tmp_path.glob("*.whl")
 
     with zipfile.ZipFile(wheel) as archive:
+        assert "sensor_msgs-stubs/point_cloud2.pyi" in archive.namelist()
         programs = {
             file.filename: stat.S_IMODE(file.external_attr >> 16)
             for file in archive.infolist()

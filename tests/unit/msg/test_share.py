@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from pipros.errors import NotFound
+from pipros.msg.hook import installed_library
 from pipros.workspace.index import SHARED_PACKAGES
 
 WITH_DEFINITIONS = sorted(
@@ -27,3 +29,9 @@ def test_a_shipped_package_names_all_that_it_depends_on(folder: Path) -> None:
     assert f"generate_messages({' '.join(['DEPENDENCIES', *depends] if depends else [])})\n" in cmake
     for kind, function in (("msg", "message"), ("srv", "service"), ("action", "action")):
         assert (f"add_{function}_files(DIRECTORY {kind})" in cmake) == (folder / kind).is_dir()
+
+
+@pytest.mark.parametrize("package", ["", "..", "/etc", "std_msgs/msg"])
+def test_what_is_no_name_of_a_package_is_not_looked_for_as_a_folder(package: str) -> None:
+    with pytest.raises(NotFound, match="there is no package"):
+        installed_library().files.file("msg", f"{package}/String")

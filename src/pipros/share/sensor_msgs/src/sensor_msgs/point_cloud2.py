@@ -1,0 +1,147 @@
+"""Reads points out of a `sensor_msgs/PointCloud2`, and makes clouds of points."""
+
+from __future__ import annotations
+
+import struct
+import sys
+from collections import namedtuple
+from collections.abc import Container, Iterable, Iterator, Sequence
+from math import isnan
+from typing import Any
+
+from std_msgs.msg import Header
+
+from sensor_msgs.msg import PointCloud2, PointField
+
+_DATATYPES = {
+    PointField.INT8: ("b", 1),
+    PointField.UINT8: ("B", 1),
+    PointField.INT16: ("h", 2),
+    PointField.UINT16: ("H", 2),
+    PointField.INT32: ("i", 4),
+    PointField.UINT32: ("I", 4),
+    PointField.FLOAT32: ("f", 4),
+    PointField.FLOAT64: ("d", 8),
+}
+
+
+def read_points(
+    cloud: PointCloud2,
+    field_names: Container[str] | None = None,
+    skip_nans: bool = False,
+    uvs: Iterable[tuple[int, int]] = (),
+) -> Iterator[tuple[Any, ...]]:
+    """The points of a cloud, row by row, each a tuple with its values in the order of their offsets.
+
+    Args:
+        field_names: the fields to read; all when None.
+        skip_nans: whether to leave out points in which any value is not a number.
+        uvs: column and row of the points to read; all when empty.
+
+    Raises:
+        AssertionError: it is no cloud.
+        struct.error: there is less data than width and height promise.
+    """
+    _check_is_cloud(cloud)
+    layout = _get_struct_fmt(cloud.is_bigendian, cloud.fields, field_names)
+    points = _single_points(cloud, layout, uvs) if uvs else _all_points(cloud, layout)
+    if not skip_nans:
+        yield from points
+    else:
+        yield from (point for point in points if not any(map(isnan, point)))
+
+
+def read_points_list(
+    cloud: PointCloud2,
+    field_names: Container[str] | None = None,
+    skip_nans: bool = False,
+    uvs: Iterable[tuple[int, int]] = (),
+) -> list[Any]:
+    """As `read_points`, all at once, each point a named tuple.
+
+    Raises:
+        ValueError: a field has a name that no named tuple can have.
+    """
+    _check_is_cloud(cloud)
+    names = [field.name for field in _in_order(cloud.fields, field_names)]
+    make_class: Any = namedtuple
+    point_class = make_class("Point", names)
+    return [point_class._make(point) for point in read_points(cloud, names, skip_nans, uvs)]
+
+
+def create_cloud(
+    header: Header, fields: Sequence[PointField], points: Sequence[Sequence[float]]
+) -> PointCloud2:
+    """A cloud of one row. Each point has its values in the order of the fields' offsets.
+
+    Raises:
+        struct.error: a point has another number of values, or one that its field cannot carry.
+    """
+    layout = struct.Struct(_get_struct_fmt(False, fields))
+    return PointCloud2(
+        header=header,
+        height=1,
+        width=len(points),
+        fields=list(fields),
+        is_bigendian=False,
+        point_step=layout.size,
+        row_step=layout.size * len(points),
+        data=b"".join(layout.pack(*point) for point in points),
+        is_dense=False,
+    )
+
+
+def create_cloud_xyz32(header: Header, points: Sequence[Sequence[float]]) -> PointCloud2:
+    """A cloud of points with x, y and z as float32."""
+    fields = [PointField(name, 4 * place, PointField.FLOAT32, 1) for place, name in enumerate("xyz")]
+    return create_cloud(header, fields, points)
+
+
+def _check_is_cloud(cloud: PointCloud2) -> None:
+    if getattr(cloud, "_type", None) != PointCloud2._type:
+        raise AssertionError("cloud is not a sensor_msgs.msg.PointCloud2")
+
+
+def _single_points(
+    cloud: PointCloud2, layout: str, uvs: Iterable[tuple[int, int]]
+) -> Iterator[tuple[Any, ...]]:
+    unpack, data = struct.Struct(layout).unpack_from, bytes(cloud.data)
+    for column, row in uvs:
+        yield unpack(data, row * cloud.row_step + column * cloud.point_step)
+
+
+def _all_points(cloud: PointCloud2, layout: str) -> Iterator[tuple[Any, ...]]:
+    size = struct.calcsize(layout)
+    padding = cloud.point_step - size
+    padded = struct.Struct(f"{layout}{max(padding, 0)}x")
+    row_size = cloud.width * cloud.point_step
+    data = memoryview(bytes(cloud.data))
+    for row in range(cloud.height):
+        octets = data[row * cloud.row_step :][:row_size]
+        if size and padding >= 0 and len(octets) == row_size:
+            yield from padded.iter_unpack(octets)
+        else:
+            yield from _single_points(cloud, layout, ((column, row) for column in range(cloud.width)))
+
+
+def _in_order(fields: Iterable[PointField], names: Container[str] | None) -> list[PointField]:
+    chosen = [field for field in fields if names is None or field.name in names]
+    return sorted(chosen, key=lambda field: field.offset)
+
+
+def _get_struct_fmt(
+    is_bigendian: bool, fields: Iterable[PointField], field_names: Container[str] | None = None
+) -> str:
+    """The layout of a point for the `struct` module, without what follows the last field."""
+    layout = ">" if is_bigendian else "<"
+    end = 0
+    for field in _in_order(fields, field_names):
+        layout += "x" * (field.offset - end)
+        end = max(end, field.offset)
+        if field.datatype not in _DATATYPES:
+            print(f"Skipping unknown PointField datatype [{field.datatype}]", file=sys.stderr)
+            continue
+        code, size = _DATATYPES[field.datatype]
+        layout += code * field.count
+        end += field.count * size
+    return layout
