@@ -7,14 +7,19 @@ import sys
 from collections.abc import Sequence
 
 from catkin_pkg.cli.create_pkg import main as create_package
+from catkin_pkg.package import InvalidPackage
 
 from pipros.launch.core import ROS_DISTRO
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Creates the package in the current folder; mistakes in the arguments end with code 2."""
+    """Creates the package in the current folder; mistakes in the arguments end with code 2, others with 1."""
     os.environ.setdefault("ROS_DISTRO", ROS_DISTRO)
-    create_package(list(sys.argv[1:] if argv is None else argv))
+    try:
+        create_package(list(sys.argv[1:] if argv is None else argv))
+    except InvalidPackage as error:
+        print(f"catkin_create_pkg: error: {' '.join(str(error).split())}", file=sys.stderr)
+        return 1
     return 0
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sys
+from argparse import ArgumentParser
 from collections.abc import Sequence
-from optparse import OptionParser
 from pathlib import Path
 
 from pipros.workspace.native import find_toplevel
@@ -23,19 +23,20 @@ include(${TOPLEVEL})
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Initialises the folder given, by default the current one; returns the exit code."""
-    parser = OptionParser(
-        usage="usage: %prog [workspace]",
+    parser = ArgumentParser(
         prog="catkin_init_workspace",
         description="Initializes a catkin workspace by creating a top-level CMakeLists.txt.",
     )
-    _, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
-    folder = Path(words[0] if words else ".").absolute()
+    parser.add_argument(
+        "workspace", nargs="?", default=".", help="The path to an existing folder (default: .)"
+    )
+    folder = Path(parser.parse_args(list(sys.argv[1:] if argv is None else argv)).workspace).absolute()
     if not folder.is_dir():
-        parser.error(f"The folder {folder} does not exist")
+        parser.error(f'Workspace "{folder}" does not exist')
     file = folder / "CMakeLists.txt"
     if file.exists() or file.is_symlink():
         print(f'File "{file}" already exists', file=sys.stderr)
-        return 1
+        return 2
     print(initialise(folder))
     return 0
 

@@ -6,10 +6,11 @@ import os
 import shutil
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.cli.catkin_init_workspace import initialise
+from pipros.cli.make_words import MakeWords, read_make_words
 from pipros.errors import PiprosError
 from pipros.workspace import native
 from pipros.workspace.build import BuildOptions, BuildResult, build
@@ -25,13 +26,15 @@ _RED, _PLAIN = "\033[31m", "\033[0m"
 def main(argv: Sequence[str] | None = None) -> int:
     """Builds and returns the exit code: 1 when any package failed."""
     arguments = list(sys.argv[1:] if argv is None else argv)
-    options, definitions, jobs, targets = _parse(arguments)
+    options, definitions, for_make = _parse(arguments)
+    targets = list(for_make.targets)
     layout = _layout(options, definitions)
     problem = _problem(layout)
+    if layout.base.is_dir():
+        print(f"Base path: {layout.base}", flush=True)
     if problem is not None:
         print(problem, file=sys.stderr)
         return 1
-    print(f"Base path: {layout.base}")
     print(f"Source space: {layout.source}")
     print(f"Build space: {layout.build}")
     print(f"Devel space: {layout.devel}")
@@ -45,14 +48,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         marker = layout.base / WORKSPACE_MARKER
         if not marker.exists():
             marker.write_text(_MARKER_TEXT)
-        if options.force_cmake:
+        if options.force_cmake or for_make.is_forced:
             shutil.rmtree(layout.build / "pipros", ignore_errors=True)
-        result = build(layout, _build_options(options, definitions, jobs, targets), _say)
+        result = build(layout, _build_options(options, definitions, for_make), _say)
     except (PiprosError, OSError) as error:
         print(f"{_RED}{error}{_PLAIN}", file=sys.stderr)
         return 1
     tests = [target for target in targets if _is_test(target)]
-    code = _report(result, has_more_to_do=bool(tests)) or _check_targets(targets, result, layout)
+    code = _report(result, has_more_to_do=bool(tests)) or _check_targets(targets, result, layout, definitions)
     if code == 0:
         _clean_results(targets, layout)
     if tests and code == 0:
@@ -62,9 +65,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     return code
 
 
-def _check_targets(targets: list[str], result: BuildResult, layout: Layout) -> int:
+def _check_targets(
+    targets: list[str], result: BuildResult, layout: Layout, definitions: Mapping[str, str]
+) -> int:
     """1, and words for it, when there is a target that nobody knows."""
     known = set(target_names(result.projects))
+    if definitions.get("CATKIN_ENABLE_TESTING", "ON").upper() in ("0", "OFF", "NO", "FALSE"):
+        known -= {"run_tests", "tests"}
     for target in targets:
         if target in known:
             continue
@@ -100,8 +107,8 @@ def _leave_error(file: Path, test: str, problem: str) -> None:
     file.write_text(format_suite(Suite(test, (case,))), "utf-8")
 
 
-def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], list[str], list[str]]:
-    """Options, `-D` settings, arguments for make, and targets."""
+def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], MakeWords]:
+    """Options, `-D` settings, and what is for make."""
     parser = ArgumentParser(
         prog="catkin_make",
         description="Creates the catkin workspace layout and builds it. Packages without compiled code are "
@@ -134,19 +141,20 @@ def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], list[str], 
     add("--override-build-tool-check", action="store_true", help="Accepted for Noetic's sake")
     # argparse takes what begins with a dash for an option, also behind --cmake-args.
     settings = [word for word in arguments if word.startswith("-D") and len(word) > 2]
-    jobs = [word for word in arguments if word[:2] in ("-j", "-l") and word[2:].isdecimal()]
-    options, targets = parser.parse_known_args(
-        [word for word in arguments if word not in settings and word not in jobs]
-    )
-    unknown = [word for word in targets if word.startswith("-")]
-    if unknown:
-        parser.error(f"unrecognized arguments: {' '.join(unknown)}")
+    words = [word for word in arguments if word not in settings]
+    given = words.index("--make-args") if "--make-args" in words else len(words)
+    for_make = read_make_words(words[given + 1 :])
+    options, rest = parser.parse_known_args(words[:given])
+    for_make += read_make_words(rest)
+    if for_make.unknown:
+        parser.error(f"unrecognized arguments: {' '.join(for_make.unknown)}")
     definitions = {}
     for setting in settings:
-        name, _, value = setting[2:].partition("=")
+        name, sign, value = setting[2:].partition("=")
+        if not sign:
+            parser.error(f"Parse error in command line argument: {name}\n Should be: VAR:type=value")
         definitions[name.partition(":")[0]] = value
-    targets += [word for word in options.make_args if not word.startswith("-")]
-    return options, definitions, jobs, targets  # fmt: skip
+    return options, definitions, for_make
 
 
 def _layout(options: Namespace, definitions: dict[str, str]) -> Layout:
@@ -163,23 +171,22 @@ def _layout(options: Namespace, definitions: dict[str, str]) -> Layout:
 def _problem(layout: Layout) -> str | None:
     """Why this folder cannot be built, in Noetic's words; None when it can."""
     if not layout.base.is_dir():
-        return f'Could not find base path "{layout.base}"'
-    if (layout.base / "package.xml").is_file() or (layout.base / "CMakeLists.txt").is_file():
+        return f'The specified base path "{layout.base}" does not exist'
+    if (layout.base / "package.xml").is_file():
         return (
             f'The specified base path "{layout.base}" contains a package but "catkin_make" must be invoked '
             "in the root of workspace"
         )
     if not layout.source.is_dir():
         return (
-            f'The specified source space "{layout.source}" does not exist. '
+            f'The specified source space "{layout.source}" does not exist\n'
             "catkin_make is to be called in the folder that has src in it"
         )
     return None
 
 
-def _build_options(
-    options: Namespace, definitions: dict[str, str], jobs: list[str], targets: list[str]
-) -> BuildOptions:
+def _build_options(options: Namespace, definitions: dict[str, str], for_make: MakeWords) -> BuildOptions:
+    targets = for_make.targets
     only = {*options.pkg, *options.only_pkg_with_deps}
     only.update(filter(None, definitions.get("CATKIN_WHITELIST_PACKAGES", "").split(";")))
     left_out = filter(None, definitions.get("CATKIN_BLACKLIST_PACKAGES", "").split(";"))
@@ -189,8 +196,8 @@ def _build_options(
         definitions,
         installs="install" in targets,
         tests=any(_is_test(target) for target in targets),
-        jobs=tuple(jobs),
-        targets=tuple(targets),
+        jobs=for_make.jobs,
+        targets=targets,
     )
 
 

@@ -25,7 +25,7 @@ from pipros.workspace.custom import StepRunner
 from pipros.workspace.devel import install_package, python_sources, write_devel_files
 from pipros.workspace.environment import underlays_of_build
 from pipros.workspace.index import PackageIndex
-from pipros.workspace.layout import Layout, SourcePackage, closure, read_source_space
+from pipros.workspace.layout import Layout, SourcePackage, WorkspaceError, closure, read_source_space
 from pipros.workspace.project import NativeTarget, Project
 from pipros.workspace.project_reader import FindExtras, read_project
 from pipros.workspace.setup_files import write_if_changed, write_setup_files
@@ -131,6 +131,7 @@ class _Build:
             if package.name in self._result.projects and not self._is_blocked(package):
                 self._build_package(package, definitions, native_names)
         self._build_natives(packages, natives, native_names)
+        (self._layout.build / "test_results").mkdir(parents=True, exist_ok=True)
         underlays = underlays_of_build(self._variables, self._layout.devel)
         write_setup_files(self._layout.devel, [self._layout.source], underlays)
         if self._options.installs:
@@ -139,6 +140,12 @@ class _Build:
         return self._result
 
     def _wanted(self, packages: Sequence[SourcePackage]) -> list[SourcePackage]:
+        missing = self._options.only - {package.name for package in packages}
+        if missing:
+            text = f'Packages "{", ".join(sorted(missing))}" not found in the workspace'
+            if missing == self._options.only:
+                raise WorkspaceError(text)
+            self._say(f"-- WARNING: {text}")
         names = closure(packages, set(self._options.only)) if self._options.only else None
         return [
             package

@@ -18,7 +18,8 @@ def names(projects: Mapping[str, Project]) -> Iterator[str]:
     """All targets there are."""
     yield from _ALWAYS
     for name, project in projects.items():
-        yield from (f"run_tests_{name}", f"clean_test_results_{name}")
+        # make takes the folder of a package for a target that is up to date.
+        yield from (name, f"run_tests_{name}", f"clean_test_results_{name}")
         yield from project.targets
         for test in project.tests:
             yield from _names_of(test, name)

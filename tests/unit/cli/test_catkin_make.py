@@ -49,6 +49,8 @@ def test_the_spaces_are_announced_as_in_noetic(base: Path, capsys: pytest.Captur
             ["-DCATKIN_WHITELIST_PACKAGES=", "-j4", "-l2", "--cmake-args", "-DCMAKE_BUILD_TYPE=Release"],
             ["one", "two"],
         ),
+        (["-j", "4", "--jobs=2", "-k", "VERBOSE=1", "-l", "2.5", "--make-args", "-s", "all"], ["one", "two"]),
+        (["--pkg", "one", "nope"], ["one"]),
     ],
 )
 def test_packages_are_chosen(
@@ -74,6 +76,24 @@ def test_clean_makes_the_next_build_a_full_one(base: Path, capsys: pytest.Captur
     capsys.readouterr()
     catkin_make.main([])
     assert "Nothing has changed" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--pkg", "nope"], 'Packages "nope" not found in the workspace'),
+        (["--only-pkg-with-deps", "b", "a"], 'Packages "a, b" not found in the workspace'),
+        (["-C", "nowhere"], '/nowhere" does not exist'),
+        (["-C", "src"], 'The specified source space "'),
+        (["-C", "src/one"], 'contains a package but "catkin_make" must be invoked in the root of workspace'),
+        (["-DCATKIN_ENABLE_TESTING=0", "run_tests"], "No rule to make target 'run_tests'"),
+    ],
+)
+def test_what_cannot_be_made_ends_with_1(
+    base: Path, arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert catkin_make.main(arguments) == 1
+    assert said in capsys.readouterr().err
 
 
 def test_a_custom_target_is_made_when_it_is_named(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -108,7 +128,7 @@ def test_an_unknown_option_ends_with_2(base: Path) -> None:
 def test_a_source_folder_is_initialised_once(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert catkin_init_workspace.main([str(base / "src")]) == 0
     assert (base / "src" / "CMakeLists.txt").exists()
-    assert catkin_init_workspace.main([str(base / "src")]) == 1
+    assert catkin_init_workspace.main([str(base / "src")]) == 2
     assert "already exists" in capsys.readouterr().err
 
 
@@ -123,10 +143,23 @@ def test_results_are_summed_up(base: Path, capsys: pytest.CaptureFixture[str]) -
     result_file(base, "one/good.xml", tests=3, errors=0, failures=0)
     assert catkin_test_results.main([]) == 0
     assert capsys.readouterr().out == "Summary: 3 tests, 0 errors, 0 failures, 0 skipped\n"
-    result_file(base, "one/bad.xml", tests=2, errors=1, failures=1)
-    assert catkin_test_results.main([]) == 1
+    result_file(base, "one/bad.xml", tests=2, errors=1, failures=1, skip=1)
+    (base / "build/test_results/none.xml").write_text("<other/>")
+    assert catkin_test_results.main(["build/test_results"]) == 1
     assert capsys.readouterr().out.splitlines() == [
-        "one/bad.xml: 2 tests, 1 errors, 1 failures, 0 skipped",
-        "Summary: 5 tests, 1 errors, 1 failures, 0 skipped",
+        "one/bad.xml: 2 tests, 1 errors, 1 failures, 1 skipped",
+        "Summary: 5 tests, 1 errors, 1 failures, 1 skipped",
+    ]
+    assert catkin_test_results.main(["--all", "--verbose", "build"]) == 1
+    assert capsys.readouterr().out.splitlines() == [
+        "Skipping \"test_results/none.xml\": the root tag is neither 'testsuite' nor 'testsuites'",
+        "Full test results for 'test_results/one/bad.xml'",
+        "-" * 49,
+        '<testsuite tests="2" errors="1" failures="1" skip="1"/>',
+        "-" * 49,
+        "test_results/one/bad.xml: 2 tests, 1 errors, 1 failures, 1 skipped",
+        "test_results/one/good.xml: 3 tests",
+        "Summary: 5 tests, 1 errors, 1 failures, 1 skipped",
     ]
     assert catkin_test_results.main(["/nowhere"]) == 1
+    assert capsys.readouterr().err == 'Test results directory "/nowhere" does not exist\n'
