@@ -31,7 +31,7 @@ def test_a_shipped_package_names_all_that_it_depends_on(folder: Path) -> None:
         assert (f"add_{function}_files(DIRECTORY {kind})" in cmake) == (folder / kind).is_dir()
 
 
-@pytest.mark.parametrize("package", ["", "..", "/etc", "std_msgs/msg"])
+@pytest.mark.parametrize("package", ["", "..", "/etc"])
 def test_what_is_no_name_of_a_package_is_not_looked_for_as_a_folder(package: str) -> None:
     with pytest.raises(NotFound, match="there is no package"):
         installed_library().files.file("msg", f"{package}/String")
