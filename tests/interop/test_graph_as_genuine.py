@@ -1,0 +1,45 @@
+"""rosgraph.impl.graph, by which rqt_graph draws a system, finds what genuine rosgraph finds in it.
+
+rqt_graph itself is in no archive that tests can use; `examine_graph.py` reads what it reads.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipros.net.master import MasterClient
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+SCRIPT = Path(__file__).parent / "examine_graph.py"
+
+
+def test_both_find_the_same_graph(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    ros.pipros.start("rosrun", "composiv_tryouts", "composiv_talker.py")
+    for name in ("one", "two"):
+        program = ("rosrun", "composiv_tryouts", "composiv_listener.py", f"__name:={name}")
+        (ros.pipros if name == "one" else ros.genuine).start(*program)
+    ros.genuine.start(
+        "rosrun", "cpp_battery", "battery_listener", "__ns:=/far", "battery_topic:=/battery_topic"
+    )
+    ros.wait_for_publisher("/battery_topic")
+    wait_until(lambda: len(ros.subscribers("/battery_topic")) == 3)
+    with_nobody = MasterClient(ros.master_uri, "/ghost", timeout_s=10)
+    with_nobody.register_publisher("/unheard", "std_msgs/String", "http://127.0.0.1:9/")
+
+    [talker] = ros.publishers("/battery_topic")
+    wanted = f"nn_edges '{talker}' -> '/far/cpp_listener' [/battery_topic] {talker}->/far/cpp_listener"
+    wait_until(lambda: wanted in _graph(ros, "python"))
+
+    found = _graph(ros, "python")
+    assert found == _graph(ros, "/usr/bin/python3")
+    for listener in ("/one", "/two"):
+        assert f"nn_edges '{talker}' -> '{listener}' [/battery_topic] {talker}->{listener}" in found
+    assert f"nt_edges '{talker}' -> ' /battery_topic' [] {talker}-> /battery_topic" in found
+    assert "bad /ghost True" in found
+
+
+def _graph(ros: RosSystem, python: str) -> list[str]:
+    side = ros.pipros if python == "python" else ros.genuine
+    return side.run(python, str(SCRIPT), "/ghost").stdout
