@@ -51,12 +51,15 @@ def workspace_environment(
     changed: dict[str, str] = {}
     for name, below in _LISTS.items():
         entries = [entry for entry in variables.get(name, "").split(os.pathsep) if entry]
+        if name == "CMAKE_PREFIX_PATH":
+            entries = [entry for entry in entries if os.path.isdir(entry)]
         if not extend:
             taken_out = {os.path.join(folder, below).rstrip("/") for folder in known}
             entries = [entry for entry in entries if entry.rstrip("/") not in taken_out]
         added = [os.path.join(folder, below).rstrip("/") for folder in chain]
-        added = [folder for folder in added if os.path.isdir(folder)]
-        entries = [*added, *(entry for entry in entries if entry.rstrip("/") not in added)]
+        present = {entry.rstrip("/") for entry in entries}
+        added = [folder for folder in added if os.path.isdir(folder) and folder not in present]
+        entries = [*added, *entries]
         if name == "PATH" and own_programs is not None and str(own_programs) not in entries:
             entries.insert(0, str(own_programs))
         if entries or variables.get(name):
@@ -68,7 +71,7 @@ def workspace_environment(
     changed["ROS_PACKAGE_PATH"] = os.pathsep.join(dict.fromkeys([*packages, str(SHARED_PACKAGES)]))
     changed |= _CONSTANTS
     changed["ROS_ROOT"] = str(SHARED_PACKAGES / "ros")
-    changed["ROS_ETC_DIR"] = str((prefix or SHARED_PACKAGES.parent) / "etc" / "ros")
+    changed["ROS_ETC_DIR"] = str(SHARED_PACKAGES.parent / "etc" / "ros")
     changed.setdefault("ROS_MASTER_URI", variables.get("ROS_MASTER_URI") or "http://localhost:11311")
     return {name: value for name, value in changed.items() if variables.get(name) != value}
 
@@ -130,11 +133,11 @@ def quoted_for_powershell(text: str) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Prints the shell code; called by the setup files with `shell prefix [--extend]`."""
+    """Prints the shell code; called by the setup files with `shell prefix [--extend] [--local]`."""
     shell, folder, *options = sys.argv[1:] if argv is None else argv
     prefix = Path(folder) if folder else None
     underlays: list[Path] = []
-    if prefix is not None:
+    if prefix is not None and "--local" not in options:
         try:
             listed = (prefix / UNDERLAYS_FILE).read_text("utf-8").split("\n")
             underlays = [Path(entry) for entry in listed if entry and Path(entry, MARKER).is_file()]

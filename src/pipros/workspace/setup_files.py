@@ -20,18 +20,19 @@ _COMPUTE = "from pipros.workspace.environment import main; main()"
 
 _SH = """\
 # Sets up the environment of this workspace for the shell that sources it. Made by catkin_make of pipros.
-# Options: --extend keeps the workspaces that are set up already.
+# Options: --extend keeps the workspaces that are set up already, --local leaves those below this one out.
 
 _PIPROS_PREFIX="${{_CATKIN_SETUP_DIR:-{prefix}}}"
 unset _CATKIN_SETUP_DIR
 _PIPROS_PYTHON={python}
 [ -x "$_PIPROS_PYTHON" ] || _PIPROS_PYTHON=python3
 _PIPROS_EXTEND=
-for _PIPROS_WORD in "$@" ${{CATKIN_SETUP_UTIL_ARGS:-}}; do
-  [ "$_PIPROS_WORD" = --extend ] && _PIPROS_EXTEND=--extend
-done
-eval "$("$_PIPROS_PYTHON" -I -c '{compute}' "${{CATKIN_SHELL:-sh}}" "$_PIPROS_PREFIX" $_PIPROS_EXTEND)"
-unset _PIPROS_PREFIX _PIPROS_PYTHON _PIPROS_EXTEND _PIPROS_WORD
+_PIPROS_LOCAL=
+case " $* ${{CATKIN_SETUP_UTIL_ARGS:-}} " in *" --extend "*) _PIPROS_EXTEND=--extend ;; esac
+case " $* ${{CATKIN_SETUP_UTIL_ARGS:-}} " in *" --local "*) _PIPROS_LOCAL=--local ;; esac
+eval "$("$_PIPROS_PYTHON" -I -c '{compute}' "${{CATKIN_SHELL:-sh}}" "$_PIPROS_PREFIX" \
+  $_PIPROS_EXTEND $_PIPROS_LOCAL)"
+unset _PIPROS_PREFIX _PIPROS_PYTHON _PIPROS_EXTEND _PIPROS_LOCAL
 """
 
 _BASH = """\
@@ -59,7 +60,8 @@ _FISH = """\
 set -l _pipros_python {python}
 test -x $_pipros_python; or set _pipros_python python3
 set -l _pipros_extend
-contains -- --extend $argv; and set _pipros_extend --extend
+contains -- --extend $argv; and set -a _pipros_extend --extend
+contains -- --local $argv; and set -a _pipros_extend --local
 $_pipros_python -I -c '{compute}' fish (dirname (realpath (status -f))) $_pipros_extend | source
 test -f {functions}/ros.fish; and source {functions}/ros.fish
 """
@@ -68,7 +70,7 @@ _POWERSHELL = """\
 # Sets up the environment of this workspace for PowerShell. Made by catkin_make of pipros.
 $piprosPython = {powershell_python}
 if (-not (Test-Path -LiteralPath $piprosPython)) {{ $piprosPython = 'python' }}
-$piprosExtend = @($args | Where-Object {{ $_ -eq '--extend' }})
+$piprosExtend = @($args | Where-Object {{ '--extend', '--local' -contains $_ }})
 $piprosCode = & $piprosPython -I -c '{compute}' powershell $PSScriptRoot @piprosExtend | Out-String
 if ($piprosCode) {{ Invoke-Expression $piprosCode }}
 Remove-Variable 'piprosPython', 'piprosExtend', 'piprosCode'
@@ -76,7 +78,7 @@ Remove-Variable 'piprosPython', 'piprosExtend', 'piprosCode'
 
 _LOCAL = """\
 # Sets up this workspace and leaves those that are set up already. Made by catkin_make of pipros.
-CATKIN_SETUP_UTIL_ARGS="--extend ${{CATKIN_SETUP_UTIL_ARGS:-}}"
+CATKIN_SETUP_UTIL_ARGS="--extend --local ${{CATKIN_SETUP_UTIL_ARGS:-}}"
 . {setup}
 unset CATKIN_SETUP_UTIL_ARGS
 """

@@ -36,7 +36,7 @@ def test_a_workspace_sets_what_noetics_setup_files_set(devel: Path, tmp_path: Pa
         "ROS_VERSION": "1",
         "ROS_PYTHON_VERSION": "3",
         "ROS_ROOT": f"{SHARED_PACKAGES}/ros",
-        "ROS_ETC_DIR": f"{devel}/etc/ros",
+        "ROS_ETC_DIR": f"{SHARED_PACKAGES.parent}/etc/ros",
         "ROS_MASTER_URI": "http://localhost:11311",
     }
 
@@ -58,10 +58,10 @@ def test_the_workspaces_below_come_after_and_install_spaces_have_share(
 
 def test_another_workspace_takes_the_place_of_the_one_before(devel: Path, tmp_path: Path) -> None:
     other = space(tmp_path / "other" / "devel", sources="/other/src")
-    environment = {"PATH": "/bin", "CMAKE_PREFIX_PATH": "/no/workspace"}
+    environment = {"PATH": "/bin", "CMAKE_PREFIX_PATH": f"/nowhere:{tmp_path}"}
     environment |= workspace_environment(other, [], environment)
     environment |= workspace_environment(devel, [], environment)
-    assert environment["CMAKE_PREFIX_PATH"] == f"{devel}:/no/workspace"
+    assert environment["CMAKE_PREFIX_PATH"] == f"{devel}:{tmp_path}"
     assert str(other) not in environment["PYTHONPATH"]
     assert "/other/src" not in environment["ROS_PACKAGE_PATH"]
 
