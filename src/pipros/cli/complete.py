@@ -1,6 +1,7 @@
 """`pipros-complete`: what a shell may offer for the word at the cursor of a ROS command.
 
 Called by the shells' completion with the position of the word and all words; prints one candidate a line.
+A candidate of several lines comes alone, behind the character 0x1f.
 With `--find PACKAGE NAME` it prints the files of that name in a package, for roscat, rosed and roscp.
 """
 
@@ -10,21 +11,14 @@ import os
 import sys
 from collections.abc import Iterable, Sequence
 
+from pipros.cli.complete_options import SUBCOMMANDS, options
+from pipros.cli.complete_running import live_names, prototype, service_type
 from pipros.workspace.executables import list_executables
 from pipros.workspace.index import PackageIndex
 
-_SUBCOMMANDS = {
-    "rostopic": "bw delay echo find hz info list pub type",
-    "rosnode": "cleanup info kill list machine ping",
-    "rosparam": "delete dump get list load set",
-    "rosservice": "args call find info list type uri",
-    "rosmsg": "info list md5 package packages show",
-    "rossrv": "info list md5 package packages show",
-    "rospack": "depends depends-indent depends-on depends-on1 depends-why depends1 find list list-duplicates "
-    "list-names plugins profile rosdep rosdep0",
-}
-
-_ENDINGS = {"roslaunch": (".launch", ".test", ".xml"), "rostest": (".test", ".launch")}
+_ENDINGS = {"roslaunch": (".launch", ".test"), "rostest": (".test", ".launch")}
+_KINDS = {"rosmsg": "msg", "rossrv": "srv", "rosaction": "action"}
+_TARGETS = ("install", "run_tests", "tests", "clean")
 
 _FILES_LIMIT = 2000
 
@@ -65,21 +59,43 @@ def candidates(words: Sequence[str], index: PackageIndex) -> Iterable[str]:
     """What may stand for the last of the words."""
     command, *before, current = words
     command = os.path.basename(command)
-    if command in _SUBCOMMANDS:
-        if not before:
-            return _SUBCOMMANDS[command].split()
-        return _packages(index) if command == "rospack" else _live(command, before)
+    if current.startswith("-"):
+        return options(command, before)
     before = [word for word in before if not word.startswith("-")]
+    if command in SUBCOMMANDS:
+        if not before:
+            return SUBCOMMANDS[command].split()
+        return _of_subcommand(command, before, current, index)
     if command in ("roscd", "rosls", "rospd"):
-        return _places(index, current)
+        return [] if before else _places(index, current)
+    if command == "catkin_make":
+        return _TARGETS
     if not before:
         return _packages(index)
     package = index.get(before[0])
-    if package is None or len(before) > 1:
+    if package is None:
         return []
     if command == "rosrun":
-        return list_executables(package)
-    return _files(str(package.path), _ENDINGS.get(command, ("",)))
+        return list_executables(package) if len(before) == 1 else []
+    if command in _ENDINGS and len(before) == 2:
+        return _arguments(str(package.path), before[1])
+    return _files(str(package.path), _ENDINGS.get(command, ("",))) if len(before) == 1 else []
+
+
+def _of_subcommand(command: str, before: Sequence[str], current: str, index: PackageIndex) -> Iterable[str]:
+    if command == "rospack":
+        return _packages(index)
+    if command in _KINDS:
+        if before[0] == "package":
+            return _packages(index)
+        return [] if before[0] in ("list", "packages") else _types(_KINDS[command], current, index)
+    if command == "rostopic" and before[0] == "pub" and len(before) == 2:
+        return _types("msg", current, index)
+    if command == "rostopic" and before[0] == "pub" and len(before) == 3:
+        return [] if current else prototype("msg", before[2])
+    if command == "rosservice" and before[0] == "call" and len(before) == 2:
+        return [] if current else prototype("srv", service_type(before[1]))
+    return live_names(command, before)
 
 
 def _packages(index: PackageIndex) -> list[str]:
@@ -91,7 +107,7 @@ def _places(index: PackageIndex, current: str) -> list[str]:
     name, slash, rest = current.partition("/")
     package = index.get(name) if slash else None
     if package is None:
-        return [f"{known.name}" for known in index]
+        return [f"{known.name}/" for known in index]
     below = os.path.dirname(rest)
     try:
         entries = sorted(os.scandir(os.path.join(package.path, below)), key=lambda entry: entry.name)
@@ -111,30 +127,32 @@ def _files(folder: str, endings: tuple[str, ...]) -> list[str]:
     return sorted(found)
 
 
-def _live(command: str, before: Sequence[str]) -> list[str]:
-    """Names from the running system; none when no master answers at once."""
-    from pipros.env import Environment
-    from pipros.errors import PiprosError
-    from pipros.net.master import MasterClient
+def _arguments(folder: str, name: str) -> list[str]:
+    """The arguments of a launch file that may be set: `name:=`."""
+    from pipros.safe.xml import XmlError, parse
 
-    client = MasterClient(Environment.from_os().master_uri, "/complete", timeout_s=0.5)
-    try:
-        if command == "rosparam":
-            return client.get_param_names()
-        if command == "rostopic" and len(before) == 1:
-            return sorted(name for name, _ in client.get_topic_types())
-        publishers, subscribers, services = client.get_system_state()
-        if command == "rosservice":
-            return sorted(name for name, _ in services)
-        if command == "rosnode":
-            return sorted(
-                {node for part in (publishers, subscribers, services) for _, ns in part for node in ns}
-            )
-    except PiprosError:
-        pass
-    finally:
-        client.close()
+    for base, folders, files in os.walk(folder):
+        folders[:] = [one for one in folders if not one.startswith(".")]
+        if name in files:
+            path = os.path.join(base, name)
+            try:
+                with open(path, "rb") as file:
+                    root = parse(file.read(), path)
+            except (XmlError, OSError):
+                return []
+            settable = [one.attributes for one in root.all("arg") if "value" not in one.attributes]
+            return [f"{attributes['name']}:=" for attributes in settable if "name" in attributes]
     return []
+
+
+def _types(kind: str, current: str, index: PackageIndex) -> list[str]:
+    """Packages with such definitions, `std_msgs/`, or, below one, its types."""
+    from pipros.msg.hook import installed_library
+
+    package, slash, _ = current.partition("/")
+    if not slash:
+        return [f"{known.name}/" for known in index if (known.path / kind).is_dir()]
+    return [f"{package}/{name}" for name in installed_library().files.names(kind, package)]
 
 
 if __name__ == "__main__":

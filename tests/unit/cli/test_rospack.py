@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cli import complete, rospack
+from pipros.cli import rospack
 
 
 def add(folder: Path, name: str, content: str = "") -> Path:
@@ -126,25 +126,3 @@ def test_a_broken_manifest_is_named_with_its_line(source: Path, capsys: pytest.C
     (source / "c" / "package.xml").write_text("<package>\n<name>c</name")
     assert rospack.main(["depends", "a"]) == 1
     assert f"{source}/c/package.xml:2:" in capsys.readouterr().err
-
-
-def offered(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
-    assert complete.main([str(len(words) - 1), *words]) == 0
-    return capsys.readouterr().out.split()
-
-
-def test_completion_offers_packages_programs_files_and_folders(
-    source: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (source / "a" / "launch").mkdir()
-    (source / "a" / "launch" / "x.launch").touch()
-    (source / "a" / "run").write_text("#!/bin/sh\n")
-    (source / "a" / "run").chmod(0o755)
-    assert "a" in offered(capsys, "rosrun", "")
-    assert offered(capsys, "rosrun", "a", "r") == ["run"]
-    assert offered(capsys, "roslaunch", "a", "x") == ["x.launch"]
-    assert offered(capsys, "roscd", "a/") == ["a/launch/"]
-    assert offered(capsys, "rostopic", "ec") == ["echo"]
-    assert offered(capsys, "rosrun", "nope", "") == []
-    assert complete.main(["--find", "a", "x.launch"]) == 0
-    assert capsys.readouterr().out == f"{source}/a/launch/x.launch\n"

@@ -1,8 +1,12 @@
-# The shell functions of ROS for fish: roscd, rosls, rosed, roscat, roscp, and completion.
+# The shell functions of ROS for fish: roscd, rosls, rosed, roscat, roscp, rosmv, and completion.
 
-function _pipros_place  # package[/path] -> path
+function _pipros_place  # package[/path] command -> path
     set -l parts (string split -m 1 / -- $argv[1])
-    set -l folder (rospack find $parts[1]); or return 1
+    set -l folder (rospack -q find "$parts[1]" 2>/dev/null)
+    if test -z "$folder"
+        echo "$argv[2]: No such package/stack '$argv[1]'" >&2
+        return 1
+    end
     if test (count $parts) -eq 1
         echo $folder
     else
@@ -10,44 +14,107 @@ function _pipros_place  # package[/path] -> path
     end
 end
 
-function _pipros_file  # package file -> the first file of that name
-    set -l found (pipros-complete --find $argv[1] $argv[2])
-    if test (count $found) -eq 0
+function _pipros_file  # package file -> the one file of that name, in $_pipros_found
+    if not rospack -q find "$argv[1]" >/dev/null 2>&1
+        echo "Couldn't find package [$argv[1]]" >&2
+        return 1
+    end
+    set -g _pipros_found (pipros-complete --find $argv[1] $argv[2])
+    if test (count $_pipros_found) -eq 0
         echo "That file does not exist in that package." >&2
         return 1
     end
-    echo $found[1]
+    if test (count $_pipros_found) -gt 1
+        echo "You have chosen a non-unique filename, please pick one of the following:" >&2
+        for number in (seq (count $_pipros_found))
+            echo "$number) $_pipros_found[$number]" >&2
+        end
+        # A command substitution would not see what is typed.
+        read -l -P '#? ' choice; or return 1
+        set -g _pipros_found $_pipros_found[$choice]
+    end
+end
+
+function _pipros_usage  # text -> 0 for --help, 1 for a mistake
+    printf 'usage: %s\n\n%s\n' $argv[1] $argv[2]
+    test "$argv[3]" = --help
 end
 
 function roscd
-    if test (count $argv) -eq 0
-        cd (string split : -- $CMAKE_PREFIX_PATH)[1]
+    if test (count $argv) -gt 1 -o "$argv[1]" = --help
+        _pipros_usage "roscd package" "Jump to target package." --help
         return
     end
-    set -l place (_pipros_place $argv[1]); and cd $place
+    if test (count $argv) -eq 0
+        set -l place $ROS_WORKSPACE (string split : -- $CMAKE_PREFIX_PATH)
+        if test -z "$ROS_WORKSPACE" -a ! -f "$place[1]/.catkin"
+            echo "No workspace is set up: source its devel/setup.fish, or set ROS_WORKSPACE, to use roscd without a package"
+            return 1
+        end
+        cd $place[1]
+    else if test "$argv[1]" = log
+        set -l place (roslaunch-logs)
+        if test -z "$place"
+            set place $HOME/.ros/log
+            set -q ROS_HOME; and set place $ROS_HOME/log
+            set -q ROS_LOG_DIR; and set place $ROS_LOG_DIR
+        end
+        cd $place
+    else
+        set -l place (_pipros_place $argv[1] roscd); and cd $place
+    end
 end
 
 function rosls
-    set -l place (_pipros_place $argv[1]); and ls $argv[2..-1] $place
+    if test (count $argv) -eq 0 -o "$argv[1]" = --help
+        _pipros_usage "rosls [package]" "Lists contents of a package directory." "$argv[1]"
+        return
+    end
+    set -l place (_pipros_place $argv[1] rosls); and ls $argv[2..-1] $place
 end
 
 function rosed
-    set -l file (_pipros_file $argv[1] $argv[2]); and eval $EDITOR (string escape -- $file)
+    if test (count $argv) -ne 2
+        _pipros_usage "rosed [package] [file]" "Edit a file within a package." "$argv[1]"
+        return
+    end
+    set -l editor vim
+    set -q EDITOR; and set editor (string split ' ' -- $EDITOR)
+    _pipros_file $argv[1] $argv[2]; and $editor $_pipros_found
 end
 
 function roscat
-    set -l file (_pipros_file $argv[1] $argv[2]); and cat $file
+    if test (count $argv) -ne 2
+        _pipros_usage "roscat [package] [file]" "Display a file content within a package." "$argv[1]"
+        return
+    end
+    _pipros_file $argv[1] $argv[2]; and cat $_pipros_found
 end
 
 function roscp
-    set -l file (_pipros_file $argv[1] $argv[2]); and cp $file $argv[3]
+    if test (count $argv) -ne 3
+        _pipros_usage "roscp package filename target" "Copy a file from a package to target location." --help
+        return
+    end
+    _pipros_file $argv[1] $argv[2]; and cp $_pipros_found $argv[3]
+end
+
+function rosmv
+    if test (count $argv) -ne 3
+        _pipros_usage "rosmv package filename target" "Move a file from a package to target location." --help
+    else if test "$argv[1]" = -d
+        set -l place (_pipros_place $argv[2] rosmv); and mv $place $argv[3]
+    else
+        _pipros_file $argv[1] $argv[2]; and mv $_pipros_found $argv[3]
+    end
 end
 
 function _pipros_complete
     set -l words (commandline -opc) (commandline -ct)
-    pipros-complete (math (count $words) - 1) $words 2>/dev/null
+    pipros-complete (math (count $words) - 1) $words 2>/dev/null | string replace \x1f ''
 end
 
-for command in roscd rosls rosed roscat roscp rosrun roslaunch rostest rospack rostopic rosnode rosparam rosservice rosmsg rossrv
+for command in roscd rosls rosed roscat roscp rosmv rosrun roslaunch rostest rospack rostopic rosnode rosparam \
+        rosservice rosmsg rossrv rosaction rosbag roscore rosclean rosversion catkin_make catkin_create_pkg
     complete -c $command -a '(_pipros_complete)'
 end

@@ -1,0 +1,137 @@
+"""roscd, rosls, rosed, roscat, roscp, rosmv, rospd and rosd in the shells that have them."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from pipros.workspace.setup_files import SHELL_FOLDER
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+
+COMPLETIONS = """
+compopt() { :; }
+try() {
+  COMP_WORDS=("$@")
+  COMP_CWORD=$(($# - 1))
+  _pipros_complete
+  printf '<%s>' "${COMPREPLY[@]}"
+  echo
+}
+try roscd robo
+try roscd robots/
+try rosed robots R
+try rostopic pub /t robots/Wheel ''
+"""
+
+SHELLS = ["bash", "zsh", "fish"]
+
+
+@pytest.fixture
+def source(ros: RosSystem) -> Path:
+    """A package `robots` with two files of one name."""
+    package = ros.home / "src" / "robots"
+    for path, content in {
+        "package.xml": "<package><name>robots</name></package>",
+        "README": "read me\n",
+        "a/same.txt": "of a\n",
+        "b/same.txt": "of b\n",
+        "b/two words.txt": "two words\n",
+    }.items():
+        (package / path).parent.mkdir(parents=True, exist_ok=True)
+        (package / path).write_text(content)
+    ros.pipros.environment["ROS_PACKAGE_PATH"] = str(package.parent)
+    return package
+
+
+def shell(ros: RosSystem, program: str, script: str, **variables: str) -> Process:
+    if shutil.which(program) is None:
+        pytest.skip(f"{program} is not installed")
+    return ros.pipros.run(program, "-c", f"source {SHELL_FOLDER}/ros.{program}; {script}", **variables)
+
+
+@pytest.mark.parametrize("program", SHELLS)
+def test_roscd_goes_to_packages_folders_workspace_and_logs(
+    ros: RosSystem, source: Path, program: str
+) -> None:
+    logs = ros.home / ".ros" / "log"
+    logs.mkdir(parents=True)
+    (ros.home / "devel").mkdir()
+    (ros.home / "devel/.catkin").touch()
+    ended = shell(
+        ros, program, "roscd robots; pwd; roscd robots/a; pwd; roscd; pwd; roscd log; pwd",
+        CMAKE_PREFIX_PATH=f"{ros.home}/devel:/usr",
+    )  # fmt: skip
+    assert ended.stdout == [str(source), str(source / "a"), str(ros.home / "devel"), str(logs)]
+    ended = shell(ros, program, "roscd; or true" if program == "fish" else "roscd; roscd nope; pwd")
+    assert "No workspace is set up" in ended.output
+    ended = shell(ros, program, "roscd nope; pwd")
+    assert "roscd: No such package/stack 'nope'" in ended.output
+    assert ended.stdout[-1] == str(ros.home)
+    assert shell(ros, program, "roscd --help").stdout[0] == "usage: roscd package"
+
+
+@pytest.mark.parametrize("program", SHELLS)
+def test_files_are_shown_edited_copied_and_moved(ros: RosSystem, source: Path, program: str) -> None:
+    ended = shell(
+        ros,
+        program,
+        "rosls robots; roscat robots README; roscat robots a/same.txt; roscat robots 'two words.txt'; "
+        "rosed robots README; roscp robots README copy; cat copy; rosmv robots README moved; cat moved",
+        EDITOR="echo edit",
+    )
+    assert ended.returncode == 0, ended.output
+    assert ended.stdout == [
+        *("README", "a", "b", "package.xml"),
+        *("read me", "of a", "two words", f"edit {source}/README", "read me", "read me"),
+    ]
+    assert not (source / "README").exists()
+
+
+@pytest.mark.parametrize("program", SHELLS)
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("roscat robots nope", "That file does not exist in that package."),
+        ("roscat nope README", "Couldn't find package [nope]"),
+        ("rosls nope", "rosls: No such package/stack 'nope'"),
+        ("roscat robots", "usage: roscat [package] [file]"),
+        ("rosed", "usage: rosed [package] [file]"),
+    ],
+)
+def test_mistakes_are_told_and_end_with_1(
+    ros: RosSystem, source: Path, program: str, line: str, said: str
+) -> None:
+    ended = shell(ros, program, line)
+    assert ended.returncode == 1
+    assert said in ended.output
+
+
+@pytest.mark.parametrize("program", SHELLS)
+def test_a_file_that_is_there_twice_is_chosen(ros: RosSystem, source: Path, program: str) -> None:
+    ended = shell(ros, program, "echo 2 | roscat robots same.txt")
+    assert ended.stdout == ["of b"]
+    assert "You have chosen a non-unique filename" in ended.output
+
+
+@pytest.mark.parametrize("program", ["bash", "zsh"])
+def test_rospd_and_rosd_keep_a_stack_of_folders(ros: RosSystem, source: Path, program: str) -> None:
+    ended = shell(ros, program, "rospd robots; rospd robots/a; rospd 1; pwd")
+    home = str(ros.home)
+    assert ended.stdout == [
+        *(f"0 {source}", f"1 {home}"),
+        *(f"0 {source}/a", f"1 {source}", f"2 {home}"),
+        *(f"0 {source}", f"1 {home}", f"2 {source}/a"),
+        str(source),
+    ]
+
+
+def test_bash_completes_words_folders_and_messages(ros: RosSystem, source: Path) -> None:
+    (source / "msg").mkdir()
+    (source / "msg/Wheel.msg").write_text("string side\nint32 turns\n")
+    ended = shell(ros, "bash", COMPLETIONS)
+    assert ended.stdout == [
+        *("<robots/>", "<robots/a/><robots/b/><robots/msg/>", "<README>", "<\"side: ''", 'turns: 0">'),
+    ]

@@ -1,0 +1,81 @@
+"""What shells offer for the word at the cursor, without any master."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipros.cli import complete
+
+
+@pytest.fixture(autouse=True)
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A package `robots` with a program, a launch file, a message and a service."""
+    folder = tmp_path / "src" / "robots"
+    for path, content in {
+        "package.xml": "<package><name>robots</name></package>",
+        "launch/go.launch": '<launch><arg name="speed"/><arg name="slow" default="1"/>'
+        '<arg name="fixed" value="1"/></launch>',
+        "launch/notes.txt": "n",
+        "test/go.test": "<launch/>",
+        "scripts/drive.py": "#!/usr/bin/env python3\n",
+        "msg/Wheel.msg": "string side\nint32[2] turns\n",
+        "srv/Stop.srv": "bool now\n---\n",
+        ".git/go.launch": "",
+    }.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_text(content)
+    (folder / "scripts/drive.py").chmod(0o755)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
+    monkeypatch.setenv("ROS_HOME", str(tmp_path / "home"))
+    return folder
+
+
+def offered(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
+    assert complete.main([str(len(words) - 1), *words]) == 0
+    return capsys.readouterr().out.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("line", "offers"),
+    [
+        ("rosrun robo", ["robots"]),
+        ("rosrun robots ", ["drive.py"]),
+        ("rosrun robots drive.py ", []),
+        ("rosrun nope ", []),
+        ("rosrun --pre", ["--prefix"]),
+        ("roslaunch robots ", ["go.launch", "go.test"]),
+        ("roslaunch robots go.launch ", ["speed:=", "slow:="]),
+        ("roslaunch robots go.launch sp", ["speed:="]),
+        ("roslaunch --dry", ["--dry-run"]),
+        ("rostest robots ", ["go.launch", "go.test"]),
+        ("roscd robo", ["robots/"]),
+        ("roscd robots/l", ["robots/launch/"]),
+        ("roscd robots/ ", []),
+        ("rosls --", ["--help"]),
+        ("roscat robots n", ["notes.txt"]),
+        ("rospack fi", ["find"]),
+        ("rospack find robo", ["robots"]),
+        ("rostopic ec", ["echo"]),
+        ("rostopic echo --fil", ["--filter"]),
+        ("rostopic pub /t robo", ["robots/"]),
+        ("rostopic pub /t robots/", ["robots/Wheel"]),
+        ("rosmsg show robots/W", ["robots/Wheel"]),
+        ("rosmsg package robo", ["robots"]),
+        ("rosmsg list ", []),
+        ("rossrv show robots/", ["robots/Stop"]),
+        ("rosclean ", ["check", "purge"]),
+        ("catkin_make run", ["run_tests"]),
+        ("catkin_make --force", ["--force-cmake"]),
+        ("rostopic echo ", []),
+    ],
+)
+def test_offers(line: str, offers: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert offered(capsys, *line.split(" ")) == offers
+
+
+def test_files_are_found_by_their_names_and_paths(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("go.launch", "launch/go.launch"):
+        assert complete.main(["--find", "robots", name]) == 0
+        assert capsys.readouterr().out == f"{package}/launch/go.launch\n"
