@@ -3,43 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from optparse import OptionParser
-from pathlib import Path
 
-from pipros.cli.program import CommandError, Surroundings, option_parser
+from pipros.cli.program import Surroundings
+from pipros.cli.rostopic.echo_options import parse
 from pipros.names import parse_arguments
-
-CLEAR_SCREEN = "\x1b[2J\x1b[;H"
-
-
-@dataclass(frozen=True, slots=True)
-class EchoOptions:
-    """How messages are shown.
-
-    Attributes:
-        count: how many; None is for ever.
-        plot: as lines of a table.
-        no_arrays, no_texts: leave them out, or show their size only.
-        width: of numbers, in characters.
-        clear: clear the screen before each message.
-        offset: times as the difference from now.
-        expression: show only messages for which it is true.
-    """
-
-    count: int | None = None
-    plot: bool = False
-    no_arrays: bool = False
-    no_texts: bool = False
-    width: int | None = None
-    clear: bool = False
-    offset: bool = False
-    expression: str | None = None
 
 
 def echo(argv: Sequence[str]) -> int:
     arguments = parse_arguments(argv)
-    topic, options = _parse(list(arguments.rest))
+    topic, options = parse(arguments.rest)
     from pipros.cli.command_node import command_node
     from pipros.cli.rostopic.listening import Listening, wait_for_source
     from pipros.cli.rostopic.printing import MessagePrinter
@@ -52,77 +24,3 @@ def echo(argv: Sequence[str]) -> int:
         listening.subscribe(source.topic, printer.show)
         listening.wait()
     return 0
-
-
-def _parse(argv: list[str]) -> tuple[str, EchoOptions]:
-    parser = option_parser("rostopic", "echo [options] /topic")
-    add = parser.add_option
-    add("-b", "--bag", dest="bag", metavar="BAGFILE", help="echo messages from .bag file")
-    add("-p", dest="plot", action="store_true", default=False, help="echo in a plotting friendly format")
-    add("-w", dest="width", metavar="NUM_WIDTH", help="fixed width for numeric values")
-    add(
-        "--filter",
-        dest="expression",
-        metavar="FILTER-EXPRESSION",
-        help="Python expression to filter messages that are printed. Expression can use Python builtins"
-        " as well as m (the message) and topic (the topic name).",
-    )
-    add("--nostr", dest="no_texts", action="store_true", default=False, help="exclude string fields")
-    add("--noarr", dest="no_arrays", action="store_true", default=False, help="exclude arrays")
-    add(
-        "-c",
-        "--clear",
-        dest="clear",
-        action="store_true",
-        default=False,
-        help="clear screen before printing next message",
-    )
-    add(
-        "-a",
-        "--all",
-        dest="all",
-        action="store_true",
-        help="display all message in bag, only valid with -b option",
-    )
-    add("-n", dest="count", metavar="COUNT", help="number of messages to echo")
-    add(
-        "--offset",
-        dest="offset",
-        action="store_true",
-        default=False,
-        help="display time as offsets from current time (in seconds)",
-    )
-    options, arguments = parser.parse_args(argv)
-    if len(arguments) > 1:
-        parser.error("you may only specify one input topic")
-    if options.all and not options.bag:
-        parser.error("Display all option is only valid when echoing from bag files")
-    if not arguments:
-        parser.error("topic must be specified")
-    width = _integer(parser, options.width, "NUM_WIDTH")
-    if width is not None and width < 2:
-        parser.error("Fixed width for numeric values must be at least 2")
-    count = _integer(parser, options.count, "COUNT")
-    if options.bag:
-        raise CommandError(
-            f"cannot read [{options.bag}]: this version of pipros reads no bag files"
-            if Path(options.bag).is_file()
-            else f"bag file [{options.bag}] does not exist"
-        )
-    return arguments[0], EchoOptions(
-        count,
-        options.plot,
-        options.no_arrays,
-        options.no_texts,
-        width,
-        options.clear,
-        options.offset,
-        options.expression,
-    )
-
-
-def _integer(parser: OptionParser, text: str | None, name: str) -> int | None:
-    try:
-        return None if text is None else int(text)
-    except ValueError:
-        parser.error(f"{name} must be an integer")

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pipros.cli.rostopic.brief import Briefing
-from pipros.cli.rostopic.echo import CLEAR_SCREEN, EchoOptions
+from pipros.cli.rostopic.echo_options import EchoOptions
 from pipros.cli.rostopic.fields import Part, describe_path, extract
 from pipros.cli.rostopic.filters import MessageFilter
 from pipros.cli.rostopic.listening import Source
@@ -18,6 +18,8 @@ from pipros.msg.text import strify_message
 from pipros.msg.time import Time
 from pipros.node.clock import Clock
 from pipros.node.raw import RawMessage
+
+CLEAR_SCREEN = "\x1b[2J\x1b[;H"
 
 
 class MessagePrinter:
