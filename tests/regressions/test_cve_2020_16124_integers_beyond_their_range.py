@@ -23,9 +23,9 @@ def test_an_integer_that_does_not_fit_is_an_error_and_no_other_integer(number: i
     "length", [*map(str, TOO_LARGE), "-1", "-2147483648", "0x7fffffff", "1e9", "+5", " ", ""]
 )
 def test_a_length_that_cannot_be_is_refused_before_a_byte_of_it_is_stored(length: str) -> None:
+    reader = RequestReader()
+    reader.feed(f"POST / HTTP/1.1\r\nContent-Length: {length}\r\n\r\n".encode())
     with pytest.raises(HttpError):
-        reader = RequestReader()
-        reader.feed(f"POST / HTTP/1.1\r\nContent-Length: {length}\r\n\r\n".encode())
         reader.next_request()
     with pytest.raises(HttpError):
         ResponseReader().feed(f"HTTP/1.1 200 OK\r\nContent-Length: {length}\r\n\r\n".encode())

@@ -133,10 +133,10 @@ class Store:
         self._changes.put((statement, (key, *above)))
         if parts:  # the namespace stays, though nothing may be left in it
             statement = (
-                "INSERT INTO parameters (key, value) SELECT ?1, x'' "
-                "WHERE NOT EXISTS (SELECT 1 FROM parameters WHERE key = ?1 AND value = x'')"
+                "INSERT INTO parameters (key, value) SELECT ?, x'' "
+                "WHERE NOT EXISTS (SELECT 1 FROM parameters WHERE key = ? AND value = x'')"
             )
-            self._changes.put((statement, (above[-1],)))
+            self._changes.put((statement, (above[-1], above[-1])))
 
     def registered(self, role: Role, node: str, key: str, api: str, service_api: str | None) -> None:
         row = (role.name, node, key, api, service_api)
