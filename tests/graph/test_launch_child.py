@@ -206,6 +206,17 @@ def test_a_launch_file_that_is_none_is_explained_and_another_is_taken(
     assert launch(parent, ("a", "sleeper"))[0] == 1
 
 
+def test_a_program_that_cannot_be_started_is_reported_and_the_others_stay(
+    ros: RosSystem, parent: Parent, package: Path
+) -> None:
+    (package / "sleeper").write_text("#!/nope\n")
+    child = start(ros, parent)
+    code, text, _ = launch(parent, ("a", "ends"), ("b", "sleeper"))
+    assert code == 0
+    assert "asks for the interpreter /nope" in text
+    assert child.wait() == 0
+
+
 def test_it_launches_once(ros: RosSystem, parent: Parent, package: Path) -> None:
     start(ros, parent)
     launch(parent, ("a", "sleeper"))

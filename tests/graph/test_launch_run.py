@@ -27,6 +27,8 @@ PROGRAMS = {
     "  print('ready', os.getpid(), flush=True)\n  time.sleep(1000)\nos.wait()\n",
     "fails": "#!/bin/sh\necho first\necho the reason\nexit 3\n",
     "ends": "#!/bin/sh\nexit 0\n",
+    "without_interpreter": "#!/nope\n",
+    "from_windows": "#!/usr/bin/env python3\r\n",
     "fails_once": '#!/bin/sh\n[ -e "$1" ] && { echo ready again; exec sleep 1000; }\ntouch "$1"\nexit 1\n',
     "printenv": '#!/bin/sh\nenv\npwd\nfor word; do echo "arg $word"; done\n',
 }
@@ -217,6 +219,50 @@ def test_a_missing_program_stops_nobody_else(ros: RosSystem, package: Path) -> N
     running = launch(ros, package, node("nope", "a") + node("sleeper", "b"))
     running.wait_for(r"ERROR: cannot launch node of type \[programs/nope\]: Cannot locate node of type")
     running.wait_for("ready")
+
+
+@pytest.mark.parametrize(
+    ("program", "reason"),
+    [
+        (node("sleeper", "b").replace("/>", ' launch-prefix="nope"/>'), "nope: No such file or directory"),
+        (node("without_interpreter", "b"), "asks for the interpreter /nope, which does not exist"),
+    ],
+)
+def test_a_program_that_cannot_be_started_ends_all(
+    ros: RosSystem, package: Path, program: str, reason: str
+) -> None:
+    running = launch(ros, package, node("sleeper", "a") + program)
+    assert running.wait() == 1
+    assert "RLException: Unable to launch [" in running.output
+    assert reason in running.output
+    assert "[a-2] killing on exit" in running.stdout
+
+
+def test_a_script_with_windows_line_ends_stops_nobody_else(ros: RosSystem, package: Path) -> None:
+    running = launch(ros, package, node("from_windows", "a") + node("sleeper", "b"))
+    running.wait_for("ERROR: Unable to launch .*has Windows line ends")
+    running.wait_for("ready")
+
+
+def test_a_launch_without_nodes_ends_at_once_on_the_master_of_others(ros: RosSystem, package: Path) -> None:
+    ros.pipros.start_master()
+    running = launch(ros, package, "")
+    assert running.wait() == 0
+    assert "\033[1mNo processes to monitor\033[0m" in running.stdout
+
+
+def test_what_was_read_is_shown_when_it_is_wanted(ros: RosSystem, package: Path) -> None:
+    ros.pipros.start_master()
+    running = launch(ros, package, '<param name="p" value="1"/>' + node("ends"), "-v", "--wait", "--local")
+    assert running.wait() == 0
+    for line in (
+        "master has started, initiating launch",
+        f"... loading XML file [{package}/x.launch]",
+        "Added parameter [/p]",
+        "Added node of type [programs/ends] in namespace [/]",
+        "local only launch specified, will not launch remote nodes",
+    ):
+        assert line in running.stdout
 
 
 @pytest.mark.parametrize("count", [50])

@@ -169,6 +169,7 @@ def _wait_for_master(console: Console) -> None:
                 is_announced = True
             time.sleep(0.1)
         else:
+            console.say("master has started, initiating launch")
             return
 
 

@@ -150,7 +150,11 @@ class Child:
         self._run = run
         if self._is_unwanted:
             run.request_stop()
-        failed = run.start_nodes()
+        try:
+            failed = run.start_nodes()
+        except LaunchError as error:
+            order.answer.set_result([0, f"ERROR: {error}", [[], []]])
+            return
         self._console.say("... done launching nodes")
         order.answer.set_result([1, "launched", [[process.name for process in run.processes()], failed]])
 

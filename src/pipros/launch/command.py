@@ -18,6 +18,10 @@ class CannotLaunch(PiprosError):
     """A node has no program, or its arguments cannot be understood. The other nodes still start."""
 
 
+class CannotStart(CannotLaunch):
+    """The program of a node is there, and the operating system refuses it. That ends the launch."""
+
+
 @dataclass(frozen=True, slots=True)
 class Command:
     """A process to start.

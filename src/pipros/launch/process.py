@@ -11,10 +11,10 @@ from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from pathlib import Path
 
-from pipros.launch.command import CannotLaunch, Command
+from pipros.launch.command import CannotLaunch, CannotStart, Command
 from pipros.launch.guardian import Guardian
 from pipros.launch.labels import LabelledOutput
-from pipros.workspace.interpreter import why_not_startable
+from pipros.workspace.interpreter import has_windows_line_ends, why_not_startable
 
 _ON_WINDOWS = os.name == "nt"
 
@@ -51,7 +51,7 @@ class NodeProcess:
                 our output to it as it is.
 
         Raises:
-            CannotLaunch: the operating system refuses, with what to try.
+            CannotLaunch, CannotStart: the operating system refuses, with what to try.
         """
         self.name = name
         self.command = command
@@ -138,7 +138,7 @@ def _start(
             )
     except OSError as error:
         what = error.filename or command.argv[0]
-        raise CannotLaunch(f"Unable to launch [{' '.join(command.argv)}]: {what}: {error.strerror}") from None
+        raise CannotStart(f"Unable to launch [{' '.join(command.argv)}]: {what}: {error.strerror}") from None
     finally:
         if label is not None:
             label.started()
@@ -149,7 +149,9 @@ def _check_first_line(command: Command) -> None:
     program = Path(command.argv[0])
     reason = why_not_startable(program) if program.is_file() else None
     if reason is not None:
-        raise CannotLaunch(f"Unable to launch [{' '.join(command.argv)}]: {reason}")
+        # `env` starts, and ends at once, where a line end is wrong: no more than one node is lost then.
+        kind = CannotLaunch if has_windows_line_ends(program) else CannotStart
+        raise kind(f"Unable to launch [{' '.join(command.argv)}]: {reason}")
 
 
 def _is_group_alive(group: int) -> bool:

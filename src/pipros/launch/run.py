@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
-from pipros.launch.command import CannotLaunch, CommandMaker
+from pipros.launch.command import CannotLaunch, CannotStart, CommandMaker
 from pipros.launch.console import Console
 from pipros.launch.ending import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S, end, report_end
 from pipros.launch.guardian import Guardian
@@ -119,7 +119,11 @@ class Run:
         apply_parameters(self._launch, self._master_uri)
 
     def start_nodes(self) -> list[str]:
-        """Starts all nodes in the order of the file. Returns the names of those that could not be started."""
+        """Starts all nodes in the order of the file. Returns the names of those that have no program.
+
+        Raises:
+            LaunchError: a program is there and cannot be started; those before it run.
+        """
         failed = []
         for node in self._launch.nodes:
             if self._stop_requests:
@@ -128,6 +132,8 @@ class Run:
                 continue
             try:
                 self.start(node)
+            except CannotStart as error:
+                raise LaunchError(str(error)) from None
             except CannotLaunch as error:
                 self._console.error(f"ERROR: {error}")
                 failed.append(node.name)
@@ -170,7 +176,10 @@ class Run:
         """
         while self._is_wanted:
             if until_all_ended and not self.has_running:
-                self._console.say("all processes on machine have died, roslaunch will exit")
+                if self._managed:
+                    self._console.say("all processes on machine have died, roslaunch will exit")
+                else:
+                    self._console.bold("No processes to monitor")
                 return
             self._handle(self._next_event(None))
 

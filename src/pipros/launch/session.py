@@ -217,10 +217,23 @@ class Session:
         self.launch = self._load_launch() if self._load_launch is not None else self._load_files()
         for warning in self.launch.warnings:
             self._console.error(f"WARNING: {warning}")
+        self._tell_details()
         used = {node.machine for node in self.launch.nodes if node.machine}
         self._has_far_nodes = not self._options.run.local_only and not all(
             is_here(self.launch.machines[name]) for name in used
         )
+
+    def _tell_details(self) -> None:
+        """What `-v` shows, and the log file keeps, of what was read."""
+        detail = self._console.detail
+        for file in self.launch.files:
+            detail(f"... loading XML file [{file}]")
+        for key in self.launch.params:
+            detail(f"Added parameter [{key}]")
+        for node in self.launch.nodes:
+            detail(f"Added node of type [{node.package}/{node.type}] in namespace [{node.namespace}]")
+        if self._options.run.local_only:
+            self._console.say("local only launch specified, will not launch remote nodes")
 
     def _load_files(self) -> Launch:
         texts = []

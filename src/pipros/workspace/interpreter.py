@@ -48,8 +48,7 @@ def command_of(program: Path, arguments: Sequence[str] = (), prefix: str = "") -
 def why_not_startable(program: Path) -> str | None:
     """What is wrong with a script's first line, in words that say what to write; None when nothing is."""
     try:
-        with program.open("rb") as file:
-            start = file.read(256)
+        start = _start_of(program)
     except OSError as error:
         return f"{program} cannot be read: {error.strerror}"
     first_line = start.split(b"\n", 1)[0]
@@ -64,6 +63,20 @@ def why_not_startable(program: Path) -> str | None:
     elif program.suffix == ".py" and not _ON_WINDOWS:
         return f"{program} has no first line that names its interpreter; put '#!/usr/bin/env python3' there"
     return None
+
+
+def has_windows_line_ends(program: Path) -> bool:
+    """Whether the line that names a script's interpreter ends as lines do on Windows."""
+    try:
+        start = _start_of(program)
+    except OSError:
+        return False
+    return start.startswith(b"#!") and start.split(b"\n", 1)[0].endswith(b"\r")
+
+
+def _start_of(program: Path) -> bytes:
+    with program.open("rb") as file:
+        return file.read(256)
 
 
 def _is_bare_shell_script(program: Path) -> bool:
