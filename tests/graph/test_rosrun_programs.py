@@ -52,19 +52,19 @@ def test_python_nodes_get_the_python_that_pipros_is_in(ros: RosSystem, folder: P
 
 
 @pytest.mark.parametrize(
-    ("content", "complaint"),
+    ("content", "complaint", "code"),
     [
-        ("import rospy\n", "put '#!/usr/bin/env python3' there"),
-        ("#!/usr/bin/env python3\r\nimport rospy\r\n", "Windows line ends"),
-        ("#!/no/such/python\n", "/no/such/python, which does not exist"),
+        ("import rospy\n", "put '#!/usr/bin/env python3' there", 126),
+        ("#!/usr/bin/env python3\r\nimport rospy\r\n", "Windows line ends", 127),
+        ("#!/no/such/python\n", "/no/such/python, which does not exist", 127),
     ],
 )
 def test_a_script_that_cannot_start_is_explained(
-    ros: RosSystem, folder: Path, content: str, complaint: str
+    ros: RosSystem, folder: Path, content: str, complaint: str, code: int
 ) -> None:
     script(folder, "bad.py", content)
     ended = ros.pipros.run("rosrun", "programs", "bad.py")
-    assert ended.returncode == 126
+    assert ended.returncode == code
     assert complaint in ended.output
 
 

@@ -29,9 +29,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Returns an exit code only when there is nothing to run; otherwise this process becomes the program."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     prefix, debug = "", False
-    while arguments and arguments[0] in ("--prefix", "--debug", "-h", "--help"):
+    while arguments and arguments[0] in ("--prefix", "--debug", "-d", "-h", "--help"):
         option = arguments.pop(0)
-        if option == "--debug":
+        if option in ("--debug", "-d"):
             debug = True
         elif option == "--prefix" and arguments:
             prefix = arguments.pop(0)
@@ -89,7 +89,9 @@ def _run(program: Path, command: list[str]) -> int:
     reason = why_not_startable(program) if command[0] == str(program) else None
     if reason is not None:
         print(f"[rosrun] {reason}", file=sys.stderr)
-        return CANNOT_RUN
+        with program.open("rb") as file:
+            names_interpreter = file.read(2) == b"#!"
+        return NO_SUCH_COMMAND if names_interpreter else CANNOT_RUN
     environment = with_own_python_first(os.environ)
     sys.stdout.flush()
     try:
