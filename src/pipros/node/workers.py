@@ -23,6 +23,7 @@ class Workers:
         self._name = name
         self._jobs: SimpleQueue[Job | None] = SimpleQueue()
         self._idle = 0
+        self._is_closed = False
         self._lock = threading.Lock()
 
     def run(self, job: Callable[..., object], *args: Any) -> None:
@@ -34,8 +35,9 @@ class Workers:
         threading.Thread(target=self._work, args=((job, args),), name=self._name, daemon=True).start()
 
     def close(self) -> None:
-        """Ends the idle threads; jobs under way end by themselves."""
+        """Ends the idle threads; those at work end with their jobs."""
         with self._lock:
+            self._is_closed = True
             for _ in range(self._idle):
                 self._jobs.put(None)
             self._idle = 0
@@ -47,7 +49,7 @@ class Workers:
             function(*args)
             del function, args, job
             with self._lock:
-                if self._idle >= KEPT_IDLE:
+                if self._is_closed or self._idle >= KEPT_IDLE:
                     return
                 self._idle += 1
             job = self._jobs.get()
