@@ -178,6 +178,8 @@ class Session:
             self._signals.take(node)
         self.remappings = {**node.identity.arguments.special, **node.identity.arguments.remappings}
         atexit.register(self.end, "atexit")
+        if hasattr(os, "register_at_fork"):  # the end of a child is not the end of the node
+            os.register_at_fork(after_in_child=lambda: atexit.unregister(self.end))
         try:
             node.wait_for_master(lambda _: _say_that_there_is_no_master(node))
         except Interrupted:

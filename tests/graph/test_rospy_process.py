@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -154,6 +155,74 @@ def test_disable_signals_leaves_them_alone(processes: Processes, tmp_path: Path,
     node.send_signal(signal.SIGINT)
     assert node.wait(5) == -signal.SIGINT
     assert "KeyboardInterrupt" in node.output
+
+
+def test_a_handler_of_ones_own_decides_what_a_signal_means(
+    processes: Processes, tmp_path: Path, master: Master
+) -> None:
+    body = """
+import signal
+def land(number, frame):
+    print('landing', rospy.is_shutdown(), flush=True)
+    if landed: previous(number, frame)
+    landed.append(True)
+landed = []
+previous = signal.signal(signal.SIGINT, land)
+print('flies', flush=True)
+rospy.spin()
+"""
+    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node.wait_for("flies")
+    node.send_signal(signal.SIGINT)
+    node.wait_for("landing False")
+    again = node.mark()
+    node.send_signal(signal.SIGINT)
+    node.wait_for("landing False", since=again)
+    assert node.wait(5) == 0
+    assert "hook False" in node.output
+
+
+def test_a_signal_counts_while_others_have_the_wakeup_descriptor(
+    processes: Processes, tmp_path: Path, master: Master
+) -> None:
+    body = """
+import asyncio, signal
+async def main():
+    asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, print)
+    print('in asyncio', flush=True)
+    while not rospy.is_shutdown():
+        await asyncio.sleep(0.01)
+asyncio.run(main())
+"""
+    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node.wait_for("in asyncio")
+    node.send_signal(signal.SIGINT)
+    assert node.wait(5) == 0
+    assert "hook False" in node.output
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="children are not forked here")
+def test_a_forked_child_ends_by_signals_and_takes_nothing_with_it(
+    processes: Processes, tmp_path: Path, master: Master, client: MasterClient
+) -> None:
+    body = """
+import multiprocessing, os, sys
+fork = multiprocessing.get_context('fork')
+with fork.Pool(2) as pool:  # its end is a SIGTERM to each
+    print(pool.map(abs, [-1]), flush=True)
+if os.fork() == 0:
+    sys.exit(0)
+os.wait()
+rospy.Publisher('a', String, queue_size=1)
+print('still', rospy.is_shutdown(), flush=True)
+rospy.spin()
+"""
+    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node.wait_for("still False")
+    assert "hook" not in node.output
+    assert ["/a", ["/node"]] in client.get_system_state()[0]
+    node.send_signal(signal.SIGINT)
+    assert node.wait(5) == 0
 
 
 def test_a_node_that_is_asked_to_end_says_why(
