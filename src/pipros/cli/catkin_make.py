@@ -205,11 +205,17 @@ def _is_test(target: str) -> bool:
     return target in ("test", "run_tests") or target.startswith("run_tests_")
 
 
+def _in_one_line(error: str) -> str:
+    """The place of an error and the first line of its reason; CMake's form has them on two lines."""
+    first, *rest = error.splitlines()
+    return f"{first} {rest[0].strip()}" if first.endswith(":") and rest else first
+
+
 def _report(result: BuildResult, *, has_more_to_do: bool) -> int:
     if result.errors:
         print(f"{_RED}{len(result.errors)} package(s) failed:{_PLAIN}", file=sys.stderr)
         for error in result.errors:
-            print(f"{_RED} * {error.splitlines()[0]}{_PLAIN}", file=sys.stderr)
+            print(f"{_RED} * {_in_one_line(error)}{_PLAIN}", file=sys.stderr)
         if result.skipped:
             skipped = ", ".join(f"{name} (needs {culprit})" for name, culprit in result.skipped.items())
             print(f"{_RED}   skipped: {skipped}{_PLAIN}", file=sys.stderr)

@@ -132,6 +132,9 @@ class _Build:
                 self._build_package(package, definitions, native_names)
         self._build_natives(packages, natives, native_names)
         (self._layout.build / "test_results").mkdir(parents=True, exist_ok=True)
+        if self._layout.build != self._layout.source:
+            # Links to packages lie in the build folder: a crawl of the whole workspace would find them twice.
+            (self._layout.build / "CATKIN_IGNORE").touch()
         underlays = underlays_of_build(self._variables, self._layout.devel)
         write_setup_files(self._layout.devel, [self._layout.source], underlays)
         if self._options.installs:

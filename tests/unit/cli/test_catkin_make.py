@@ -163,3 +163,13 @@ def test_results_are_summed_up(base: Path, capsys: pytest.CaptureFixture[str]) -
     ]
     assert catkin_test_results.main(["/nowhere"]) == 1
     assert capsys.readouterr().err == 'Test results directory "/nowhere" does not exist\n'
+
+
+def test_the_summary_of_a_failure_tells_where_and_why(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = base / "src/one/CMakeLists.txt"
+    file.write_text('project(one)\nmessage(FATAL_ERROR "No such robot")\ncatkin_package()\n')
+    assert catkin_make.main([]) == 1
+    lines = capsys.readouterr().err.splitlines()
+    assert [line for line in lines if " * " in line] == [
+        f"\x1b[31m * one: CMake Error at {file}:2 (message): No such robot\x1b[0m"
+    ]

@@ -32,6 +32,11 @@ def test_an_empty_workspace_gets_its_setup_files(workspace: Workspace) -> None:
         assert (workspace.layout.devel / f"setup.{shell}").is_file()
 
 
+def test_the_build_folder_is_passed_over_by_whoever_looks_for_packages(workspace: Workspace) -> None:
+    workspace.build()
+    assert (workspace.layout.build / "CATKIN_IGNORE").is_file()
+
+
 def test_a_package_with_a_message_is_built(workspace: Workspace) -> None:
     workspace.add("talkers", MESSAGES, "message_runtime", msg__Level_dot_msg="Header header\nstring level\n")
     result = workspace.build()
