@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipros.workspace.build import BuildOptions, BuildResult, build
+from pipros.workspace.build import BuildResult, build
+from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.layout import Layout
 
 MANIFEST = """\

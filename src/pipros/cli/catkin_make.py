@@ -13,7 +13,8 @@ from pipros.cli.catkin_init_workspace import initialise
 from pipros.cli.make_words import MakeWords, read_make_words
 from pipros.errors import PiprosError
 from pipros.workspace import native
-from pipros.workspace.build import BuildOptions, BuildResult, build
+from pipros.workspace.build import BuildResult, build
+from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.layout import WORKSPACE_MARKER, Layout
 from pipros.workspace.targets import names as target_names
 

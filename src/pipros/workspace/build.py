@@ -19,6 +19,7 @@ from pipros.errors import PiprosError
 from pipros.msg.definitions import Definitions
 from pipros.msg.files import DefinitionFiles
 from pipros.workspace import native
+from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.checks import check_interfaces, check_manifest
 from pipros.workspace.cmake.stand_in import cmake_program
 from pipros.workspace.custom import StepRunner
@@ -31,29 +32,6 @@ from pipros.workspace.project_reader import FindExtras, read_project
 from pipros.workspace.setup_files import write_if_changed, write_setup_files
 
 Say = Callable[[str], None]
-
-
-@dataclass(frozen=True, slots=True)
-class BuildOptions:
-    """What the command line asks for.
-
-    Attributes:
-        only: names of packages to build with all that they need; empty for all.
-        left_out: names of packages to leave out.
-        definitions: the `-D` settings.
-        installs: whether to fill the install space, too.
-        tests: whether tests will be run, for which something may have to be compiled.
-        jobs: arguments for make, for packages that need it.
-        targets: custom targets to run besides those that are always run.
-    """
-
-    only: frozenset[str] = frozenset()
-    left_out: frozenset[str] = frozenset()
-    definitions: Mapping[str, str] = field(default_factory=dict)
-    installs: bool = False
-    tests: bool = False
-    jobs: tuple[str, ...] = ()
-    targets: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)

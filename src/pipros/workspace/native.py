@@ -9,14 +9,11 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.cmake.names import CORE_PACKAGES
 from pipros.workspace.index import SHARED_PACKAGES
 from pipros.workspace.layout import Layout, SourcePackage, read_source_space
-
-if TYPE_CHECKING:
-    from pipros.workspace.build import BuildOptions
 
 _PREFIXES = ("/opt/ros/noetic", "/opt/ros/one", "/opt/ros/melodic", "/usr")
 _TOPLEVEL = "share/catkin/cmake/toplevel.cmake"
