@@ -48,10 +48,34 @@ class ReceiveStatistics:
     dropped: int = 0
 
 
+class Turn:
+    """Lets the links of one topic deliver one after the other.
+
+    Who has just had a turn comes after those that wait already: they hold the gate. With one lock alone
+    a link with a backlog takes it again before the one that is woken up gets there.
+
+    It ends by `lock.release()`.
+    """
+
+    __slots__ = ("gate", "lock")
+
+    def __init__(self) -> None:
+        self.gate = threading.Lock()
+        self.lock = threading.Lock()
+
+    def take(self) -> bool:
+        """Waits for the turn; True when it had to wait."""
+        waited = not self.gate.acquire(blocking=False) and self.gate.acquire()
+        try:
+            return (not self.lock.acquire(blocking=False) and self.lock.acquire()) or waited
+        finally:
+            self.gate.release()
+
+
 class IncomingLink:
     """Receives the frames of one publisher and delivers them in order, in a thread of its own.
 
-    `turn` is held during each delivery: links that share one never deliver at the same time.
+    `turn` is had during each delivery: links that share one never deliver at the same time.
     The frame given to `deliver` is valid during the call only. `on_closed` is called once, from
     the link's thread, with the reason when the link ended by an error.
     """
@@ -62,7 +86,7 @@ class IncomingLink:
         *,
         name: str,
         deliver: Callable[[memoryview | bytes], object],
-        turn: threading.Lock,
+        turn: Turn,
         queue_size: int | None,
         on_closed: Callable[[IncomingLink, Exception | None], object],
         limit_bytes: int = FRAME_LIMIT_BYTES,
@@ -128,12 +152,16 @@ class IncomingLink:
 
     def _deliver_all(self, count: int) -> None:
         """Delivers the frames that `count` received bytes complete, straight from the buffer."""
-        statistics, turn, deliver = self.statistics, self._turn, self._deliver
+        statistics, gate, lock, deliver = self.statistics, self._turn.gate, self._turn.lock, self._deliver
         statistics.bytes += count
         for frame in self._buffer.received(count):
             statistics.frames += 1
-            with turn:
+            with gate:  # as `take` does, without the call
+                lock.acquire()
+            try:
                 deliver(frame)
+            finally:
+                lock.release()
 
     def _accept_first(self) -> None:
         first = memoryview(self._first)
@@ -159,14 +187,14 @@ class IncomingLink:
     def _deliver_waiting(self) -> None:
         waiting, turn, statistics = self._waiting, self._turn, self.statistics
         while waiting:
-            if not turn.acquire(blocking=False):
-                turn.acquire()
-                self._look_again()
-            before = time.monotonic()
+            waited = turn.take()
             try:
+                if waited:
+                    self._look_again()
+                before = time.monotonic()
                 self._deliver(waiting.popleft())
             finally:
-                turn.release()
+                turn.lock.release()
             statistics.frames += 1
             if self.queue_size and time.monotonic() - before > SLOW_DELIVERY_S:
                 self._look_again()

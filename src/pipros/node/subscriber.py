@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pipros.errors import PiprosError, ProtocolError, Refused, Unreachable
 from pipros.net import reach, tcpros
-from pipros.net.incoming import IncomingLink
+from pipros.net.incoming import IncomingLink, Turn
 from pipros.net.rpc_async import call_async
 from pipros.node.context import NodeContext
 from pipros.node.stream import MessageStream
@@ -77,7 +77,7 @@ class Subscription:
         self.observe: Observer | None = None
         self._context = context
         self._decode = decoder(message_class)
-        self._turn = threading.Lock()
+        self._turn = Turn()
         self._lock = threading.Lock()
         self._publishers: set[str] = set()  # as the master lists them; owned by the event loop
         self._followed: dict[str, asyncio.Task[None]] = {}  # owned by the event loop

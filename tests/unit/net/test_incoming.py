@@ -1,0 +1,51 @@
+"""The links of one topic take turns."""
+
+from __future__ import annotations
+
+import socket
+import threading
+
+import pytest
+
+from pipros.net.incoming import IncomingLink, Turn
+from tests.support.waiting import wait_until
+
+FRAME = b"\x01\x00\x00\x00x"
+
+
+@pytest.mark.parametrize("queue_size", [None, 100])
+def test_a_link_with_a_backlog_lets_others_have_their_turn(queue_size: int | None) -> None:
+    turn, began, order = Turn(), threading.Event(), list[str]()
+
+    def make_link(name: str) -> tuple[IncomingLink, socket.socket]:
+        def deliver(_: object) -> None:
+            order.append(name)
+            began.set()
+            if len(order) == 1:
+                wait_until(turn.gate.locked, what="the other link")
+
+        there = socket.create_connection(server.getsockname())
+        here, _ = server.accept()
+        link = IncomingLink(
+            here,
+            name=name,
+            deliver=deliver,
+            turn=turn,
+            queue_size=queue_size,
+            on_closed=lambda _, error: None,
+        )
+        return link, there
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        busy, to_busy = make_link("busy")
+        quiet, to_quiet = make_link("quiet")
+    with to_busy, to_quiet:
+        busy.start(first=20 * FRAME)
+        to_busy.sendall(20 * FRAME)
+        assert began.wait(10)
+        quiet.start()
+        to_quiet.sendall(FRAME)
+        wait_until(lambda: len(order) == 41)
+        assert order.index("quiet") == 1
+    for link in (busy, quiet):
+        link.join(10)
