@@ -60,8 +60,11 @@ class _InterfaceLoader(Loader):
         self._kind = kind
 
     def types(self) -> list[str]:
-        """The types that there are now: definitions may come while a program runs."""
-        return self._library.files.names(self._kind, self._package)
+        """The types that there are now: definitions, and whole packages, may come and go while a program runs."""
+        try:
+            return self._library.files.names(self._kind, self._package)
+        except NotFound:
+            return []
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:  # noqa: ARG002 # the protocol's
         return None

@@ -184,6 +184,15 @@ except ImportError:
     assert workspace.shows(code, ROS_PACKAGE_PATH="") == "False"
 
 
+def test_a_package_that_has_left_the_path_has_no_further_types(workspace: Workspace) -> None:
+    workspace.package("robot", **{"msg/One.msg": "", "msg/Two.msg": ""})
+    shown = workspace.shows(
+        "import os; from robot import msg; msg.One; os.environ['ROS_PACKAGE_PATH'] = '/dev/null'; "
+        "print(hasattr(msg, 'One'), hasattr(msg, 'Two'), 'Two' in dir(msg))"
+    )
+    assert shown == "True False False"
+
+
 def test_classes_are_found_by_type_name(workspace: Workspace) -> None:
     workspace.package("robot", **{"msg/A.msg": "int32 x"})
     load = "from pipros.msg import load_message_class as load;"
