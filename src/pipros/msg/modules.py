@@ -60,7 +60,7 @@ class _InterfaceLoader(Loader):
         self._kind = kind
 
     def types(self) -> list[str]:
-        """The types that there are now: definitions, and whole packages, may come and go while a program runs."""
+        """The types that there are now: definitions and packages may come and go while a program runs."""
         try:
             return self._library.files.names(self._kind, self._package)
         except NotFound:
