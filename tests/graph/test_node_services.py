@@ -13,6 +13,7 @@ import pytest
 from pipros.msg import load_service_class
 from pipros.node.client import CallTimeout, ServiceFailed
 from pipros.node.topics import NameInUse
+from pipros.node.workers import Workers
 from pipros.wire.header import encode_header
 from tests.support.nodes import MakeNode, listening_log
 from tests.support.waiting import wait_until
@@ -132,6 +133,24 @@ def test_a_slow_handler_holds_up_no_other_call(make_node: MakeNode) -> None:
     assert slow.is_alive()
     gate.set()
     slow.join(10)
+
+
+def test_a_call_for_which_there_is_no_thread_fails_at_once(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise RuntimeError("can't start new thread")
+
+    log, lines = listening_log()
+    server, client = make_node("server", log=log), make_node("client")
+    server.serve("set", SetBool, answer("done"))
+    proxy = client.client("set", SetBool)
+    with monkeypatch.context() as patch:
+        patch.setattr(Workers, "run", refuse)
+        with pytest.raises(ServiceFailed):
+            proxy.call(ON)
+    assert proxy.call(ON).success
+    assert lines == ["service [/set]: cannot serve a call: can't start new thread"]
 
 
 def test_the_end_of_a_node_ends_its_calls(make_node: MakeNode) -> None:

@@ -14,6 +14,7 @@ from pipros.master.server import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.base import SerializationError
 from pipros.net import incoming, sockets
+from pipros.net.incoming import IncomingLink
 from pipros.net.rpc import RpcClient
 from pipros.node.topics import TypeConflict
 from pipros.wire.header import HeaderReader, encode_header
@@ -186,6 +187,28 @@ def test_a_publisher_that_comes_back_is_heard_again(make_node: MakeNode) -> None
         inbox.wait(round_number + 1)
         talker.shutdown("restart")
     assert [message.data for message in inbox.messages] == ["0", "1", "2"]
+
+
+def test_a_subscriber_without_a_thread_for_a_publisher_tries_again(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start, refused = IncomingLink.start, threading.Event()
+
+    def refuse_once(link: IncomingLink, first: bytes) -> None:
+        if not refused.is_set():
+            refused.set()
+            raise RuntimeError("can't start new thread")
+        start(link, first)
+
+    monkeypatch.setattr(IncomingLink, "start", refuse_once)
+    log, lines = listening_log()
+    talker, listener, inbox = make_node("talker"), make_node("listener", log=log), Inbox()
+    talker.advertise("chat", Int32, latch=True).publish(Int32(1))
+    subscriber = listener.subscribe("chat", Int32, inbox)
+    inbox.wait()
+    assert refused.is_set()
+    assert subscriber.connection_count == 1
+    assert "can't start new thread" in lines[0]
 
 
 def test_the_last_unregister_ends_the_topic(make_node: MakeNode, master: Master) -> None:

@@ -105,7 +105,12 @@ class ServiceServer:
         self._open.add(connection.sock)
         if self._is_closed:  # and `close` may not have seen this connection
             sockets.abort(connection.sock)
-        self._workers.run(self._serve, connection, answer[sent:])
+        try:
+            self._workers.run(self._serve, connection, answer[sent:])
+        except RuntimeError as error:  # no more threads: rather no answer at all than one to wait for
+            self._context.log.error("service [%s]: cannot serve a call: %s", self.name, error)
+            self._open.discard(connection.sock)
+            connection.sock.close()
 
     def close(self) -> None:
         """Ends all connections; a handler under way ends by itself."""

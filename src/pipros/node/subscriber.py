@@ -181,7 +181,12 @@ class Subscription:
         peer = SubscriberLink(uri, header.get("callerid", "?"), self._context.next_link_number(), link)
         with self._lock:
             self.links = (*self.links, peer)
-        link.start(connection.rest)
+        try:
+            link.start(connection.rest)
+        except RuntimeError as error:  # no more threads: some may end before the next attempt
+            connection.sock.close()
+            self._detach(link, None, ended)
+            raise ProtocolError(str(error)) from error
         if self._is_closed:
             link.close()
         return ended
