@@ -50,7 +50,7 @@ class Trial:
 
     def is_due(self) -> bool:
         """Asked at each opportunity; who gets True tries, and tells `note` how it went."""
-        if self._passing:
+        if self._passing > 0:
             self._passing -= 1
             return False
         return True

@@ -283,7 +283,8 @@ class OutgoingLink:
             self._next_check.cancel()
         self._loop.asyncio.remove_reader(self._sock)
         self._loop.asyncio.remove_writer(self._sock)
-        self._sock.close()
+        with self._lock:  # not under a send: its descriptor would be another connection's
+            self._sock.close()
         self._on_closed(self)
 
 

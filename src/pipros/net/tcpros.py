@@ -130,13 +130,14 @@ class _Greeting:
         try:
             data = self._sock.recv(_CHUNK_BYTES)
             fields = self._reader.feed(data) if data else None
+            if fields is not None:
+                sockets.prepare(self._sock)
         except (BlockingIOError, InterruptedError):
             return False
         except (OSError, ProtocolError):
             data, fields = b"", None
         if fields is not None:
             self._leave()
-            sockets.prepare(self._sock)
             self._on_connection(Connection(self._sock, fields, self._reader.rest))
         elif data:
             return False

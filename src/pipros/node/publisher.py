@@ -202,8 +202,8 @@ class Publication:
         with self._lock:
             if self._pace.falls_silent(time.monotonic()):
                 self._follow_pace()
-            self._is_watched = self._pace.is_dense and not self._is_closed
-        if self._is_watched:
+            is_watched = self._is_watched = self._pace.is_dense and not self._is_closed
+        if is_watched:  # by us: meanwhile the next run may have begun, with a watch of its own
             self._context.loop.asyncio.call_later(WATCH_PACE_S, self._watch_pace)
 
     def _detach(self, link: OutgoingLink) -> None:
