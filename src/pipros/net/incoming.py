@@ -25,6 +25,10 @@ from pipros.wire.frames import FRAME_LIMIT_BYTES, FrameBuffer
 #: A delivery longer than this is followed by a look at the socket. Less would cost fast callbacks.
 SLOW_DELIVERY_S = 0.001
 
+#: So long a link may deliver before the others of its topic have a turn. (To pass it on after each message
+#: would cost more than the messages.)
+TURN_S = 0.001
+
 #: A nap, which is as long as the system's timers make it (some 60 microseconds on Linux), pays when so
 #: many frames have gathered meanwhile.
 NAP_S = 1e-6
@@ -53,23 +57,32 @@ class Turn:
 
     Who has just had a turn comes after those that wait already: they hold the gate. With one lock alone
     a link with a backlog takes it again before the one that is woken up gets there.
-
-    It ends by `lock.release()`.
     """
 
-    __slots__ = ("gate", "lock")
+    __slots__ = ("_gate", "_lock", "release")
 
     def __init__(self) -> None:
-        self.gate = threading.Lock()
-        self.lock = threading.Lock()
+        self._gate = threading.Lock()
+        self._lock = threading.Lock()
+        self.release = self._lock.release
+
+    @property
+    def is_wanted(self) -> bool:
+        """Whether somebody waits for it."""
+        return self._gate.locked()
 
     def take(self) -> bool:
-        """Waits for the turn; True when it had to wait."""
-        waited = not self.gate.acquire(blocking=False) and self.gate.acquire()
+        """Waits for the turn, which `release` ends; True when it had to wait."""
+        waited = not self._gate.acquire(blocking=False) and self._gate.acquire()
         try:
-            return (not self.lock.acquire(blocking=False) and self.lock.acquire()) or waited
+            return (not self._lock.acquire(blocking=False) and self._lock.acquire()) or waited
         finally:
-            self.gate.release()
+            self._gate.release()
+
+    def pass_on(self) -> None:
+        """Lets those that wait have their turns first."""
+        self.release()
+        self.take()
 
 
 class IncomingLink:
@@ -152,16 +165,19 @@ class IncomingLink:
 
     def _deliver_all(self, count: int) -> None:
         """Delivers the frames that `count` received bytes complete, straight from the buffer."""
-        statistics, gate, lock, deliver = self.statistics, self._turn.gate, self._turn.lock, self._deliver
+        statistics, turn, deliver, clock = self.statistics, self._turn, self._deliver, time.monotonic
         statistics.bytes += count
-        for frame in self._buffer.received(count):
-            statistics.frames += 1
-            with gate:  # as `take` does, without the call
-                lock.acquire()
-            try:
+        turn.take()
+        try:
+            end = clock() + TURN_S
+            for frame in self._buffer.received(count):
+                statistics.frames += 1
                 deliver(frame)
-            finally:
-                lock.release()
+                if clock() > end:
+                    turn.pass_on()
+                    end = clock() + TURN_S
+        finally:
+            turn.release()
 
     def _accept_first(self) -> None:
         first = memoryview(self._first)
@@ -194,7 +210,7 @@ class IncomingLink:
                 before = time.monotonic()
                 self._deliver(waiting.popleft())
             finally:
-                turn.lock.release()
+                turn.release()
             statistics.frames += 1
             if self.queue_size and time.monotonic() - before > SLOW_DELIVERY_S:
                 self._look_again()

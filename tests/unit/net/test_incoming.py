@@ -7,6 +7,7 @@ import threading
 
 import pytest
 
+from pipros.net import incoming
 from pipros.net.incoming import IncomingLink, Turn
 from tests.support.waiting import wait_until
 
@@ -14,7 +15,10 @@ FRAME = b"\x01\x00\x00\x00x"
 
 
 @pytest.mark.parametrize("queue_size", [None, 100])
-def test_a_link_with_a_backlog_lets_others_have_their_turn(queue_size: int | None) -> None:
+def test_a_link_with_a_backlog_lets_others_have_their_turn(
+    queue_size: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(incoming, "TURN_S", -1.0)  # over with each message
     turn, began, order = Turn(), threading.Event(), list[str]()
 
     def make_link(name: str) -> tuple[IncomingLink, socket.socket]:
@@ -22,7 +26,7 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(queue_size: int | Non
             order.append(name)
             began.set()
             if len(order) == 1:
-                wait_until(turn.gate.locked, what="the other link")
+                wait_until(lambda: turn.is_wanted, what="the other link")
 
         there = socket.create_connection(server.getsockname())
         here, _ = server.accept()
