@@ -1,4 +1,4 @@
-"""Where what a node logs goes: the console, a file, `/rosout`; and the services that set its levels."""
+"""Where what a node logs goes: the console, a file, `/rosout`."""
 
 from __future__ import annotations
 
@@ -15,9 +15,7 @@ from pipros.node.log import (
     RosoutHandler,
     configure_by_file,
     log_file,
-    logger_levels,
     open_file_handler,
-    set_logger_level,
 )
 
 ROSOUT_QUEUE_SIZE = 100
@@ -80,23 +78,3 @@ def open_rosout(node: Node, logger: logging.Logger) -> None:
     logger.addHandler(
         RosoutHandler(publisher, node.name, lambda: node.clock, topics if names_topics else list)
     )
-
-
-def serve_loggers(node: Node) -> None:
-    """Offers `~get_loggers` and `~set_logger_level`, which every ROS node has."""
-    from pipros.msg import load_message_class, load_service_class
-
-    get_class: Any = load_service_class("roscpp/GetLoggers")
-    set_class: Any = load_service_class("roscpp/SetLoggerLevel")
-    logger_class = load_message_class("roscpp/Logger")
-
-    def get_loggers(_: Any) -> Any:
-        loggers = [logger_class(name=name, level=level) for name, level in logger_levels()]
-        return get_class._response_class(loggers=loggers)
-
-    def set_level(request: Any) -> Any:
-        set_logger_level(request.logger, request.level)
-        return set_class._response_class()
-
-    node.serve("~get_loggers", get_class, get_loggers)
-    node.serve("~set_logger_level", set_class, set_level)

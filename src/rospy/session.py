@@ -22,6 +22,7 @@ from pipros.errors import Interrupted
 from pipros.net.master import MasterClient
 from pipros.node import Node
 from pipros.node.client import OpenCalls
+from pipros.node.loggers import serve_loggers
 from pipros.node.params import Parameters
 from pipros.node.traffic import WindowLimits
 from rospy import outputs
@@ -193,7 +194,7 @@ class Session:
         if self._is_on(node, "/enable_statistics"):
             node.enable_statistics(self._window_limits(node))
         self.has_time = True
-        outputs.serve_loggers(node)
+        serve_loggers(node)
         self.logger.debug("init_node, name[%s], pid[%s]", node.name, os.getpid())
         with self._lock:
             waiting, self._waiting_for_node = self._waiting_for_node, []

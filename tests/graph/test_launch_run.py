@@ -391,6 +391,47 @@ def test_the_pid_file_is_there_while_it_runs(ros: RosSystem, package: Path) -> N
     assert not file.exists()
 
 
+def test_roscore_keeps_a_pid_file_and_a_log_of_its_master(ros: RosSystem) -> None:
+    core = ros.pipros.start("roscore", "-p", str(ros.port), "--master-logger-level=debug")
+    core.wait_for(r"started core service \[/rosout\]")
+    home = Path(ros.pipros.environment["ROS_HOME"])
+    file = home / f"roscore-{ros.port}.pid"
+    wait_until(file.exists)
+    assert file.read_text() == str(core.pid)
+    [log] = home.glob("log/*-*/master.log")
+    wait_until(lambda: "+SUB [/rosout] /rosout http://127.0.0.1:" in log.read_text())
+    assert f"Master initialized: port[{ros.port}], uri[{ros.master_uri}/]" in log.read_text()
+    assert "[DEBUG]" in log.read_text()
+
+    second = ros.pipros.run("roscore", "-p", str(ros.port))
+    assert second.returncode == 1
+    assert file.read_text() == str(core.pid)
+    core.press_ctrl_c()
+    core.wait()
+    assert not file.exists()
+
+
+@pytest.mark.parametrize("variable", ["ROS_HOSTNAME", "ROS_IP"])
+def test_a_name_by_which_this_computer_does_not_reach_itself_is_told_at_once(
+    ros: RosSystem, variable: str
+) -> None:
+    core = ros.pipros.run("roscore", "-p", str(ros.port), **{variable: "no.such.host.invalid"})
+    assert core.returncode == 1
+    assert re.search(
+        r"RLException: Unable to contact my own server at \[http://no\.such\.host\.invalid:\d+/\]",
+        core.output,
+    )
+    assert "Set ROS_HOSTNAME or ROS_IP to a name" in core.output
+    assert "auto-starting new master" not in core.output
+
+
+@pytest.mark.parametrize("port", ["-1", "65536"])
+def test_a_port_that_is_none_is_told(ros: RosSystem, port: str) -> None:
+    core = ros.pipros.run("roscore", "-p", port)
+    assert core.returncode == 1
+    assert f"a port is a number from 0 to 65535, which {port} is not" in core.output
+
+
 def test_wait_holds_the_launch_back_until_there_is_a_master(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("sleeper"), "--wait")
     running.wait_for("roscore/master is not yet running, will wait for it to start")

@@ -67,6 +67,7 @@ def test_it_ends_when_a_peer_on_this_computer_asks_it_to(
     wait_until(lambda: is_up(claimed_port))
     MasterClient(claimed_port.uri, "/test", timeout_s=5).call("shutdown", "end of the test")
     assert process.wait(10) == 0
+    assert process.stdout == ["shutdown request: end of the test"]
 
 
 def test_it_logs_where_roslaunch_tells_it_to(
@@ -75,9 +76,11 @@ def test_it_logs_where_roslaunch_tells_it_to(
     log = tmp_path / "logs" / "master.log"
     process = start(processes, claimed_port, "--core", "--master-logger-level=debug", f"__log:={log}")
     wait_until(lambda: is_up(claimed_port))
-    wait_until(log.exists)
+    MasterClient(claimed_port.uri, "/test", timeout_s=5).set_param("/w", 1)
     process.press_ctrl_c()
     assert process.wait(10) == 0
+    assert "[rosmaster.master][INFO]" in log.read_text()
+    assert "+PARAM [/w] by /test" in log.read_text()
 
 
 def test_statistics_of_a_running_master_are_printed(
@@ -102,6 +105,7 @@ def test_statistics_of_no_master_are_an_error_with_its_cure(capsys: Any) -> None
         (["--nope"], "no such option: --nope"),
         (["-p", "x"], "invalid literal"),
         (["-t", "x"], "could not convert"),
+        (["-p", "70000"], "rosmaster: error: a port is a number from 0 to 65535, which 70000 is not"),
     ],
 )
 def test_wrong_arguments_are_told_and_end_with_2(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -73,11 +74,12 @@ def run(make_session: Callable[[], Launching], console: Console, options: Values
     stop_handling = _handle_signals(lambda: session)
     try:
         if pid_file is not None:
-            import os
-
             pid_file.write_text(str(os.getpid()))
         session = make_session()
         session.start()
+        if options.core and pid_file is None:
+            pid_file = _pid_file_of_core(options.port)
+            pid_file.write_text(str(os.getpid()))
         session.wait()
     except KeyboardInterrupt:
         pass
@@ -92,6 +94,13 @@ def run(make_session: Callable[[], Launching], console: Console, options: Values
             if pid_file is not None:
                 pid_file.unlink(missing_ok=True)
     return code
+
+
+def _pid_file_of_core(port: int | None) -> Path:
+    """Where scripts look for the process that runs the master: `~/.ros/roscore-11311.pid`."""
+    from pipros.env import DEFAULT_MASTER_PORT, Environment
+
+    return Environment.from_os().ros_home / f"roscore-{port or DEFAULT_MASTER_PORT}.pid"
 
 
 def report(console: Console, error: Exception) -> int:

@@ -186,10 +186,13 @@ def session_options(options: Values) -> SessionOptions:
     """What the command line of roslaunch or roscore asks for.
 
     Raises:
-        LaunchError: for a timeout that is not positive.
+        LaunchError: for a port that is none, or a timeout that is not positive.
     """
+    from pipros.launch.model import LaunchError
     from pipros.launch.session import SessionOptions
 
+    if options.port is not None and not 0 <= options.port <= 65535:
+        raise LaunchError(f"a port is a number from 0 to 65535, which {options.port} is not")
     return SessionOptions(
         is_core=options.core,
         port=options.port,
@@ -197,6 +200,7 @@ def session_options(options: Values) -> SessionOptions:
         allow=tuple(getattr(options, "allow", None) or ()),
         store=_store(options),
         notice_timeout_s=options.timeout,
+        master_logger_level=options.master_logger_level,
         run_id=options.run_id,
         has_summary=not options.no_summary,
         checks_log_folder=not options.skip_log_check,

@@ -43,6 +43,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         timeout_s = None if options.timeout is None else float(options.timeout)
     except ValueError as error:
         parser.error(str(error))
+    if not 0 <= port <= 65535:
+        parser.error(f"a port is a number from 0 to 65535, which {port} is not")
     environment = Environment.from_os()
     if options.statistics:
         return _print_statistics(parsed.special.get("__master") or environment.master_uri)
@@ -58,7 +60,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> OptionParser:
-    parser = OptionParser(usage="usage: %prog [options]", prog="zenmaster")
+    parser = OptionParser(usage="usage: zenmaster [options]", prog="rosmaster")
     parser.add_option("--core", dest="core", action="store_true", default=False, help="run as core")
     parser.add_option("-p", "--port", dest="port", help="override port", metavar="PORT")
     parser.add_option(
@@ -125,21 +127,13 @@ def _print_statistics(uri: str) -> int:
 def _log_to(file: Path, options: Values) -> None:
     import logging
 
+    from pipros.master.log import MasterLog
+
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        logging.basicConfig(
-            filename=file, level=logging.INFO, format="[%(name)s][%(levelname)s] %(asctime)s: %(message)s"
-        )
+        MasterLog(file, options.master_logger_level or None, loggers=[""])
     except OSError as error:
         print(f"WARNING: cannot log to {file}: {error}", file=sys.stderr)
         logging.basicConfig(level=logging.ERROR)
-    level = str(options.master_logger_level or "").upper()
-    if level in ("DEBUG", "INFO", "WARN", "ERROR", "FATAL"):
-        logging.getLogger("rosmaster.master").setLevel(getattr(logging, level))
-    elif options.master_logger_level:
-        logging.getLogger("rosmaster.main").error(
-            "master logger level [%s] is none of debug, info, warn, error, fatal", options.master_logger_level
-        )
 
 
 def _serve(environment: Environment, port: int, timeout_s: float | None, options: Values) -> int:
@@ -147,6 +141,11 @@ def _serve(environment: Environment, port: int, timeout_s: float | None, options
 
     devote_process()
     end = threading.Event()
+
+    def shut_down(reason: str) -> None:
+        print(f"shutdown request: {reason}", flush=True)
+        end.set()
+
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: end.set())
     try:
@@ -157,7 +156,7 @@ def _serve(environment: Environment, port: int, timeout_s: float | None, options
             allow=options.allow,
             notice_timeout_s=timeout_s,
             store=Path(options.resume) if options.resume else None,
-            on_shutdown=lambda _reason: end.set(),
+            on_shutdown=shut_down,
         )
         master.start()
     except (PiprosError, ValueError) as error:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pipros.env import DEFAULT_MASTER_PORT, Environment
 
 if TYPE_CHECKING:
+    from pipros.master.log import MasterLog
     from pipros.master.server import Master
     from pipros.node.rosout import RosoutAggregator
 
@@ -48,6 +49,7 @@ class Core:
         allow: Sequence[str] = (),
         store: Path | None = None,
         notice_timeout_s: float | None = None,
+        master_logger_level: str | None = None,
         on_shutdown: Callable[[str], None] | None = None,
     ) -> None:
         """Nothing is opened yet.
@@ -58,7 +60,8 @@ class Core:
                 as long as everything is local.
             run_id: made up when not given.
             rosout: whether the `/rosout` node runs.
-            log_folder: where that node keeps `rosout.log`; None for no file.
+            log_folder: where that node keeps `rosout.log`, and the master `master.log`; None for no files.
+            master_logger_level: how much of `pipros.master.log.LEVELS` goes into the latter.
             allow, store, notice_timeout_s, on_shutdown: as of `Master`.
         """
         self._environment = environment or Environment.from_os()
@@ -70,7 +73,9 @@ class Core:
         self._allow = allow
         self._store = store
         self._notice_timeout_s = notice_timeout_s
+        self._master_logger_level = master_logger_level
         self._on_shutdown = on_shutdown
+        self._log: MasterLog | None = None
         self._master: Master | None = None
         self._rosout: RosoutAggregator | None = None
 
@@ -104,8 +109,11 @@ class Core:
 
     def start_master(self) -> None:
         """Starts the master alone; it answers when this returns."""
+        from pipros.master.log import MasterLog
         from pipros.master.server import Master
 
+        if self._log_folder is not None:
+            self._log = MasterLog(self._log_folder / "master.log", self._master_logger_level)
         master = Master(
             host=self._host,
             port=self._port,
@@ -142,6 +150,8 @@ class Core:
         master, self._master = self._master, None
         if master is not None:
             master.stop()
+        if self._log is not None:
+            self._log.close()
 
     def __enter__(self) -> Core:
         self.start()

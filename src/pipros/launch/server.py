@@ -7,9 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from pipros.env import Environment
+from pipros.errors import PiprosError
+from pipros.launch.model import LaunchError
 from pipros.launch.report import ProcessReport
 from pipros.net import address
 from pipros.net.loop import BackgroundLoop
+from pipros.net.rpc import RpcClient
 from pipros.net.rpc_server import Method, RpcServer
 
 
@@ -70,6 +73,22 @@ class LaunchServer:
         except BaseException:
             self._loop.stop()
             raise
+
+    def check_address(self, timeout_s: float) -> None:
+        """Makes sure of the address that this computer tells others: with a wrong one nothing works.
+
+        Raises:
+            LaunchError: we do not reach ourselves by it.
+        """
+        try:
+            with RpcClient(self.uri, timeout_s=timeout_s) as client:
+                client.call("get_pid")
+        except (PiprosError, ValueError) as error:
+            raise LaunchError(
+                f"Unable to contact my own server at [{self.uri}].\n{error}.\n"
+                "By that address others are told to reach this computer. Set ROS_HOSTNAME or ROS_IP to a "
+                "name or an address that this computer has, or neither of them."
+            ) from None
 
     def stop(self) -> None:
         self._loop.run(self._rpc.stop())

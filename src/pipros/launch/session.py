@@ -44,7 +44,7 @@ class SessionOptions:
         is_core: whether this is `roscore`: no files, and a master must not be there yet.
         port: where to start the master, when the environment's choice is not wanted.
         bind: the address that a master of ours listens on, when the environment's choice is not wanted.
-        allow, store, notice_timeout_s: for that master, as of `Core`.
+        allow, store, notice_timeout_s, master_logger_level: for that master, as of `Core`.
         run_id: the run to belong to; by default that of the running master, or a new one.
     """
 
@@ -54,6 +54,7 @@ class SessionOptions:
     allow: tuple[str, ...] = ()
     store: Path | None = None
     notice_timeout_s: float | None = None
+    master_logger_level: str | None = None
     run_id: str | None = None
     has_summary: bool = True
     checks_log_folder: bool = True
@@ -187,7 +188,8 @@ class Session:
             raise KeyboardInterrupt
 
     def _open_logs(self) -> None:
-        split_master_uri(self.master_uri)  # complains about one that is none
+        for uri in (self._ordered_uri, self.master_uri):
+            split_master_uri(uri)  # complains about one that is none
         client = MasterClient(self.master_uri, CALLER_ID, timeout_s=_MASTER_ANSWERS_WITHIN_S)
         running = run_id_of(client)
         client.close()
@@ -256,6 +258,7 @@ class Session:
         )
         server.start()
         self._server = server
+        server.check_address(_MASTER_ANSWERS_WITHIN_S)
         self._console.bold(f"started roslaunch server {server.uri}")
         if self._options.is_core:
             self._console.say(f"ros_comm version {ROS_COMM_VERSION}")
@@ -291,6 +294,7 @@ class Session:
             allow=self._options.allow,
             store=self._options.store,
             notice_timeout_s=self._options.notice_timeout_s,
+            master_logger_level=self._options.master_logger_level,
             on_shutdown=lambda _reason: self.request_stop(),
         )
         try:

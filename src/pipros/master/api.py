@@ -7,23 +7,25 @@ differential test in tests/interop keeps asking). Nothing here waits or touches 
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, Final
 
 from pipros import names
+from pipros.master import arguments
+from pipros.master.arguments import CALLER_ERROR, INTERNAL, SUCCESS, Answer
 from pipros.master.params import NotATree, NotSet, ParamTree, changes_for
-from pipros.master.registry import ANY_TYPE, Notice, Registry, Role, param_updates
+from pipros.master.registry import Notice, Registry, Role, param_updates
 
-Answer = list[Any]
+_log = logging.getLogger("rosmaster.master")
 
-_SUCCESS = 1
-_INTERNAL = 0
-_CALLER_ERROR = -1
-
-
-class _BadArgument(Exception):
-    """The caller's error; its text goes back to the caller."""
+_LOGGED_AS: Final = {
+    Role.PUBLISHER: "PUB",
+    Role.SUBSCRIBER: "SUB",
+    Role.SERVICE: "SERVICE",
+    Role.PARAM_SUBSCRIBER: "CACHEDPARAM",
+}
 
 
 class MasterApi:
@@ -79,96 +81,113 @@ class MasterApi:
             "subscribeParam": (self._subscribe_param, 0),
             "unsubscribeParam": (self._unsubscribe_param, 0),
         }
-        self.methods = {name: _guarded(method, value) for name, (method, value) in table.items()}
+        self.methods = {
+            name: arguments.guarded(name, method, value) for name, (method, value) in table.items()
+        }
 
     # ---- the master itself
 
     def _get_pid(self, _caller: str) -> Answer:
-        return [_SUCCESS, "", os.getpid()]
+        return [SUCCESS, "", os.getpid()]
 
     def _get_uri(self, _caller: str) -> Answer:
-        return [_SUCCESS, "", self.uri]
+        return [SUCCESS, "", self.uri]
 
     def _shut_down(self, _caller: str, reason: Any) -> Answer:
         if not self._shutdown(str(reason)):
-            return [_CALLER_ERROR, "shutdown is accepted from this machine only", 0]
-        return [_SUCCESS, "shutdown", 0]
+            return [CALLER_ERROR, "shutdown is accepted from this machine only", 0]
+        return [SUCCESS, "shutdown", 0]
 
     # ---- registrations
 
     def _register_publisher(self, caller: str, topic: Any, type_name: Any, api: Any) -> Answer:
-        topic = _topic(topic, caller)
-        type_name = _type(type_name)
-        api = _api("caller_api", api)
+        topic = arguments.topic(topic, caller)
+        type_name = arguments.topic_type(type_name)
+        api = arguments.api_uri("caller_api", api)
         self._notify(self._registry.register_publisher(caller, topic, type_name, api))
+        self._log_entry(Role.PUBLISHER, topic, caller, api)
         subscribers = self._registry.apis_of(Role.SUBSCRIBER, topic)
-        return [_SUCCESS, f"Registered [{caller}] as publisher of [{topic}]", subscribers]
+        return [SUCCESS, f"Registered [{caller}] as publisher of [{topic}]", subscribers]
 
     def _unregister_publisher(self, caller: str, topic: Any, api: Any) -> Answer:
-        return self._unregister(Role.PUBLISHER, caller, _topic(topic, caller), _api("caller_api", api))
+        return self._unregister(Role.PUBLISHER, caller, arguments.topic(topic, caller), api)
 
     def _register_subscriber(self, caller: str, topic: Any, type_name: Any, api: Any) -> Answer:
-        topic = _topic(topic, caller)
-        type_name = _type(type_name)
-        api = _api("caller_api", api)
+        topic = arguments.topic(topic, caller)
+        type_name = arguments.topic_type(type_name)
+        api = arguments.api_uri("caller_api", api)
         self._notify(self._registry.register_subscriber(caller, topic, type_name, api))
+        self._log_entry(Role.SUBSCRIBER, topic, caller, api)
         publishers = self._registry.apis_of(Role.PUBLISHER, topic)
-        return [_SUCCESS, f"Subscribed to [{topic}]", publishers]
+        return [SUCCESS, f"Subscribed to [{topic}]", publishers]
 
     def _unregister_subscriber(self, caller: str, topic: Any, api: Any) -> Answer:
-        return self._unregister(Role.SUBSCRIBER, caller, _topic(topic, caller), _api("caller_api", api))
+        return self._unregister(Role.SUBSCRIBER, caller, arguments.topic(topic, caller), api)
 
-    def _unregister(self, role: Role, caller: str, key: str, api: str) -> Answer:
+    def _unregister(self, role: Role, caller: str, key: str, api: Any) -> Answer:
+        api = arguments.api_uri("caller_api", api)
         if self._registry.api_of(caller) is None:
-            return [_SUCCESS, f"[{caller}] is not a registered node", 0]
+            return [SUCCESS, f"[{caller}] is not a registered node", 0]
         was_there, notices = self._registry.unregister(role, caller, key, api)
         if not was_there:
-            return [_SUCCESS, f"[{caller}] is not a known provider of [{key}]", 0]
+            return [SUCCESS, f"[{caller}] is not a known provider of [{key}]", 0]
+        _log.info("-%s [%s] %s %s", _LOGGED_AS[role], key, caller, api)
         self._notify(notices)
-        return [_SUCCESS, f"Unregistered [{caller}] as provider of [{key}]", 1]
+        return [SUCCESS, f"Unregistered [{caller}] as provider of [{key}]", 1]
+
+    def _log_entry(self, role: Role, key: str, caller: str, api: str) -> None:
+        kind = _LOGGED_AS[role]
+        if self._registry.api_of(caller) != api:
+            _log.info("%s [%s] of %s %s left out, it is about to shut down", kind, key, caller, api)
+        elif role is Role.PARAM_SUBSCRIBER:
+            _log.info("+%s [%s] by %s", kind, key, caller)
+        else:
+            _log.info("+%s [%s] %s %s", kind, key, caller, api)
 
     def _register_service(self, caller: str, service: Any, service_api: Any, api: Any) -> Answer:
-        service = _service(service, caller)
-        service_api = _api("service_api", service_api)
-        api = _api("caller_api", api)
+        service = arguments.service(service, caller)
+        service_api = arguments.api_uri("service_api", service_api)
+        api = arguments.api_uri("caller_api", api)
         self._notify(self._registry.register_service(caller, service, service_api, api))
-        return [_SUCCESS, f"Registered [{caller}] as provider of [{service}]", 1]
+        self._log_entry(Role.SERVICE, service, caller, api)
+        return [SUCCESS, f"Registered [{caller}] as provider of [{service}]", 1]
 
     def _unregister_service(self, caller: str, service: Any, service_api: Any) -> Answer:
-        service = _service(service, caller)
-        service_api = _api("service_api", service_api)
+        service = arguments.service(service, caller)
+        service_api = arguments.api_uri("service_api", service_api)
         if self._registry.api_of(caller) is None:
-            return [_SUCCESS, f"[{caller}] is not a registered node", 0]
+            return [SUCCESS, f"[{caller}] is not a registered node", 0]
         if self._registry.unregister_service(caller, service, service_api):
-            return [_SUCCESS, f"Unregistered [{caller}] as provider of [{service}]", 1]
+            _log.info("-SERVICE [%s] %s %s", service, caller, service_api)
+            return [SUCCESS, f"Unregistered [{caller}] as provider of [{service}]", 1]
         text = f"[{service_api}] is no longer the current service api handle for [{service}]"
-        return [_SUCCESS, text, 0]
+        return [SUCCESS, text, 0]
 
     # ---- the graph
 
     def _lookup_node(self, caller: str, node: Any) -> Answer:
-        node = _resolved("node", node, caller)
+        node = arguments.resolved("node", node, caller)
         api = self._registry.api_of(node)
         if api is None:
-            return [_CALLER_ERROR, f"unknown node [{node}]", ""]
-        return [_SUCCESS, "node api", api]
+            return [CALLER_ERROR, f"unknown node [{node}]", ""]
+        return [SUCCESS, "node api", api]
 
     def _lookup_service(self, caller: str, service: Any) -> Answer:
-        api = self._registry.service_api_of(_service(service, caller))
+        api = self._registry.service_api_of(arguments.service(service, caller))
         if api is None:
-            return [_CALLER_ERROR, "no provider", ""]
-        return [_SUCCESS, f"rosrpc URI: [{api}]", api]
+            return [CALLER_ERROR, "no provider", ""]
+        return [SUCCESS, f"rosrpc URI: [{api}]", api]
 
     def _get_topic_types(self, _caller: str) -> Answer:
-        return [_SUCCESS, "current system state", [list(pair) for pair in self._registry.topic_types.items()]]
+        return [SUCCESS, "current system state", [list(pair) for pair in self._registry.topic_types.items()]]
 
     def _get_published_topics(self, caller: str, subgraph: Any) -> Answer:
         if type(subgraph) is not str:
-            raise _BadArgument("ERROR: parameter [subgraph] must be a string")
+            raise arguments.BadArgument("ERROR: parameter [subgraph] must be a string")
         below = names.resolve(subgraph, caller).rstrip("/") + "/" if subgraph else "/"
         types = self._registry.topic_types
         return [
-            _SUCCESS,
+            SUCCESS,
             "current topics",
             [
                 [topic, types[topic]]
@@ -179,34 +198,36 @@ class MasterApi:
 
     def _get_system_state(self, _caller: str) -> Answer:
         roles = (Role.PUBLISHER, Role.SUBSCRIBER, Role.SERVICE)
-        return [_SUCCESS, "current system state", [self._registry.table(role) for role in roles]]
+        return [SUCCESS, "current system state", [self._registry.table(role) for role in roles]]
 
     # ---- parameters
 
     def _get_param(self, caller: str, key: Any) -> Answer:
-        key = _key(key, caller)
+        key = arguments.param_key(key, caller)
         try:
-            return [_SUCCESS, f"Parameter [{key}]", self._params.get(key)]
+            return [SUCCESS, f"Parameter [{key}]", self._params.get(key)]
         except NotSet:
-            return [_CALLER_ERROR, f"Parameter [{key}] is not set", 0]
+            return [CALLER_ERROR, f"Parameter [{key}] is not set", 0]
 
     def _set_param(self, caller: str, key: Any, value: Any) -> Answer:
-        key = _key(key, caller)
+        key = arguments.param_key(key, caller)
         try:
             self._params.set(key, value)
         except NotATree as error:
-            return [_CALLER_ERROR, f"Error: invalid arguments: {error}", 0]
+            return [CALLER_ERROR, f"Error: invalid arguments: {error}", 0]
+        _log.info("+PARAM [%s] by %s", key, caller)
         self._announce(key, value, caller)
-        return [_SUCCESS, f"parameter {key} set", 0]
+        return [SUCCESS, f"parameter {key} set", 0]
 
     def _delete_param(self, caller: str, key: Any) -> Answer:
-        key = _key(key, caller)
+        key = arguments.param_key(key, caller)
         try:
             self._params.delete(key)
         except NotSet:
-            return [_CALLER_ERROR, f"parameter [{key}] is not set", 0]
+            return [CALLER_ERROR, f"parameter [{key}] is not set", 0]
+        _log.info("-PARAM [%s] by %s", key, caller)
         self._announce(key, {}, caller)
-        return [_SUCCESS, f"parameter {key} deleted", 0]
+        return [SUCCESS, f"parameter {key} deleted", 0]
 
     def _announce(self, key: str, value: Any, caller: str) -> None:
         changes = changes_for(self._registry.param_keys_around(key), key, value)
@@ -214,103 +235,37 @@ class MasterApi:
             self._notify(param_updates(self._registry, changes, except_node=caller))
 
     def _has_param(self, caller: str, key: Any) -> Answer:
-        key = _key(key, caller)
-        return [_SUCCESS, key, self._params.has(key)]
+        key = arguments.param_key(key, caller)
+        return [SUCCESS, key, self._params.has(key)]
 
     def _search_param(self, caller: str, key: Any) -> Answer:
-        _key(key, caller)
+        arguments.param_key(key, caller)
         if names.is_private(key):
-            return [_INTERNAL, "Internal failure: invalid key", 0]
+            return [INTERNAL, "Internal failure: invalid key", 0]
         if not names.is_global(caller):
-            return [_INTERNAL, "Internal failure: namespace must be global", 0]
+            return [INTERNAL, "Internal failure: namespace must be global", 0]
         found = self._params.search(caller, key)
         if found is None:
-            return [_CALLER_ERROR, f"Cannot find parameter [{key}] in an upwards search", ""]
-        return [_SUCCESS, f"Found [{found}]", found]
+            return [CALLER_ERROR, f"Cannot find parameter [{key}] in an upwards search", ""]
+        return [SUCCESS, f"Found [{found}]", found]
 
     def _get_param_names(self, _caller: str) -> Answer:
-        return [_SUCCESS, "Parameter names", self._params.names()]
+        return [SUCCESS, "Parameter names", self._params.names()]
 
     def _subscribe_param(self, caller: str, api: Any, key: Any) -> Answer:
-        api = _api("caller_api", api)
-        key = _key(key, caller)
+        api = arguments.api_uri("caller_api", api)
+        key = arguments.param_key(key, caller)
         self._notify(self._registry.subscribe_param(caller, key, api))
+        self._log_entry(Role.PARAM_SUBSCRIBER, key, caller, api)
         try:
             value = self._params.get(key)
         except NotSet:
             value = {}
-        return [_SUCCESS, f"Subscribed to parameter [{key}]", value]
+        return [SUCCESS, f"Subscribed to parameter [{key}]", value]
 
     def _unsubscribe_param(self, caller: str, api: Any, key: Any) -> Answer:
-        api = _api("caller_api", api)
-        key = _key(key, caller)
-        self._registry.unregister(Role.PARAM_SUBSCRIBER, caller, key, api)
-        return [_SUCCESS, f"Unsubscribe to parameter [{key}]", 1]
-
-
-def _guarded(method: Callable[..., Answer], error_value: Any) -> Callable[..., Answer]:
-    """`method` with the checks that all share, and its errors as answers."""
-    arity = method.__code__.co_argcount - 1  # without self
-
-    def answer(*params: Any) -> Answer:
-        if not params:
-            return [_CALLER_ERROR, "missing required caller_id parameter", error_value]
-        if type(params[0]) is not str:
-            return [_CALLER_ERROR, "caller_id must be a string", error_value]
-        if len(params) != arity:
-            return [_CALLER_ERROR, "Error: bad call arity", error_value]
-        try:
-            return method(*params)
-        except _BadArgument as error:
-            return [_CALLER_ERROR, str(error), error_value]
-
-    return answer
-
-
-# ---- checks of arguments, in the words of genuine rosmaster
-
-
-def _resolved(parameter: str, name: Any, caller: str) -> str:
-    if type(name) is not str or not name:
-        raise _BadArgument(f"ERROR: parameter [{parameter}] must be a non-empty string")
-    if ":" in name or " " in name:
-        raise _BadArgument(f"ERROR: parameter [{parameter}] contains illegal chars")
-    return names.resolve(name, caller)
-
-
-def _topic(name: Any, caller: str) -> str:
-    resolved = _resolved("topic", name, caller)
-    if name == "/":
-        raise _BadArgument("ERROR: parameter [topic] cannot be the global namespace")
-    return resolved
-
-
-def _service(name: Any, caller: str) -> str:
-    resolved = _resolved("service", name, caller)
-    if name == "/":
-        raise _BadArgument("ERROR: parameter [service] cannot be the global namespace")
-    return resolved
-
-
-def _type(type_name: Any) -> str:
-    if type(type_name) is not str or not type_name:
-        raise _BadArgument("ERROR: parameter [topic_type] must be a non-empty string")
-    if type_name != ANY_TYPE and type_name.count("/") != 1:
-        raise _BadArgument("ERROR: parameter [topic_type] is not a valid package resource name")
-    return type_name
-
-
-def _api(parameter: str, api: Any) -> str:
-    if type(api) is not str or not api:
-        raise _BadArgument(f"ERROR: parameter [{parameter}] is not an XMLRPC URI")
-    if not api.startswith(("http://", "rosrpc://")):
-        raise _BadArgument(f"ERROR: parameter [{parameter}] is not an RPC URI")
-    return api
-
-
-def _key(key: Any, caller: str) -> str:
-    if type(key) is not str:
-        raise _BadArgument("ERROR: parameter [key] must be a string")
-    if not key:
-        raise _BadArgument("ERROR: parameter [key] must be specified and non-empty")
-    return names.resolve(key, caller)
+        api = arguments.api_uri("caller_api", api)
+        key = arguments.param_key(key, caller)
+        if self._registry.unregister(Role.PARAM_SUBSCRIBER, caller, key, api)[0]:
+            _log.info("-CACHEDPARAM [%s] by %s", key, caller)
+        return [SUCCESS, f"Unsubscribe to parameter [{key}]", 1]

@@ -63,14 +63,15 @@ class Notifier:
             failed: told of every notice that could not be delivered.
             done: told, last, of every notice that will not be tried again, whatever became of it; not of one
                 that a newer one took the place of.
-            timeout_s: how long a node may take over one notice; by default `CALL_TIMEOUT_S`.
+            timeout_s: how long a node may take over one notice; by default, and when that is no time at all,
+                `CALL_TIMEOUT_S`.
         """
         self._is_current = is_current
         self._may_shut_down = may_shut_down
         self._reached = reached
         self._failed = failed
         self._done = done
-        self._timeout_s = timeout_s or CALL_TIMEOUT_S
+        self._timeout_s = timeout_s if timeout_s and timeout_s > 0 else CALL_TIMEOUT_S
         self._queues: dict[str, _Queue] = {}
         self._line: deque[_Queue] = deque()
         self._turns = 0
@@ -172,6 +173,7 @@ class Notifier:
             self._encoded = (notice.params, document)
         await queue.client.post(document, timeout_s=self._timeout_s)
         self.delivered += 1
+        _log.debug("%s[%s] -> %s", notice.method, notice.params[1], notice.api)
         self._reached(notice)
 
     def _lose_place(self, queue: _Queue) -> None:

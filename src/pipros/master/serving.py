@@ -97,6 +97,7 @@ class MasterServer:
             await self.stop()
             raise
         self._api.uri = address.uri(self._advertised_host, self.rpc.port)
+        _log.info("Master initialized: port[%d], uri[%s]", self.rpc.port, self._api.uri)
         self.liveness.start()
         self._started_at = asyncio.get_running_loop().time()
         self._sample()

@@ -10,6 +10,7 @@ from typing import Any
 from pipros.env import Environment
 from pipros.msg import load_message_class
 from pipros.node.log import open_file_handler
+from pipros.node.loggers import serve_loggers
 from pipros.node.node import Node
 
 #: Lines that may wait for one reader of `/rosout_agg`, as in genuine rosout.
@@ -47,6 +48,7 @@ class RosoutAggregator:
         self.node.start()
         self._publisher = self.node.advertise("/rosout_agg", log_class, queue_size=QUEUE_SIZE)
         self.node.subscribe("/rosout", log_class, self._repeat)
+        serve_loggers(self.node)
 
     def stop(self) -> None:
         """Ends the node and closes the file. Harmless when repeated."""

@@ -1,0 +1,149 @@
+"""`master.log`: who registered what, who set which parameter."""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from pipros.master import log
+from pipros.master.api import MasterApi
+from pipros.master.log import MasterLog
+from pipros.master.params import ParamTree
+from pipros.master.registry import Registry
+
+A, B = "http://a:1/", "http://b:2/"
+
+
+@pytest.fixture
+def api() -> MasterApi:
+    return MasterApi(Registry(), ParamTree(), notify=lambda _: None, shutdown=lambda _: True)
+
+
+class Opened:
+    """A log that is open for what happens between `open` and `lines`."""
+
+    def __init__(self, folder: Path) -> None:
+        self.file = folder / "log" / "master.log"
+
+    def open(self, level: str | None = None) -> None:
+        self._log = MasterLog(self.file, level)
+
+    def lines(self) -> list[str]:
+        self._log.close()
+        return self.file.read_text().splitlines()
+
+
+@pytest.fixture
+def opened(tmp_path: Path) -> Iterator[Opened]:
+    found = Opened(tmp_path)
+    found.open()
+    yield found
+    found.lines()
+
+
+def test_each_change_is_a_line_in_the_words_of_noetic(api: MasterApi, opened: Opened) -> None:
+    call = api.methods
+    call["registerSubscriber"]("/s", "t", "x/Y", A)
+    call["registerPublisher"]("/p", "t", "x/Y", B)
+    call["registerService"]("/p", "~srv", "rosrpc://b:3", B)
+    call["subscribeParam"]("/s", A, "w")
+    call["setParam"]("/p", "w", 1)
+    call["deleteParam"]("/p", "w")
+    call["unsubscribeParam"]("/s", A, "w")
+    call["unregisterService"]("/p", "~srv", "rosrpc://b:3")
+    call["unregisterPublisher"]("/p", "t", B)
+    call["unregisterSubscriber"]("/s", "t", A)
+    lines = opened.lines()
+    assert [re.sub(r" \d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3}: ", " ", line) for line in lines] == [
+        f"[rosmaster.master][INFO] {text}"
+        for text in (
+            f"+SUB [/t] /s {A}",
+            f"+PUB [/t] /p {B}",
+            f"+SERVICE [/p/srv] /p {B}",
+            "+CACHEDPARAM [/w] by /s",
+            "+PARAM [/w] by /p",
+            "-PARAM [/w] by /p",
+            "-CACHEDPARAM [/w] by /s",
+            "-SERVICE [/p/srv] /p rosrpc://b:3",
+            f"-PUB [/t] /p {B}",
+            f"-SUB [/t] /s {A}",
+        )
+    ]
+
+
+def test_what_changes_nothing_leaves_no_line_and_what_is_wrong_does(api: MasterApi, opened: Opened) -> None:
+    call = api.methods
+    call["getParam"]("/p", "w")
+    call["deleteParam"]("/p", "w")
+    call["setParam"]("/p", "/", 1)
+    call["unregisterPublisher"]("/p", "t", B)
+    call["unsubscribeParam"]("/p", B, "w")
+    call["registerPublisher"]("/p", "", "x/Y", B)
+    [line] = opened.lines()
+    assert line.endswith(
+        "registerPublisher: invalid parameter: ERROR: parameter [topic] must be a non-empty string"
+    )
+
+
+def test_a_process_that_is_about_to_shut_down_is_told_apart(api: MasterApi, opened: Opened) -> None:
+    for uri in (A, B, A):
+        api.methods["registerPublisher"]("/p", "t", "x/Y", uri)
+    assert opened.lines()[-1].endswith(f"PUB [/t] of /p {A} left out, it is about to shut down")
+
+
+def test_at_debug_level_calls_are_logged_however_large_their_values(api: MasterApi, opened: Opened) -> None:
+    opened.lines()
+    opened.open("debug")
+    api.methods["setParam"]("/p", "w", "x" * 1_000_000)
+    _, line = opened.lines()
+    assert "[DEBUG]" in line
+    assert "setParam('/p', 'w', 'xxx" in line
+    assert "returns [1, 'parameter /w set', 0]" in line
+    assert len(line) < 500
+
+
+@pytest.mark.parametrize("level", ["nonsense", "warn"])
+def test_levels_are_those_of_noetic(level: str, api: MasterApi, opened: Opened) -> None:
+    opened.lines()
+    opened.open(level)
+    api.methods["setParam"]("/p", "w", 1)
+    text = "\n".join(opened.lines())
+    assert ("none of debug, info, warn, error, fatal" in text) == (level == "nonsense")
+    assert ("+PARAM" in text) == (level == "nonsense")
+
+
+def test_names_with_line_breaks_forge_no_lines(api: MasterApi, opened: Opened) -> None:
+    api.methods["setParam"]("/p\n[rosmaster.master][INFO] +PARAM [/w] by /nobody", "w", 1)
+    api.methods["setParam"]("/" + "p" * 10_000, "w", 1)
+    first, second = opened.lines()
+    assert "\\n[rosmaster.master]" in first
+    assert len(second) < 3_000
+
+
+def test_a_file_that_grows_too_large_is_put_aside(
+    api: MasterApi, opened: Opened, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(log, "FILE_LIMIT_BYTES", 1_000)
+    for number in range(20):
+        opened.open()
+        api.methods["setParam"]("/p", f"{number}/{'w' * 600}", 1)
+        opened.lines()
+    kept = sorted(opened.file.parent.iterdir())
+    assert [found.name for found in kept] == [
+        "master.log",
+        *(f"master.log.{number}" for number in range(1, 5)),
+    ]
+    assert ["/19/" in kept[0].read_text(), "/18/" in kept[1].read_text()] == [True, True]
+
+
+def test_when_it_is_closed_nothing_is_written_any_more(api: MasterApi, tmp_path: Path) -> None:
+    opened = MasterLog(tmp_path / "master.log")
+    opened.close()
+    api.methods["setParam"]("/p", "w", 1)
+    opened.close()
+    assert (tmp_path / "master.log").read_text() == ""
+    assert logging.getLogger("rosmaster").level == logging.NOTSET
