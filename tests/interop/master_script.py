@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import itertools
+import random
 import xmlrpc.client
 from collections.abc import Iterator
 from typing import Any
@@ -281,3 +282,79 @@ def multicalls() -> Iterator[Call]:
             ],
         ),
     )
+
+
+RANDOM_NODES = ("/a", "/b", "/ns/c", "/ns/d", "/x/", "/", "")
+RANDOM_NAMES = (
+    *("t", "/t", "/ns/t", "~t", "t/u", "/t/u/", "//t", "t//u", "/a/b/c/d", "/ns", "ns", "k", "/k/l", "k/l/m"),
+    *(
+        "",
+        "/",
+        "~",
+        "~/x",
+        "~~x",
+        "/~x",
+        "x~",
+        "a/~b",
+        "t t",
+        "t:u",
+        "-",
+        "1",
+        "/é/ü",
+        "/t?",
+        "<&>",
+        "\t",
+        "/../x",
+    ),
+)
+RANDOM_TYPES = ("*", "x/Y", "a/B", "std_msgs/String", "x", "", "x/y/z", "/x", "x/")
+RANDOM_VALUES = (
+    *(
+        0,
+        -5,
+        2**31 - 1,
+        1.5,
+        -0.0,
+        1e300,
+        True,
+        "",
+        "s",
+        "é<&>",
+        "x" * 1000,
+        [],
+        [1, "a", [2.5]],
+        {},
+        {"": 1},
+    ),
+    *({"k": 1}, {"k": {"l": {"m": [1]}}}, {"t": {"u": 5}}, {" ": {"k": {}}}),
+    *(xmlrpc.client.Binary(b"\x00\x01"), xmlrpc.client.DateTime("20200101T00:00:00")),
+)
+RANDOM_SERVICES = ("rosrpc://h:1", "rosrpc://h:2", "http://h:1", "x")
+
+
+def random_calls(count: int, seed: int) -> Iterator[Call]:
+    """Calls of nodes that nobody can reach, each with one API for good; some arguments lack or are wrong."""
+    pick = random.Random(seed)  # noqa: S311  # no secret
+    for _ in range(count):
+        node, name, key = pick.choice(RANDOM_NODES), pick.choice(RANDOM_NAMES), pick.choice(RANDOM_NAMES)
+        api = f"http://127.0.0.1:{1 + RANDOM_NODES.index(node)}/"
+        type_name, service_api = pick.choice(RANDOM_TYPES), pick.choice(RANDOM_SERVICES)
+        method, *params = pick.choice(
+            [
+                *[("setParam", key, pick.choice(RANDOM_VALUES))] * 3,
+                *[("getParam", key), ("getParam", "/"), ("hasParam", key), ("deleteParam", key)],
+                *[("searchParam", key), ("getParamNames",)],
+                *[("subscribeParam", api, key), ("unsubscribeParam", api, key)],
+                *[("registerPublisher", name, type_name, api), ("unregisterPublisher", name, api)],
+                *[("registerSubscriber", name, type_name, api), ("unregisterSubscriber", name, api)],
+                *[("registerService", name, service_api, api), ("unregisterService", name, service_api)],
+                *[("lookupNode", name), ("lookupNode", pick.choice(RANDOM_NODES)), ("lookupService", name)],
+                *[("getTopicTypes",), ("getPublishedTopics", name), ("getSystemState",)],
+            ]
+        )
+        arguments = [node, *params]
+        if pick.random() < 0.05:
+            arguments[pick.randrange(len(arguments))] = pick.choice([0, 1, 1.5, [], {}, True, ""])
+        elif pick.random() < 0.03:
+            arguments.pop()
+        yield method, tuple(arguments)

@@ -98,8 +98,8 @@ def api_uri(parameter: str, api: Any) -> str:
 
 def param_key(key: Any, caller: str) -> str:
     """The global name of a parameter."""
-    if type(key) is not str:
-        raise BadArgument("ERROR: parameter [key] must be a string")
     if not key:
         raise BadArgument("ERROR: parameter [key] must be specified and non-empty")
+    if type(key) is not str:
+        raise BadArgument("ERROR: parameter [key] must be a string")
     return names.resolve(key, caller)

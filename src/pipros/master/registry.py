@@ -157,10 +157,11 @@ class Registry:
         """Enters the one provider of a service; an earlier provider silently loses it."""
         if (node, api) in self.leaving:
             return []
+        notices = self._enter(Role.SERVICE, node, service, api, service_api)
         for former in self.names_of(Role.SERVICE, service):
             if former != node:
                 self._remove(Role.SERVICE, former, service)
-        return self._enter(Role.SERVICE, node, service, api, service_api)
+        return notices
 
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
         """Enters a node that wants to hear of changes at and below a parameter key."""

@@ -128,6 +128,7 @@ def test_a_file_that_grows_too_large_is_put_aside(
     api: MasterApi, opened: Opened, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(log, "FILE_LIMIT_BYTES", 1_000)
+    opened.lines()
     for number in range(20):
         opened.open()
         api.methods["setParam"]("/p", f"{number}/{'w' * 600}", 1)
