@@ -2,12 +2,12 @@
 
 Theory of operation. A thread that sleeps in `recv` has to be woken by the sender's processor: tens of
 microseconds, which the receiver pays in latency and the sender in its `send`. What answers a request,
-or belongs to a stream, is there sooner than that. So a `Lookout` looks at the socket for up to LOOK_S
-before it sleeps, and between two looks gives the processor to whoever wants it: to the sender above
+or belongs to a stream, is there sooner than that. So a `Lookout` looks at the socket for a moment before
+it sleeps, and between two looks gives the processor to whoever wants it: to the sender above
 all, when both run on one core, whose cache then still holds the message.
 
 Whether looking pays is learnt, see `Trial`: a topic at 100 Hz is looked at once in a thousand messages,
-and only a peer that sends more than 1 / LOOK_S messages a second keeps a processor busy.
+and only a peer that sends more than 1 / STREAM_LOOK_S messages a second keeps a processor busy.
 """
 
 from __future__ import annotations
@@ -22,8 +22,11 @@ from pipros.net import sockets
 
 T = TypeVar("T")
 
-#: The longest look: about what being woken costs both sides together.
-LOOK_S: Final = 100e-6
+#: The longest look for the next of many messages: about what being woken costs both sides together.
+STREAM_LOOK_S: Final = 50e-6
+
+#: The longest look for an answer, which somebody waits for and nobody waits for often.
+ANSWER_LOOK_S: Final = 100e-6
 
 #: How many opportunities, at most, pass before something that did not pay is tried again.
 LONGEST_PAUSE: Final = 1024
@@ -66,9 +69,11 @@ class Lookout:
     Without MSG_DONTWAIT (Windows), and on a machine with one processor, it sleeps at once.
     """
 
-    __slots__ = ("_trial",)
+    __slots__ = ("_longest_s", "_trial")
 
-    def __init__(self) -> None:
+    def __init__(self, longest_s: float = STREAM_LOOK_S) -> None:
+        """`longest_s` is how long one look lasts at most."""
+        self._longest_s = longest_s
         self._trial = Trial()
 
     def receive_into(self, sock: socket.socket, room: memoryview) -> int:
@@ -93,7 +98,7 @@ class Lookout:
         return sock.recv(most)
 
     def _look(self, receive: Callable[..., T], *args: Any) -> T | None:
-        """What `receive` returns within LOOK_S, if that is worth a try."""
+        """What `receive` returns during a look, if one is worth a try."""
         if not _MAY_LOOK or not self._trial.is_due():
             return None
         end = 0.0
@@ -102,7 +107,7 @@ class Lookout:
                 received = receive(*args)
             except BlockingIOError:
                 now = time.perf_counter()
-                end = end or now + LOOK_S
+                end = end or now + self._longest_s
                 if now > end:
                     self._trial.note(pays=False)
                     return None

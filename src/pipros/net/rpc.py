@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from pipros.errors import Interrupted, ProtocolError, Unreachable
 from pipros.net.address import host_and_port, split_uri
-from pipros.net.lookout import Lookout
+from pipros.net.lookout import ANSWER_LOOK_S, Lookout
 from pipros.wire.http import HttpError, Response, ResponseReader, build_request
 from pipros.wire.xmlrpc import Fault, decode_response, encode_call
 
@@ -179,7 +179,7 @@ class _Connection:
         self._socket = socket.create_connection((host, port), _left(deadline) or CONNECT_LIMIT_S)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._reader = ResponseReader()
-        self._lookout = Lookout()
+        self._lookout = Lookout(ANSWER_LOOK_S)
         self.is_aborted = False
 
     def abort(self) -> None:

@@ -17,7 +17,7 @@ from weakref import WeakSet
 
 from pipros.errors import PiprosError, ProtocolError, Refused
 from pipros.net import sockets
-from pipros.net.lookout import Lookout
+from pipros.net.lookout import ANSWER_LOOK_S, Lookout
 from pipros.net.master import MasterClient
 from pipros.net.tcpros import HANDSHAKE_DEADLINE_S
 from pipros.node.publisher import encoder
@@ -110,7 +110,8 @@ class ServiceClient:
         self._master = master
         self._persistent = persistent
         self._headers = headers
-        self._lookout = Lookout()  # outlives the connections: whether servers answer at once is learnt
+        # Outlives the connections: whether servers answer at once is learnt.
+        self._lookout = Lookout(ANSWER_LOOK_S)
         self._kept: ServiceLink | None = None
         self._turn = threading.Lock()  # of the kept link
 
@@ -205,7 +206,7 @@ class ServiceLink:
             CallTimeout: the deadline (of `time.monotonic`) passed.
             ServiceFailed: nobody answers at `uri`, or the server refuses.
         """
-        self._lookout = lookout or Lookout()
+        self._lookout = lookout or Lookout(ANSWER_LOOK_S)
         host, port = split_service_uri(uri)
         try:
             self.sock = socket.create_connection((host, port), _remaining(deadline, HANDSHAKE_DEADLINE_S))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from pipros.errors import ProtocolError
 from pipros.net import sockets
-from pipros.net.lookout import Lookout
+from pipros.net.lookout import ANSWER_LOOK_S, Lookout
 from pipros.net.tcpros import Connection, refuse_connection
 from pipros.node.context import NodeContext
 from pipros.node.publisher import encoder
@@ -167,6 +167,6 @@ def receive_frames(sock: socket.socket, first: bytes) -> Iterator[memoryview]:
         room[:count] = data[:count]
         data = data[count:]
         yield from buffer.received(count)
-    lookout = Lookout()
+    lookout = Lookout(ANSWER_LOOK_S)
     while count := lookout.receive_into(sock, buffer.room()):
         yield from buffer.received(count)

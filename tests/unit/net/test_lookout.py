@@ -18,6 +18,9 @@ def ends() -> Iterator[tuple[socket.socket, socket.socket]]:
         yield here, there
 
 
+ONE_LOOK = -1.0  # a time that is over after the first
+
+
 class SleepySocket:
     """Has nothing for whoever looks, and something for whoever sleeps; notes which it was."""
 
@@ -34,8 +37,7 @@ class SleepySocket:
 
 @pytest.fixture
 def sleepy(monkeypatch: pytest.MonkeyPatch) -> SleepySocket:
-    """On a system where looking means looking once."""
-    monkeypatch.setattr(lookout, "LOOK_S", -1.0)
+    """On a system where one may look."""
     monkeypatch.setattr(lookout, "_DONTWAIT", 0x40)
     monkeypatch.setattr(lookout, "_MAY_LOOK", True)
     return SleepySocket()
@@ -57,7 +59,7 @@ def test_what_is_there_is_received(ends: tuple[socket.socket, socket.socket]) ->
 
 def test_what_comes_later_is_waited_for(ends: tuple[socket.socket, socket.socket]) -> None:
     here, there = ends
-    timer = threading.Timer(20 * lookout.LOOK_S, there.sendall, (b"late",))
+    timer = threading.Timer(20 * lookout.STREAM_LOOK_S, there.sendall, (b"late",))
     timer.start()
     assert Lookout().receive(here, 100) == b"late"
     timer.join()
@@ -83,7 +85,7 @@ def test_a_deadline_holds_for_a_peer_that_trickles(ends: tuple[socket.socket, so
 
 def test_looks_in_vain_become_rare(monkeypatch: pytest.MonkeyPatch, sleepy: SleepySocket) -> None:
     monkeypatch.setattr(lookout, "LONGEST_PAUSE", 4)
-    one = Lookout()
+    one = Lookout(ONE_LOOK)
     waits_with_a_look = []
     for wait in range(22):
         before = len(sleepy.waits)
@@ -97,7 +99,7 @@ def test_looks_in_vain_become_rare(monkeypatch: pytest.MonkeyPatch, sleepy: Slee
 def test_a_look_that_pays_is_repeated(
     sleepy: SleepySocket, ends: tuple[socket.socket, socket.socket]
 ) -> None:
-    one = Lookout()
+    one = Lookout(ONE_LOOK)
     for _ in range(5):  # looks, passes, looks, passes twice
         wait_on(one, sleepy)
     ends[1].sendall(b"here")
