@@ -211,6 +211,18 @@ def many_parameter_subscriptions(victim):
     other.set_param("/hoard", {"p1": 1})
 
 
+def large_parameter_of_subscribers(victim):
+    listeners = []
+    for number in range(20):
+        listeners.append(socket.create_server(("127.0.0.1", 0)))
+        api = f"http://127.0.0.1:{listeners[-1].getsockname()[1]}/"
+        victim.client(f"/s{number}").subscribe_param(api, "/large")
+    client = victim.client()
+    for filling in ([{"value": number} for number in range(50_000)], "x" * 5_000_000):
+        client.set_param("/large", filling)
+    return listeners
+
+
 def statistics_of_a_large_tree(victim):
     client = victim.client()
     client.set_param("/tree", {f"g{i}": {f"k{j}": j for j in range(500)} for i in range(100)})
@@ -245,7 +257,12 @@ ATTACKS = {
         *(nothing, half_open, byte_by_byte, idle_connections, gigabyte_announced, gigabyte_sent, entity_bomb),
         *(deep_nesting, garbage, never_reads, nodes_that_hang, multicall, value_of_15_mb),
         *(tree_of_100_000_names, many_registrations, calls_sent_ahead, text_of_15_mb),
-        *(many_parameter_subscriptions, statistics_of_a_large_tree, topic_of_3_000_subscribers),
+        *(
+            large_parameter_of_subscribers,
+            many_parameter_subscriptions,
+            statistics_of_a_large_tree,
+            topic_of_3_000_subscribers,
+        ),
         *(replaced_hoarder,),
     )
 }

@@ -97,6 +97,18 @@ def test_parameter_changes_arrive_in_order(master: Master, slave: FakeSlave) -> 
     assert heard == sorted(heard)
 
 
+def test_a_large_parameter_reaches_all_its_subscribers(master: Master) -> None:
+    slaves = [FakeSlave() for _ in range(3)]
+    for number, slave in enumerate(slaves):
+        client(master, f"/s{number}").subscribe_param(slave.api, "/w")
+    for large in ([{"number": number} for number in range(20_000)], "x" * 2_000_000):
+        client(master, "/x").set_param("/w", large)
+        for slave in slaves:
+            wait_until(lambda told=slave.told, value=large: told and told[-1][3] == value)
+    for slave in slaves:
+        slave.stop()
+
+
 def test_nodes_that_hang_delay_nobody(master: Master, slave: FakeSlave) -> None:
     hanging = [SilentSlave() for _ in range(notifier.TURNS_AT_A_TIME * 2)]
     for number, found in enumerate(hanging):

@@ -252,6 +252,29 @@ def test_who_sends_too_much_reads_why() -> None:
     serving.close()
 
 
+def test_the_asyncio_client_reads_why_too_and_sends_large_values() -> None:
+    serving = Serving(limits=RpcLimits(body_bytes=1_000_000))
+
+    async def calls() -> None:
+        client = AsyncRpcClient(serving.uri)
+        with pytest.raises(ProtocolError, match=r"answered 413"):
+            await client.call("echo", "x" * 20_000_000, timeout_s=20)
+        large = "x" * 900_000
+        for _ in range(2):
+            assert await client.call("echo", large, timeout_s=20) == large
+        client.close()
+
+    asyncio.run(calls())
+    serving.close()
+
+
+def test_the_asyncio_client_gives_up_in_time_when_a_large_value_is_not_read() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        uri = f"http://127.0.0.1:{listener.getsockname()[1]}/"
+        with pytest.raises(Unreachable, match="no answer in time"):
+            asyncio.run(call_async(uri, "echo", "x" * 20_000_000, timeout_s=0.3))
+
+
 def test_who_goes_on_sending_after_a_refusal_is_cut_off(serving: Serving) -> None:
     with serving.connect() as peer:
         peer.sendall(b"\x00garbage")

@@ -15,7 +15,7 @@ from typing import Any, Final
 from pipros import names
 from pipros.master import arguments
 from pipros.master.arguments import CALLER_ERROR, INTERNAL, SUCCESS, Answer
-from pipros.master.params import NotATree, NotSet, ParamTree, changes_for
+from pipros.master.params import NotATree, NotSet, ParamTree, TooDeep, changes_for
 from pipros.master.registry import Notice, Registry, Role, param_updates
 
 _log = logging.getLogger("rosmaster.master")
@@ -213,7 +213,7 @@ class MasterApi:
         key = arguments.param_key(key, caller)
         try:
             self._params.set(key, value)
-        except NotATree as error:
+        except (NotATree, TooDeep) as error:
             return [CALLER_ERROR, f"Error: invalid arguments: {error}", 0]
         _log.info("+PARAM [%s] by %s", key, caller)
         self._announce(key, value, caller)

@@ -20,7 +20,7 @@ from typing import Any, Final
 from pipros.errors import PiprosError, Unreachable
 from pipros.master.registry import Notice
 from pipros.net.rpc_async import AsyncRpcClient
-from pipros.wire.xmlrpc import encode_call
+from pipros.wire.xmlrpc import TooLarge, encode_call
 
 _log = logging.getLogger("rosmaster.master")
 
@@ -32,6 +32,8 @@ TURNS_AT_A_TIME: Final = 16
 """How many notices are on their way at a time, those to slow nodes not counted."""
 SLOW_S: Final = 0.1
 """After this time without an answer a node counts as slow, and the next one in line may start."""
+LARGE_VALUE: Final = 2_000
+"""From how many elements on a value is encoded in a thread."""
 KEEP_CONNECTION_S: Final = 30.0
 """How long the connection to a node is kept after its last notice."""
 
@@ -78,6 +80,7 @@ class Notifier:
         self._is_closed = False
         self._tasks: set[asyncio.Task[None]] = set()
         self._encoded: tuple[Any, bytes] = (None, b"")
+        self._encoding = asyncio.Lock()
         self.delivered = 0
         self.superseded = 0
         self.dropped = 0
@@ -167,14 +170,23 @@ class Notifier:
                 return
         elif not self._is_current(notice):
             return
-        params, document = self._encoded
-        if params is not notice.params:  # the same for all subscribers of a topic
-            document = encode_call(notice.method, notice.params)
-            self._encoded = (notice.params, document)
-        await queue.client.post(document, timeout_s=self._timeout_s)
+        await queue.client.post(await self._document(notice), timeout_s=self._timeout_s)
         self.delivered += 1
         _log.debug("%s[%s] -> %s", notice.method, notice.params[1], notice.api)
         self._reached(notice)
+
+    async def _document(self, notice: Notice) -> bytes:
+        """The call, encoded once for all subscribers; a large one in a thread."""
+        async with self._encoding:
+            params, document = self._encoded
+            if params is not notice.params:
+                try:
+                    document = encode_call(notice.method, notice.params, size_limit=LARGE_VALUE)
+                except TooLarge:
+                    loop = asyncio.get_running_loop()
+                    document = await loop.run_in_executor(None, encode_call, notice.method, notice.params)
+                self._encoded = (notice.params, document)
+            return document
 
     def _lose_place(self, queue: _Queue) -> None:
         queue.is_slow = True

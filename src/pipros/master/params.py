@@ -14,9 +14,16 @@ from pipros.errors import PiprosError
 
 Tree = dict[str, Any]
 
+LEVELS_LIMIT: Final = 90
+"""Parts of a key: with them and the depth that a value may have, the whole tree can still be told."""
+
 
 class NotATree(PiprosError, ValueError):
     """The root was to be set to something that is no dictionary."""
+
+
+class TooDeep(PiprosError, ValueError):
+    """A key has more parts than the tree may have levels."""
 
 
 class NotSet(PiprosError, KeyError):
@@ -64,8 +71,11 @@ class ParamTree:
 
         Raises:
             NotATree: for another value than a dictionary at `/`.
+            TooDeep: the key has more than `LEVELS_LIMIT` parts.
         """
         parts = _parts(key)
+        if len(parts) > LEVELS_LIMIT:
+            raise TooDeep(f"a key of {len(parts)} parts; the limit is {LEVELS_LIMIT}")
         if not parts:
             if type(value) is not dict:
                 raise NotATree("cannot set root of parameter tree to non-dictionary")
@@ -125,15 +135,17 @@ class ParamTree:
         if names.is_global(key):
             return key if self.has(key) else None
         first = _parts(key)[:1]
-        above = _parts(ns)
-        while first:
-            prefix = "/" + "".join(part + "/" for part in above)
-            if self.has(prefix + first[0]):
-                return prefix + key
-            if not above:
+        found = None
+        tree: Any = self._root
+        prefix = "/"
+        for part in [*_parts(ns), ""]:
+            if type(tree) is not dict:
                 break
-            above.pop()
-        return None
+            if first and first[0] in tree:
+                found = prefix
+            tree = tree.get(part)
+            prefix += f"{part}/"
+        return None if found is None else found + key
 
 
 _NOTHING: Final = object()

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Any
+import itertools
+from typing import Any, Final
 
 from pipros.errors import ProtocolError, Unreachable
 from pipros.net.address import host_and_port, split_uri
 from pipros.net.rpc import reason_of
-from pipros.wire.http import HttpError, Response, ResponseReader, build_request
+from pipros.wire.http import HttpError, Response, ResponseReader, request_head
 from pipros.wire.xmlrpc import decode_response, encode_call
+
+_SLICE_BYTES: Final = 256 * 1024
+"""How much of a large document is given to the socket at a time."""
 
 
 async def call_async(uri: str, method: str, *params: Any, timeout_s: float | None) -> Any:
@@ -44,9 +48,9 @@ class AsyncRpcClient:
 
     async def post(self, document: bytes, *, timeout_s: float | None) -> Any:
         """As `call`, for a call that was encoded once to be sent to many."""
-        request = build_request(host_and_port(self._host, self._port), self._path, document)
+        head = request_head(host_and_port(self._host, self._port), self._path, len(document))
         try:
-            response = await self._exchange(request, timeout_s)
+            response = await self._exchange(head, document, timeout_s)
         except HttpError as error:
             self.close()
             raise ProtocolError(f"{self.uri} does not speak XML-RPC: {error}") from None
@@ -71,13 +75,13 @@ class AsyncRpcClient:
         if connection:
             connection.close()
 
-    async def _exchange(self, request: bytes, timeout_s: float | None) -> Response:
+    async def _exchange(self, head: bytes, document: bytes, timeout_s: float | None) -> Response:
         loop = asyncio.get_running_loop()
         deadline = None if timeout_s is None else loop.time() + timeout_s
         kept = self._connection
         if kept:
             try:
-                return await kept.exchange(request, deadline)
+                return await kept.exchange(head, document, deadline)
             except ConnectionError:
                 self.close()
                 if kept.has_answer_begun:
@@ -85,7 +89,7 @@ class AsyncRpcClient:
         connecting = loop.create_connection(lambda: _Connection(loop), self._host, self._port)
         _, connection = await asyncio.wait_for(connecting, timeout_s)
         self._connection = connection
-        return await connection.exchange(request, deadline)
+        return await connection.exchange(head, document, deadline)
 
 
 class _Connection(asyncio.Protocol):
@@ -94,9 +98,11 @@ class _Connection(asyncio.Protocol):
         self._reader = ResponseReader()
         self._transport: asyncio.Transport | None = None
         self._answer: asyncio.Future[Response] | None = None
+        self._may_write = asyncio.Event()
+        self._may_write.set()
         self.has_answer_begun = False
 
-    async def exchange(self, request: bytes, deadline: float | None) -> Response:
+    async def exchange(self, head: bytes, document: bytes, deadline: float | None) -> Response:
         """Sends a request and waits for its response.
 
         Raises:
@@ -110,23 +116,46 @@ class _Connection(asyncio.Protocol):
         answer: asyncio.Future[Response] = self._loop.create_future()
         self._answer = answer
         timer = None if deadline is None else self._loop.call_at(deadline, self._fail, TimeoutError())
-        self._transport.write(request)
         try:
-            return await answer
+            if len(document) <= _SLICE_BYTES:
+                self._transport.write(head + document)
+                return await answer
+            is_sent = await self._send_slices(head, document, answer)
+            response = await answer
+            return response if is_sent else response._replace(keep_alive=False)
         finally:
             self._answer = None
             if timer:
                 timer.cancel()
 
+    async def _send_slices(self, head: bytes, document: bytes, answer: asyncio.Future[Response]) -> bool:
+        """Sends as the peer takes it, with turns for others. False when there is an answer or an end first."""
+        slices = (document[start : start + _SLICE_BYTES] for start in range(0, len(document), _SLICE_BYTES))
+        for piece in itertools.chain([head], slices):
+            await self._may_write.wait()
+            if answer.done() or self._transport is None:
+                return False
+            self._transport.write(piece)
+            await asyncio.sleep(0)
+        return True
+
     def close(self) -> None:
         if self._transport:
             self._transport.abort()
 
+    def pause_writing(self) -> None:
+        self._may_write.clear()
+
+    def resume_writing(self) -> None:
+        self._may_write.set()
+
     def _fail(self, error: Exception) -> None:
+        self._may_write.set()
         if self._answer and not self._answer.done():
             self._answer.set_exception(error)
 
     def _succeed(self, response: Response | None) -> None:
+        self._may_write.set()
         if response and self._answer and not self._answer.done():
             self._answer.set_result(response)
 

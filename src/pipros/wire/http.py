@@ -74,10 +74,15 @@ class Response(NamedTuple):
 
 def build_request(host: str, target: str, body: bytes) -> bytes:
     """A POST of an XML-RPC document. `host` is what the `Host` header says: `localhost:11311`."""
+    return request_head(host, target, len(body)) + body
+
+
+def request_head(host: str, target: str, length: int) -> bytes:
+    """What `build_request` puts before a body of that length; for bodies too large to be copied."""
     return (
         f"POST {target} HTTP/1.1\r\nHost: {host}\r\nUser-Agent: pipros\r\n"
-        f"Content-Type: text/xml\r\nContent-length: {len(body)}\r\n\r\n"
-    ).encode() + body
+        f"Content-Type: text/xml\r\nContent-length: {length}\r\n\r\n"
+    ).encode()
 
 
 def build_response(

@@ -22,7 +22,9 @@ from pipros.wire import xmlrpc_scan
 BODY_LIMIT_BYTES: Final = 16 * 1024 * 1024
 """The largest document read. A parameter tree of a whole robot takes a tenth of it."""
 NESTING_LIMIT: Final = 100
-"""How deep lists and dictionaries may nest; far below what Python's own stack bears."""
+"""How deep lists and dictionaries may nest in a call; far below what Python's own stack bears."""
+ANSWER_NESTING_LIMIT: Final = 200
+"""The same for answers: a parameter tree is as deep as its keys and its values together."""
 INT_MIN: Final = -(2**31)
 INT_MAX: Final = 2**31 - 1
 
@@ -45,14 +47,14 @@ class Fault(PiprosError):
 
 
 class Encoded:
-    """A value that is text already: it is put into a document as it is."""
+    """A value that is text already: it is put into an array or a struct of an answer as it is."""
 
     __slots__ = ("text",)
 
     def __init__(self, value: Any, *, size_limit: int | None = None) -> None:
         """Raises what `encode_call` and `encode_response` raise."""
         parts: list[str] = []
-        _encode(value, parts, NESTING_LIMIT, _Room(size_limit))
+        _encode(value, parts, ANSWER_NESTING_LIMIT - 1, _Room(size_limit))
         self.text = "".join(parts)
 
 
@@ -60,16 +62,17 @@ class TooLarge(PiprosError):
     """A value is larger than the caller wanted to encode on the spot."""
 
 
-def encode_call(method: str, params: tuple[Any, ...] | list[Any]) -> bytes:
+def encode_call(method: str, params: tuple[Any, ...] | list[Any], *, size_limit: int | None = None) -> bytes:
     """A `methodCall` document.
 
     Raises:
+        TooLarge: with `size_limit`, as `encode_response`.
         TypeError: for a value that XML-RPC cannot carry (None, a set, a dictionary key that is no text).
         OverflowError: for an integer beyond 32 bits.
         ValueError: for a text with control characters, which XML cannot carry.
     """
     parts = ["<?xml version='1.0'?>\n<methodCall><methodName>", _escape(method), "</methodName><params>"]
-    room = _Room(None)
+    room = _Room(size_limit)
     for param in params:
         parts.append("<param>")
         _encode(param, parts, NESTING_LIMIT, room)
@@ -86,7 +89,7 @@ def encode_response(value: Any, *, size_limit: int | None = None) -> bytes:
             elements, a long text or binary counted as one for each `SLICE_CHARACTERS`.
     """
     parts = ["<?xml version='1.0'?>\n<methodResponse><params><param>"]
-    _encode(value, parts, NESTING_LIMIT, _Room(size_limit))
+    _encode(value, parts, ANSWER_NESTING_LIMIT, _Room(size_limit))
     parts.append("</param></params></methodResponse>\n")
     return _join(parts)
 
@@ -162,9 +165,7 @@ def _encode(value: Any, parts: list[str], depth_left: int, room: _Room) -> None:
         )
     elif kind is list or kind is tuple:
         if not depth_left:
-            raise TypeError(
-                f"cannot marshal lists nested deeper than {NESTING_LIMIT}, or recursive sequences"
-            )
+            raise TypeError("cannot marshal lists nested as deep, or recursive sequences")
         room.take(len(value))
         parts.append("<value><array><data>")
         for item in value:
@@ -172,9 +173,7 @@ def _encode(value: Any, parts: list[str], depth_left: int, room: _Room) -> None:
         parts.append("</data></array></value>")
     elif kind is dict:
         if not depth_left:
-            raise TypeError(
-                f"cannot marshal dictionaries nested deeper than {NESTING_LIMIT}, or recursive ones"
-            )
+            raise TypeError("cannot marshal dictionaries nested as deep, or recursive ones")
         room.take(len(value))
         parts.append("<value><struct>")
         for key, item in value.items():
@@ -259,11 +258,11 @@ def decode_response(body: bytes | bytearray, *, limit_bytes: int = BODY_LIMIT_BY
     """
     _check_size(body, limit_bytes)
     try:
-        return xmlrpc_scan.decode_response(body, NESTING_LIMIT)
+        return xmlrpc_scan.decode_response(body, ANSWER_NESTING_LIMIT)
     except xmlrpc_scan.Uncommon:
         from pipros.wire import xmlrpc_expat
 
-        value, is_fault = xmlrpc_expat.decode_response(body, NESTING_LIMIT)
+        value, is_fault = xmlrpc_expat.decode_response(body, ANSWER_NESTING_LIMIT)
     if is_fault:
         if not isinstance(value, dict) or type(value.get("faultCode")) is not int:
             raise ProtocolError("an XML-RPC fault without faultCode and faultString")

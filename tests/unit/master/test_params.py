@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from pipros.master.params import NotATree, NotSet, ParamTree, changes_for
+from pipros.master.params import LEVELS_LIMIT, NotATree, NotSet, ParamTree, TooDeep, changes_for
+from pipros.wire.xmlrpc import NESTING_LIMIT, decode_response, encode_response
 
 
 def test_dictionaries_are_namespaces_both_ways() -> None:
@@ -101,6 +102,23 @@ def test_names_are_those_of_values_in_the_order_they_were_set() -> None:
 def test_a_search_goes_upwards_for_the_first_part_of_the_key(ns: str, key: str, found: str | None) -> None:
     tree = ParamTree({"w": {"g": 1}, "ns": {"w": {"q": 2}, "n": {"w": 3}}})
     assert tree.search(ns, key) == found
+
+
+def test_a_search_from_far_down_takes_no_longer_than_the_tree_is_deep() -> None:
+    far_down = "/ns" + "/x" * 100_000
+    assert ParamTree({"ns": {"w": 1}}).search(far_down, "w") == "/ns/w"
+
+
+def test_a_key_of_too_many_parts_is_refused_so_that_the_tree_can_be_told() -> None:
+    tree = ParamTree()
+    tree.set("/a" * LEVELS_LIMIT, 1)
+    with pytest.raises(TooDeep):
+        tree.set("/a" * (LEVELS_LIMIT + 1), 1)
+    value: Any = 1
+    for _ in range(NESTING_LIMIT):
+        value = [value]
+    tree.set("/a" * LEVELS_LIMIT, value)
+    assert decode_response(encode_response([1, "", tree.get("/")]))[2] == tree.get("/")
 
 
 @pytest.mark.parametrize(

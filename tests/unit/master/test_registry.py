@@ -153,6 +153,14 @@ def test_whoever_changes_a_parameter_is_not_told_of_it() -> None:
     ]
 
 
+def test_what_many_are_told_is_one_value_for_all() -> None:
+    books = Registry()
+    books.subscribe_param("/a", "/w", A)
+    books.subscribe_param("/b", "/w", B)
+    first, second = param_updates(books, [("/w", "/w/k/", [1])], except_node="/c")
+    assert first.params is second.params
+
+
 KEYS = st.lists(st.sampled_from(["a", "b", "ab", "a0", "a.b"]), max_size=4).map(
     lambda parts: "/" + "/".join(parts)
 )

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from pipros.errors import LimitExceeded, ProtocolError
 from pipros.wire.xmlrpc import (
+    ANSWER_NESTING_LIMIT,
     NESTING_LIMIT,
     Encoded,
     Fault,
@@ -213,16 +214,32 @@ def test_values_nest_to_the_limit_and_no_deeper() -> None:
     def nested(depth: int) -> bytes:
         opened = "<value><array><data>" * depth
         closed = "</data></array></value>" * depth
-        inner = f"<param>{opened}<value>x</value>{closed}</param>"
-        return f"<methodResponse><params>{inner}</params></methodResponse>".encode()
+        return f"<params><param>{opened}<value>x</value>{closed}</param></params>".encode()
 
-    value = decode_response(nested(NESTING_LIMIT))
-    for _ in range(NESTING_LIMIT):
-        [value] = value
-    assert value == "x"
-    for depth in (NESTING_LIMIT + 1, 100_000):
-        with pytest.raises(LimitExceeded, match="nested deeper"):
-            decode_response(nested(depth))
+    def call(depth: int) -> Any:
+        return decode_call(b"<methodCall><methodName>m</methodName>" + nested(depth) + b"</methodCall>")[1][0]
+
+    def response(depth: int) -> Any:
+        return decode_response(b"<methodResponse>" + nested(depth) + b"</methodResponse>")
+
+    for decode, limit in ((call, NESTING_LIMIT), (response, ANSWER_NESTING_LIMIT)):
+        value = decode(limit)
+        for _ in range(limit):
+            [value] = value
+        assert value == "x"
+        for depth in (limit + 1, 100_000):
+            with pytest.raises(LimitExceeded, match="nested deeper"):
+                decode(depth)
+
+
+def test_whatever_was_read_from_a_call_can_be_answered() -> None:
+    value: Any = []
+    for _ in range(NESTING_LIMIT - 1):
+        value = [value]
+    [back] = decode_call(encode_call("m", (value,)))[1]
+    assert decode_response(encode_response([1, "", Encoded(back)])) == [1, "", value]
+    with pytest.raises(TypeError, match="nested as deep"):
+        encode_call("m", ([value],))
 
 
 def test_a_document_larger_than_the_limit_is_refused() -> None:
