@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 
 import pytest
 
-from pipros.errors import Unreachable
+from pipros.errors import Refused, Unreachable
 from pipros.net.master import MasterClient
 from pipros.wire.http import build_request
 from pipros.wire.xmlrpc import Fault, encode_call
@@ -174,6 +174,31 @@ def test_a_text_as_long_as_the_limit_allows(master: RunningMaster) -> None:
         large.set_param("/large", text)
         assert large.get_param("/large") == text
         large.delete_param("/large")
+
+
+def test_a_large_parameter_of_many_subscribers(master: RunningMaster) -> None:
+    deaf = [SilentSlave() for _ in range(20)]
+    listening = FakeSlave()
+    for number, api in enumerate([*(found.api for found in deaf), listening.api]):
+        node = MasterClient(f"http://127.0.0.1:{master.port}/", f"/s{number}", timeout_s=ANSWER_S)
+        node.subscribe_param(api, "/large")
+    large = MasterClient(f"http://127.0.0.1:{master.port}/", "/large", timeout_s=30)
+    value = [{"name": "x" * 10, "value": number} for number in range(60_000)]
+    with master.answering_meanwhile():
+        large.set_param("/large", value)
+        wait_until(lambda: listening.told and listening.told[-1][3] == value)
+    for slave in [*deaf, listening]:
+        slave.stop()
+
+
+def test_names_of_a_hundred_thousand_parts(master: RunningMaster) -> None:
+    far_down = MasterClient(f"http://127.0.0.1:{master.port}/", "/x" * 100_000, timeout_s=30)
+    with master.answering_meanwhile():
+        with pytest.raises(Refused, match="Cannot find parameter"):
+            far_down.search_param("nowhere")
+        with pytest.raises(Refused, match="the limit is 90"):
+            far_down.set_param("~deep", 1)
+        assert far_down.get_param("/bystander") == 1
 
 
 def test_thousands_of_calls_sent_ahead_of_their_answers(master: RunningMaster) -> None:
