@@ -182,9 +182,7 @@ class MasterApi:
         return [SUCCESS, "current system state", [list(pair) for pair in self._registry.topic_types.items()]]
 
     def _get_published_topics(self, caller: str, subgraph: Any) -> Answer:
-        if type(subgraph) is not str:
-            raise arguments.BadArgument("ERROR: parameter [subgraph] must be a string")
-        below = names.resolve(subgraph, caller).rstrip("/") + "/" if subgraph else "/"
+        below = arguments.subgraph(subgraph, caller)
         types = self._registry.topic_types
         return [
             SUCCESS,

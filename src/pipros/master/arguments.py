@@ -16,6 +16,9 @@ SUCCESS: Final = 1
 INTERNAL: Final = 0
 CALLER_ERROR: Final = -1
 
+NAME_LIMIT: Final = 16 * 1024
+"""Characters of a name or URI; to take megabytes of it apart would hold others up."""
+
 _log = logging.getLogger("rosmaster.master")
 
 
@@ -35,6 +38,8 @@ def guarded(name: str, method: Callable[..., Answer], error_value: Any) -> Calla
             return [CALLER_ERROR, "missing required caller_id parameter", error_value]
         if type(params[0]) is not str:
             return [CALLER_ERROR, "caller_id must be a string", error_value]
+        if len(params[0]) > NAME_LIMIT:
+            return [CALLER_ERROR, f"caller_id is longer than {NAME_LIMIT} characters", error_value]
         if len(params) != arity:
             return [CALLER_ERROR, "Error: bad call arity", error_value]
         try:
@@ -56,6 +61,7 @@ def resolved(parameter: str, name: Any, caller: str) -> str:
     """The global name that `name` means to the caller."""
     if type(name) is not str or not name:
         raise BadArgument(f"ERROR: parameter [{parameter}] must be a non-empty string")
+    _check_length(parameter, name)
     if ":" in name or " " in name:
         raise BadArgument(f"ERROR: parameter [{parameter}] contains illegal chars")
     return names.resolve(name, caller)
@@ -82,6 +88,7 @@ def topic_type(type_name: Any) -> str:
     """`package/Type`, or `*`."""
     if type(type_name) is not str or not type_name:
         raise BadArgument("ERROR: parameter [topic_type] must be a non-empty string")
+    _check_length("topic_type", type_name)
     if type_name != ANY_TYPE and type_name.count("/") != 1:
         raise BadArgument("ERROR: parameter [topic_type] is not a valid package resource name")
     return type_name
@@ -91,6 +98,7 @@ def api_uri(parameter: str, api: Any) -> str:
     """The URI of a node or a service; whether anybody is there is another question."""
     if type(api) is not str or not api:
         raise BadArgument(f"ERROR: parameter [{parameter}] is not an XMLRPC URI")
+    _check_length(parameter, api)
     if not api.startswith(("http://", "rosrpc://")):
         raise BadArgument(f"ERROR: parameter [{parameter}] is not an RPC URI")
     return api
@@ -102,4 +110,18 @@ def param_key(key: Any, caller: str) -> str:
         raise BadArgument("ERROR: parameter [key] must be specified and non-empty")
     if type(key) is not str:
         raise BadArgument("ERROR: parameter [key] must be a string")
+    _check_length("key", key)
     return names.resolve(key, caller)
+
+
+def subgraph(name: Any, caller: str) -> str:
+    """What topics are to begin with: a namespace with a slash behind it."""
+    if type(name) is not str:
+        raise BadArgument("ERROR: parameter [subgraph] must be a string")
+    _check_length("subgraph", name)
+    return names.resolve(name, caller).rstrip("/") + "/" if name else "/"
+
+
+def _check_length(parameter: str, text: str) -> None:
+    if len(text) > NAME_LIMIT:
+        raise BadArgument(f"ERROR: parameter [{parameter}] is longer than {NAME_LIMIT} characters")

@@ -49,6 +49,30 @@ def test_wrong_calls_are_answers_and_no_faults(master: Case, method: str, error_
     assert master.call(method, "/n", *range(9)) == [-1, "Error: bad call arity", error_value]
 
 
+@pytest.mark.parametrize(
+    ("method", "before", "after"),
+    [
+        ("lookupNode", (), ()),
+        ("registerPublisher", (), ("x/Y", API)),
+        ("registerPublisher", ("/t",), (API,)),
+        ("registerService", ("/s",), (API,)),
+        ("registerService", ("/s", "rosrpc://h:1"), ()),
+        ("setParam", (), (1,)),
+        ("searchParam", (), ()),
+        ("getPublishedTopics", (), ()),
+    ],
+)
+def test_names_and_uris_of_megabytes_are_refused(
+    master: Case, method: str, before: tuple[Any, ...], after: tuple[Any, ...]
+) -> None:
+    far_down = "/x" * 10_000
+    code, text, _ = master.call(method, "/n", *before, far_down, *after)
+    assert (code, text[-31:]) == (-1, "is longer than 16384 characters")
+    code, text, _ = master.call(method, far_down, *before, "/x", *after)
+    assert (code, text) == (-1, "caller_id is longer than 16384 characters")
+    assert master.call("setParam", "/n", "/text", far_down)[0] == 1
+
+
 def test_names_are_resolved_beside_the_caller_and_private_ones_below_it(master: Case) -> None:
     assert master.call("registerSubscriber", "/ns/n", "t", "*", API) == [1, "Subscribed to [/ns/t]", []]
     assert master.call("registerSubscriber", "/ns/n", "~t", "*", API) == [1, "Subscribed to [/ns/n/t]", []]
