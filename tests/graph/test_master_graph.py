@@ -109,6 +109,20 @@ def test_a_large_parameter_reaches_all_its_subscribers(master: Master) -> None:
         slave.stop()
 
 
+def test_thousands_of_notices_of_one_call_arrive_and_later_ones_behind_them(
+    master: Master, slave: FakeSlave
+) -> None:
+    keys = [f"/w/{number}" for number in range(900)]
+    for key in keys:
+        client(master, "/s").subscribe_param(slave.api, key)
+    client(master, "/x").set_param("/w", {str(number): number for number in range(900)})
+    client(master, "/x").set_param("/w/899", "last")
+    wait_until(lambda: ("paramUpdate", "/master", "/w/899/", "last") in slave.told, timeout_s=30)
+    wait_until(lambda: client(master, "/x").call("pipros.getStatistics")["notices_waiting"] == 0)
+    told = {key: value for _, _, key, value in slave.told}
+    assert told == {f"{key}/": number for number, key in enumerate(keys)} | {"/w/899/": "last"}
+
+
 def test_nodes_that_hang_delay_nobody(master: Master, slave: FakeSlave) -> None:
     hanging = [SilentSlave() for _ in range(notifier.TURNS_AT_A_TIME * 2)]
     for number, found in enumerate(hanging):

@@ -31,9 +31,8 @@ _LOGGED_AS: Final = {
 class MasterApi:
     """Answers the calls of nodes and tools out of the registry and the parameter tree.
 
-    `methods` is the table for an `RpcServer`. Each notice that a call gives rise to is handed to
-    `notify`, in order, before the call is answered. `changed` is called with a word about what
-    changed after each call that changed something lasting.
+    `methods` is the table for an `RpcServer`. The notices that a call gives rise to are handed to
+    `notify`, in order, before the call is answered; they need not be taken at once.
     """
 
     def __init__(
@@ -228,8 +227,9 @@ class MasterApi:
         return [SUCCESS, f"parameter {key} deleted", 0]
 
     def _announce(self, key: str, value: Any, caller: str) -> None:
-        changes = changes_for(self._registry.param_keys_around(key), key, value)
-        if changes:
+        keys = self._registry.param_keys_around(key)
+        if keys:
+            changes = changes_for(keys, key, value)
             self._notify(param_updates(self._registry, changes, except_node=caller))
 
     def _has_param(self, caller: str, key: Any) -> Answer:

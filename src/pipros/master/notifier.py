@@ -14,7 +14,7 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections import OrderedDict, deque
-from collections.abc import Awaitable, Callable, Iterable
+from collections.abc import Awaitable, Callable, Iterable, Iterator
 from typing import Any, Final
 
 from pipros.errors import PiprosError, Unreachable
@@ -30,6 +30,8 @@ QUEUE_LIMIT: Final = 1000
 """How many notices may wait for one node; beyond it the oldest is dropped and counted."""
 TURNS_AT_A_TIME: Final = 16
 """How many notices are on their way at a time, those to slow nodes not counted."""
+TAKEN_AT_A_TIME: Final = 500
+"""How many notices are queued in one turn of the loop."""
 SLOW_S: Final = 0.1
 """After this time without an answer a node counts as slow, and the next one in line may start."""
 LARGE_VALUE: Final = 2_000
@@ -74,6 +76,7 @@ class Notifier:
         self._failed = failed
         self._done = done
         self._timeout_s = timeout_s if timeout_s and timeout_s > 0 else CALL_TIMEOUT_S
+        self._untaken: deque[Iterator[Notice]] = deque()
         self._queues: dict[str, _Queue] = {}
         self._line: deque[_Queue] = deque()
         self._turns = 0
@@ -93,25 +96,43 @@ class Notifier:
     @property
     def waiting_count(self) -> int:
         """How many notices are not answered yet."""
-        return sum(len(queue.waiting) for queue in self._queues.values()) + len(self._tasks)
+        queued = sum(len(queue.waiting) for queue in self._queues.values())
+        return queued + len(self._tasks) + len(self._untaken)
 
     def notify(self, notices: Iterable[Notice]) -> None:
-        """Queues the notices."""
-        for notice in notices:
-            queue = self._queues.get(notice.api)
-            if queue is None:
-                try:
-                    queue = self._queues[notice.api] = _Queue(notice.api)
-                except ValueError as error:  # genuine masters accept such APIs, and call them in vain
-                    self._failed(notice, Unreachable(notice.api, str(error)))
-                    self._done(notice)
-                    continue
-            self._put(queue, notice)
+        """Queues the notices: `TAKEN_AT_A_TIME` at once, more of them in later turns of the loop."""
+        self._untaken.append(iter(notices))
+        if len(self._untaken) == 1:
+            self._take()
+
+    def _take(self) -> None:
+        left = TAKEN_AT_A_TIME
+        while self._untaken and left:
+            notice = next(self._untaken[0], None)
+            if notice is None:
+                self._untaken.popleft()
+                continue
+            left -= 1
+            if queue := self._queue_of(notice):
+                self._put(queue, notice)
+        if self._untaken:
+            asyncio.get_running_loop().call_soon(self._take)
         self._start_turns()
+
+    def _queue_of(self, notice: Notice) -> _Queue | None:
+        queue = self._queues.get(notice.api)
+        if queue is None:
+            try:
+                queue = self._queues[notice.api] = _Queue(notice.api)
+            except ValueError as error:  # genuine masters accept such APIs, and call them in vain
+                self._failed(notice, Unreachable(notice.api, str(error)))
+                self._done(notice)
+        return queue
 
     def close(self) -> None:
         """Drops what waits and closes all connections. Nothing is delivered any more."""
         self._is_closed = True
+        self._untaken.clear()
         for task in self._tasks:
             task.cancel()
         for queue in self._queues.values():

@@ -6,7 +6,7 @@ through them. Keys come in resolved (`/a/b`); doubled and trailing slashes do no
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any, Final, Protocol
 
 from pipros import names
@@ -164,25 +164,23 @@ def _below(value: Any, key: str, default: Any) -> Any:
     return value
 
 
-def changes_for(subscribed_keys: Iterable[str], key: str, value: Any) -> list[tuple[str, str, Any]]:
+def changes_for(subscribed_keys: Iterable[str], key: str, value: Any) -> Iterator[tuple[str, str, Any]]:
     """What subscribers are told when `key` became `value` (`{}` when it was deleted).
 
     A subscriber at or above the key is told the key and its value; one below is told its own part
     of the value, `{}` when there is none.
 
-    Returns:
+    Yields:
         `(subscribed key, key to announce, value to announce)` for each one concerned; announced
         keys end with a slash.
     """
     changed = as_namespace(key)
-    changes: list[tuple[str, str, Any]] = []
     for subscribed in subscribed_keys:
         own = as_namespace(subscribed)
         if changed.startswith(own):
-            changes.append((subscribed, changed, value))
+            yield subscribed, changed, value
         elif own.startswith(changed):
-            changes.append((subscribed, own, _below(value, own[len(changed) :], {})))
-    return changes
+            yield subscribed, own, _below(value, own[len(changed) :], {})
 
 
 def as_namespace(key: str) -> str:

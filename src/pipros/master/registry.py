@@ -264,14 +264,13 @@ class Registry:
 
 def param_updates(
     registry: Registry, changes: Iterable[tuple[str, str, Any]], *, except_node: str
-) -> list[Notice]:
-    """The notices for changed parameters, as `params.changes_for` lists them, one's own changes left out."""
-    notices = []
+) -> Iterator[Notice]:
+    """The notices for changed parameters, as `params.changes_for` lists them, one's own changes left out.
+
+    They are made as they are taken, and tell who stands in the books then.
+    """
     for subscribed, key, value in changes:
         params = (MASTER_ID, key, value)  # one for all, so that it is encoded once
-        notices += [
-            Notice(name, registry.nodes[name].api, "paramUpdate", params)
-            for name in registry.names_of(Role.PARAM_SUBSCRIBER, subscribed)
-            if name != except_node
-        ]
-    return notices
+        for name in registry.names_of(Role.PARAM_SUBSCRIBER, subscribed):
+            if name != except_node:
+                yield Notice(name, registry.nodes[name].api, "paramUpdate", params)

@@ -141,4 +141,4 @@ def test_subscribers_above_hear_the_change_and_those_below_their_part(
     subscribed: str, key: str, value: Any, told: tuple[str, Any] | None
 ) -> None:
     expected = [] if told is None else [(subscribed, *told)]
-    assert changes_for([subscribed], key, value) == expected
+    assert list(changes_for([subscribed], key, value)) == expected

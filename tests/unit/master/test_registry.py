@@ -148,7 +148,7 @@ def test_whoever_changes_a_parameter_is_not_told_of_it() -> None:
     books = Registry()
     books.subscribe_param("/a", "/w", A)
     books.subscribe_param("/b", "/w", B)
-    assert param_updates(books, [("/w", "/w/k/", 1)], except_node="/a") == [
+    assert list(param_updates(books, [("/w", "/w/k/", 1)], except_node="/a")) == [
         Notice("/b", B, "paramUpdate", ("/master", "/w/k/", 1))
     ]
 
