@@ -129,7 +129,7 @@ class _Connection(asyncio.Protocol):
                 timer.cancel()
 
     async def _send_slices(self, head: bytes, document: bytes, answer: asyncio.Future[Response]) -> bool:
-        """Sends as the peer takes it, with turns for others. False when there is an answer or an end first."""
+        """Sends as the peer takes it, with turns for others. False when an answer or an end comes first."""
         slices = (document[start : start + _SLICE_BYTES] for start in range(0, len(document), _SLICE_BYTES))
         for piece in itertools.chain([head], slices):
             await self._may_write.wait()
