@@ -4,7 +4,7 @@
     benchmarks/master.py [--only params,dictionary] [--crowd 1000]
 
 Each master is asked by the client of its own world: genuine by `rosgraph.Master` in the Python of
-genuine ROS, pipros by `pipros.net.master.MasterClient`. Both take turns, and the best of three rounds
+genuine ROS, pipros by `pipros.net.master_client.MasterClient`. Both take turns, and the best of three rounds
 counts: what else the machine does then disturbs both alike. Without genuine ROS only pipros is measured.
 """
 
@@ -39,7 +39,7 @@ class GenuineClient:
 
 class PiprosClient:
     def __init__(self, uri, name="/bench"):
-        from pipros.net.master import MasterClient
+        from pipros.net.master_client import MasterClient
 
         client = MasterClient(uri, name)
         self.getParam, self.setParam, self.hasParam = client.get_param, client.set_param, client.has_param
@@ -113,11 +113,12 @@ def crowd_nodes():
     """The APIs of a crowd: one server, URIs that differ by path. Prints its port, serves until killed."""
     import asyncio
 
-    from pipros.net.rpc_server import RpcLimits, RpcServer
+    from pipros.limits import Limits
+    from pipros.net.rpc_server import RpcServer
 
     async def serve():
         methods = {"publisherUpdate": lambda *_: [1, "", 0], "getPid": lambda _: [1, "", 1]}
-        server = RpcServer(methods, limits=RpcLimits(connections=5000, connections_per_peer=5000))
+        server = RpcServer(methods, limits=Limits(rpc_connections=5000, rpc_connections_per_peer=5000))
         await server.start()
         print(server.port, flush=True)
         await asyncio.Event().wait()

@@ -22,7 +22,7 @@ from master import SOURCES, MasterProcess
 
 sys.path.insert(0, SOURCES)
 
-from pipros.net.master import MasterClient  # noqa: E402
+from pipros.net.master_client import MasterClient  # noqa: E402
 from pipros.wire.http import build_request  # noqa: E402
 from pipros.wire.xmlrpc import encode_call  # noqa: E402
 

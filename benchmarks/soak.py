@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.env import Environment
-from pipros.master.server import Master
+from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -14,8 +15,8 @@ class StubsHook(BuildHookInterface[Any]):
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         source = Path(self.root) / "src"
         sys.path.insert(0, str(source))
-        from pipros.msg.definitions import Definitions
-        from pipros.msg.files import DefinitionFiles
+        from pipros.msg.language.definition_files import DefinitionFiles
+        from pipros.msg.language.definitions import Definitions
         from pipros.msg.stubs import write_stubs
 
         share = source / "pipros" / "share"
@@ -30,7 +31,9 @@ class StubsHook(BuildHookInterface[Any]):
         for file in write_stubs(packages, Path(self._folder.name), definitions, suffix="-stubs"):
             included[str(file)] = str(file.relative_to(self._folder.name))
         for module in share.glob("*/src/*/[a-z]*.py"):  # typed, and so stubs themselves
-            included[str(module)] = f"{module.parent.name}-stubs/{module.stem}.pyi"
+            stub = Path(self._folder.name, f"{module.parent.name}-stubs", f"{module.stem}.pyi")
+            shutil.copy(module, stub)  # what is included from its own place is left out there
+            included[str(stub)] = str(stub.relative_to(self._folder.name))
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:  # noqa: ARG002
         self._folder.cleanup()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Generator, Iterator
 from pathlib import Path
 
@@ -24,6 +25,9 @@ _INTEROP = Path(__file__).parent / "interop"
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    # In a background job of a script SIGINT is ignored, and all that a test starts would inherit that.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if is_required() and (missing := missing_packages()):
         raise pytest.UsageError(
             f"genuine ROS 1 is needed here (CI is set) and lacks: {' '.join(missing)}. As root: {INSTALL}"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from genmsg.msg_loader import MsgContext
 from genmsg.msgs import MsgSpec
 from genmsg.srvs import SrvSpec
-from pipros.msg import digest
-from pipros.msg.spec import MessageSpec, ServiceSpec
+from pipros.msg.language import digest
+from pipros.msg.language.spec import MessageSpec, ServiceSpec
 
 __all__ = ["compute_full_text", "compute_full_type_name", "compute_md5", "compute_md5_text"]
 

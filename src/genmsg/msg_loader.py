@@ -10,8 +10,8 @@ from genmsg.base import EXT_MSG, EXT_SRV, InvalidMsgSpec
 from genmsg.msgs import HEADER, HEADER_FULL_NAME, MsgSpec, bare_msg_type, is_builtin
 from genmsg.names import package_resource_name
 from genmsg.srvs import SrvSpec
-from pipros.msg.parse import parse_message, parse_service
-from pipros.msg.spec import DefinitionError
+from pipros.msg.language.parse import parse_message, parse_service
+from pipros.msg.language.spec import DefinitionError
 
 SearchPath = Mapping[str, Sequence[str]]
 Parsed = TypeVar("Parsed")

@@ -6,9 +6,9 @@ from typing import overload
 
 from genmsg.base import EXT_MSG, MSG_DIR, SEP, InvalidMsgSpec
 from genmsg.names import is_legal_resource_base_name, is_legal_resource_name
-from pipros.msg.parse import parse_message
-from pipros.msg.spec import BUILTINS, CONSTANT_TYPES, DefinitionError, MessageSpec
-from pipros.msg.spec import HEADER as HEADER_FULL_NAME
+from pipros.msg.language.parse import parse_message
+from pipros.msg.language.spec import BUILTINS, CONSTANT_TYPES, DefinitionError, MessageSpec
+from pipros.msg.language.spec import HEADER as HEADER_FULL_NAME
 
 HEADER = "Header"
 TIME = "time"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from genmsg.base import SEP
 from genmsg.msgs import MsgSpec
-from pipros.msg.spec import ServiceSpec
+from pipros.msg.language.spec import ServiceSpec
 
 __all__ = ["SrvSpec"]
 

@@ -1,7 +1,8 @@
 """`genpy`, as packages import it that genuine genpy generated. The code is in `pipros.msg`."""
 
 from genpy import message, rostime
-from pipros.msg.base import DeserializationError, Message, MessageException, SerializationError, struct_I
+from pipros.msg.base import Message, struct_I
+from pipros.msg.errors import DeserializationError, MessageException, SerializationError
 from pipros.msg.time import Duration, Time, TVal
 
 __all__ = [

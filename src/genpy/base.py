@@ -1,6 +1,6 @@
 """`genpy.base`: which types are one number on the wire."""
 
-from pipros.msg.spec import NUMBERS
+from pipros.msg.language.spec import NUMBERS
 
 SIMPLE_TYPES = list(NUMBERS)
 SIMPLE_TYPES_DICT = {**NUMBERS, "bool": "B"}

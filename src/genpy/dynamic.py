@@ -3,7 +3,7 @@
 from genmsg import InvalidMsgSpec, MsgGenerationException, MsgNotFound
 from pipros.msg.base import Message
 from pipros.msg.dynamic import message_classes_from_text
-from pipros.msg.spec import DefinitionError, UnknownType
+from pipros.msg.language.spec import DefinitionError, UnknownType
 
 __all__ = ["MsgGenerationException", "generate_dynamic"]
 

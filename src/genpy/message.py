@@ -7,17 +7,12 @@ from typing import Any
 
 from genpy.base import is_simple
 from pipros.errors import NotFound
-from pipros.msg.base import (
-    DeserializationError,
-    Message,
-    MessageException,
-    SerializationError,
-    struct_I,
-)
+from pipros.msg.base import Message, struct_I
 from pipros.msg.check import check_type
-from pipros.msg.fill import fill_message_args, get_printable_message_args
-from pipros.msg.load import load_message_class, load_service_class
-from pipros.msg.spec import HEADER
+from pipros.msg.errors import DeserializationError, MessageException, SerializationError
+from pipros.msg.from_yaml import fill_message_args, get_printable_message_args
+from pipros.msg.importing.load import load_message_class, load_service_class
+from pipros.msg.language.spec import HEADER
 from pipros.msg.text import strify_message
 from pipros.msg.time import Duration, Time, TVal
 

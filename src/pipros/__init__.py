@@ -1,9 +1,82 @@
 """ROS 1 from pip: master, client, messages, launch and tools, with no ROS installation.
 
-Importing this package costs nothing: every part is imported where it is used.
+What programs need is here: `from pipros import Node`. docs/api.md describes it. Importing this package costs
+nothing: a name brings its module along when it is first used.
 
 For pytest, which would rewrite the asserts of plugins and warns that this one is imported already (the
 import hook is, in every interpreter): PYTEST_DONT_REWRITE
 """
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "CallTimeout",
+    "Core",
+    "Environment",
+    "Limits",
+    "Master",
+    "MasterClient",
+    "Node",
+    "NotFound",
+    "PiprosError",
+    "Publisher",
+    "Refused",
+    "ServiceClient",
+    "ServiceFailed",
+    "ServiceServer",
+    "Subscriber",
+    "Unreachable",
+    "load_message_class",
+    "load_service_class",
+]
+
+TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
+if TYPE_CHECKING:
+    from pipros.env import Environment
+    from pipros.errors import NotFound, PiprosError, Refused, Unreachable
+    from pipros.launch.roscore import Core
+    from pipros.limits import Limits
+    from pipros.master.master import Master
+    from pipros.msg import load_message_class, load_service_class
+    from pipros.net.master_client import MasterClient
+    from pipros.node.node import Node
+    from pipros.node.publisher import Publisher
+    from pipros.node.service_client import CallTimeout, ServiceClient, ServiceFailed
+    from pipros.node.service_server import ServiceServer
+    from pipros.node.subscriber import Subscriber
+
+_MODULES = {
+    "CallTimeout": "pipros.node.service_client",
+    "Core": "pipros.launch.roscore",
+    "Environment": "pipros.env",
+    "Limits": "pipros.limits",
+    "Master": "pipros.master.master",
+    "MasterClient": "pipros.net.master_client",
+    "Node": "pipros.node.node",
+    "NotFound": "pipros.errors",
+    "PiprosError": "pipros.errors",
+    "Publisher": "pipros.node.publisher",
+    "Refused": "pipros.errors",
+    "ServiceClient": "pipros.node.service_client",
+    "ServiceFailed": "pipros.node.service_client",
+    "ServiceServer": "pipros.node.service_server",
+    "Subscriber": "pipros.node.subscriber",
+    "Unreachable": "pipros.errors",
+    "load_message_class": "pipros.msg",
+    "load_service_class": "pipros.msg",
+}
+
+
+def __getattr__(name: str) -> object:
+    module = _MODULES.get(name)
+    if module is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    value: object = getattr(import_module(module), name)
+    globals()[name] = value  # the next use does not come here
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

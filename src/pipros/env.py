@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from pipros.errors import PiprosError
+from pipros.home import expanded
 from pipros.wire.uri import split_uri
 
 DEFAULT_MASTER_PORT = 11311
@@ -29,7 +30,7 @@ class Environment:
         ipv6: whether `ROS_IPV6` is `on`.
         namespace: `ROS_NAMESPACE` with a leading and trailing slash; `/` when unset.
         package_path: the folders of `ROS_PACKAGE_PATH`, first one wins.
-        ros_home: `ROS_HOME`, else `~/.ros`.
+        ros_home: `ROS_HOME`, else `~/.ros`. In this and the next two, `~` is the home folder already.
         log_dir: `ROS_LOG_DIR`, else `<ros_home>/log`.
         test_results_dir: `ROS_TEST_RESULTS_DIR`, else `<ros_home>/test_results`.
         console_format: `ROSCONSOLE_FORMAT`, None when unset.
@@ -42,9 +43,9 @@ class Environment:
     ipv6: bool = False
     namespace: str = "/"
     package_path: tuple[Path, ...] = ()
-    ros_home: Path = Path("~/.ros")
-    log_dir: Path = Path("~/.ros/log")
-    test_results_dir: Path = Path("~/.ros/test_results")
+    ros_home: Path = field(default_factory=lambda: Path(expanded("~/.ros")))
+    log_dir: Path = field(default_factory=lambda: Path(expanded("~/.ros/log")))
+    test_results_dir: Path = field(default_factory=lambda: Path(expanded("~/.ros/test_results")))
     console_format: str | None = None
     python_log_config: Path | None = None
 
@@ -52,7 +53,7 @@ class Environment:
     def from_os(cls, variables: Mapping[str, str] | None = None) -> Environment:
         """Reads the variables given, by default those of this process, at the time of the call."""
         get = (os.environ if variables is None else variables).get
-        home = Path(get("ROS_HOME") or Path("~").expanduser() / ".ros")
+        home = Path(expanded(get("ROS_HOME") or "~/.ros"))
         namespace = (get("ROS_NAMESPACE") or "").strip("/")
         return cls(
             master_uri=get("ROS_MASTER_URI") or DEFAULT_MASTER_URI,
@@ -64,15 +65,15 @@ class Environment:
                 Path(folder) for folder in (get("ROS_PACKAGE_PATH") or "").split(os.pathsep) if folder
             ),
             ros_home=home,
-            log_dir=Path(get("ROS_LOG_DIR") or home / "log"),
-            test_results_dir=Path(get("ROS_TEST_RESULTS_DIR") or home / "test_results"),
+            log_dir=_path(get("ROS_LOG_DIR")) or home / "log",
+            test_results_dir=_path(get("ROS_TEST_RESULTS_DIR")) or home / "test_results",
             console_format=get("ROSCONSOLE_FORMAT") or None,
             python_log_config=_path(get("ROS_PYTHON_LOG_CONFIG_FILE")),
         )
 
 
 def _path(text: str | None) -> Path | None:
-    return Path(text) if text else None
+    return Path(expanded(text)) if text else None
 
 
 def split_master_uri(uri: str) -> tuple[str, int]:

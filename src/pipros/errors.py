@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from pipros.printable import printable
+
+_TEXT_LIMIT = 2_000
+"""Characters of a peer's words in an error."""
+
 
 class PiprosError(Exception):
     """Root of all errors that pipros raises on purpose."""
@@ -16,7 +21,13 @@ class NotFound(PiprosError, LookupError):
 
 
 class ProtocolError(PiprosError):
-    """Bytes from a peer break the protocol. The connection that they came over is closed."""
+    """Bytes from a peer break the protocol. The connection that they came over is closed.
+
+    What it quotes of the peer is made printable, as in all errors about peers.
+    """
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__(printable(text, _TEXT_LIMIT))
 
 
 class LimitExceeded(ProtocolError):
@@ -34,8 +45,8 @@ class Unreachable(PiprosError, ConnectionError):
     """
 
     def __init__(self, peer: str, reason: str, cure: str = "") -> None:
-        self.peer = peer
-        self.reason = reason
+        self.peer = peer = printable(peer, _TEXT_LIMIT)
+        self.reason = reason = printable(reason, _TEXT_LIMIT)
         self.cure = cure
         super().__init__(f"cannot reach {peer}: {reason}" + (f". {cure}" if cure else ""))
 
@@ -50,9 +61,9 @@ class Refused(PiprosError):
     """
 
     def __init__(self, peer: str, code: int, text: str) -> None:
-        self.peer = peer
+        self.peer = peer = printable(peer, _TEXT_LIMIT)
         self.code = code
-        self.text = text
+        self.text = text = printable(text, _TEXT_LIMIT)
         super().__init__(f"{peer} refused: {text}")
 
 

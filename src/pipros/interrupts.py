@@ -1,9 +1,9 @@
-"""Keeps a Ctrl-C that Python would drop. Importing this module turns that on, for the whole process.
+"""Keeps a Ctrl-C that Python would drop: see `install`.
 
 Python raises KeyboardInterrupt wherever the main thread happens to be. When that is a `__del__` or a
-callback of the garbage collector, which every import runs through, it can only report the exception as
-ignored, and the program goes on as if nobody had pressed anything. Here it is pressed again, from
-another thread: in the report itself the next exception would be ignored as well.
+callback of the garbage collector, which every import runs through, Python can only report the exception as
+ignored, and the program goes on as if nobody had pressed anything. The hook that reports it then sends
+SIGINT again, from another thread: inside the report the next exception would be ignored as well.
 """
 
 from __future__ import annotations
@@ -13,28 +13,48 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Callable
 from typing import Any
 
-#: The report is over by then.
-AGAIN_S = 0.02
-
-_report = sys.unraisablehook
+#: How long after the report SIGINT is sent again; the report is over by then.
+_AGAIN_S = 0.02
 
 
-def _press_again() -> None:
-    time.sleep(AGAIN_S)
+def install() -> None:
+    """Has every Ctrl-C of this process count, also one that Python only reports. Harmless when repeated."""
+    if not isinstance(sys.unraisablehook, _InterruptKeeper):
+        sys.unraisablehook = _InterruptKeeper(sys.unraisablehook)
+
+
+def accept_ctrl_c() -> None:
+    """Has SIGINT raise KeyboardInterrupt also when the process was started with SIGINT ignored.
+
+    Shells start the background jobs of scripts (`command &`) that way. Noetic's commands that are ROS nodes
+    end on SIGINT all the same; other commands keep ignoring it. Does nothing outside the main thread.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+class _InterruptKeeper:
+    """An `unraisablehook` that repeats a KeyboardInterrupt, and leaves all else to the hook before it."""
+
+    def __init__(self, report: Callable[[Any], object]) -> None:
+        self._report = report
+
+    def __call__(self, unraisable: Any) -> None:
+        if unraisable.exc_type is KeyboardInterrupt:
+            _thread.start_new_thread(_interrupt_again, ())
+        else:
+            self._report(unraisable)
+
+
+def _interrupt_again() -> None:
+    time.sleep(_AGAIN_S)
     main = threading.main_thread().ident
-    if main is not None and hasattr(signal, "pthread_kill"):  # which ends a wait of the main thread as well
+    if main is not None and hasattr(signal, "pthread_kill"):  # it also ends a wait of the main thread
         signal.pthread_kill(main, signal.SIGINT)
     else:
         _thread.interrupt_main()
-
-
-def _keep(unraisable: Any) -> None:
-    if unraisable.exc_type is KeyboardInterrupt:
-        _thread.start_new_thread(_press_again, ())
-    else:
-        _report(unraisable)
-
-
-sys.unraisablehook = _keep

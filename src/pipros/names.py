@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from pipros.errors import InvalidName
 
 _LEGAL = re.compile(r"[~/A-Za-z][\w/]*", re.ASCII)
+_LEGAL_KEY = re.compile(r"[~/A-Za-z_][\w/]*", re.ASCII)
 _LEGAL_BASE = re.compile(r"[A-Za-z]\w*", re.ASCII)
 _ILLEGAL_IN_ANONYMOUS = re.compile(r"[.\-:]")
 
@@ -58,6 +59,15 @@ def namespace(name: str) -> str:
     return name.rstrip("/").rpartition("/")[0] + "/"
 
 
+def as_namespace(name: str) -> str:
+    """The name with a trailing slash: what every name below it begins with.
+
+    >>> as_namespace("/a/b"), as_namespace("/")
+    ('/a/b/', '/')
+    """
+    return name if name.endswith("/") else name + "/"
+
+
 def join(ns: str, name: str) -> str:
     """Puts `name` below the namespace `ns`; a global or private name wins over it.
 
@@ -81,7 +91,7 @@ def make_global_namespace(ns: str) -> str:
         raise InvalidName(f"cannot turn [{ns}] into a global name")
     if not is_global(ns):
         ns = "/" + ns
-    return ns if ns.endswith("/") else ns + "/"
+    return as_namespace(ns)
 
 
 def resolve(name: str, node_name: str, remappings: Mapping[str, str] | None = None) -> str:
@@ -133,6 +143,16 @@ class Arguments:
 def is_remapping_argument(argument: str) -> bool:
     """True for `key:=...`, also with nothing behind it; `:=` and `:=b` have no key."""
     return ":=" in argument and not argument.startswith(":=")
+
+
+def is_legal_remapping(argument: str) -> bool:
+    """True for a `key:=...` that programs are not shown: the key is a name, or begins with an underscore.
+
+    >>> [is_legal_remapping(argument) for argument in ("a:=b", "_rate:=5", "-a:=b", "a b:=c", ":=b")]
+    [True, True, False, False, False]
+    """
+    key, sign, _ = argument.partition(":=")
+    return bool(sign) and _LEGAL_KEY.fullmatch(key) is not None
 
 
 def parse_arguments(argv: Iterable[str]) -> Arguments:

@@ -1,51 +1,37 @@
-"""Runs at every start of a Python interpreter that has pipros installed (by `pipros.pth`).
+"""Makes the messages of ROS packages importable, and shows rospkg the packages that come with pipros.
 
-It makes the messages of ROS packages importable and does nothing else. It must cost next to
-nothing, so what looks for packages is only imported when an import that nobody else resolved asks
-for one and `ROS_PACKAGE_PATH` is set.
+`pipros.pth` imports this module whenever a Python interpreter of the environment starts, unless
+`PIPROS_NO_IMPORT_HOOK` is set. It puts finders into `sys.meta_path` and imports nothing more: what looks for
+packages is imported when an import asks for one.
 """
 
 from __future__ import annotations
 
-import os
+import sys
 
-from pipros.msg.hook import install
+from pipros.msg.importing.hook import install
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from pipros.workspace.folders import PackageFolders
-
-_SHARE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "share")
-
-
-class _Packages:
-    """Finds the folder of a package on `ROS_PACKAGE_PATH`, as it is now, and in `share/`."""
-
-    def __init__(self) -> None:
-        self._path = ""
-        self._folders: PackageFolders | None = None
-
-    def find(self, name: str) -> str | None:
-        path = os.environ.get("ROS_PACKAGE_PATH", "")
-        found = self._on_path(path).get(name) if path else None
-        if found is None and name.isidentifier():
-            shipped = os.path.join(_SHARE, name)
-            found = shipped if os.path.isdir(shipped) else None
-        return found
-
-    def _on_path(self, path: str) -> PackageFolders:
-        if self._folders is None or path != self._path:
-            from pipros.workspace.folders import PackageFolders
-
-            roots = [folder for folder in path.split(os.pathsep) if folder]
-            self._path, self._folders = path, PackageFolders(roots, _cache_folder("packages"))
-        return self._folders
+    from collections.abc import Sequence
+    from importlib.machinery import ModuleSpec
+    from types import ModuleType
 
 
-def _cache_folder(name: str) -> str:
-    """Where `pipros.env` would put it; that module is too much for every start of Python."""
-    home = os.environ.get("ROS_HOME") or os.path.join(os.path.expanduser("~"), ".ros")
-    return os.path.join(home, "pipros", name)
+class _RospkgFinder:
+    """Finds the module in which rospkg learns where packages are."""
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, _target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if name != "rospkg.environment":
+            return None
+        from pipros.packages import SHARE
+        from pipros.packages.rospkg_paths import spec
+
+        return spec(path, SHARE)
 
 
-install(_Packages().find, cache_folder=_cache_folder("messages"))
+install()
+if not any(isinstance(finder, _RospkgFinder) for finder in sys.meta_path):
+    sys.meta_path.insert(0, _RospkgFinder())

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from typing import Any
 
-from pipros import names as _names
 from rosgraph import names, network, rosenv
 from rosgraph.masterapi import Master, MasterError, MasterException, MasterFailure
 from rosgraph.masterapi import is_online as is_master_online
@@ -41,6 +41,15 @@ __all__ = [
 
 
 def myargv(argv: Sequence[str] | None = None) -> list[str]:
-    """The arguments without remappings (`key:=value`)."""
+    """The arguments that have no `:=` in them."""
     argv = sys.argv if argv is None else argv
-    return [argument for argument in argv if not _names.is_remapping_argument(argument)]
+    return [argument for argument in argv if ":=" not in argument]
+
+
+def __getattr__(name: str) -> Any:
+    """Modules that `import rospy` makes attributes in Noetic, imported when they are asked for."""
+    if name in ("roslogging", "xmlrpc"):
+        from importlib import import_module
+
+        return import_module(f"rosgraph.{name}")
+    raise AttributeError(f"module 'rosgraph' has no attribute '{name}'")

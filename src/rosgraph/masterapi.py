@@ -1,6 +1,6 @@
 """The master as tools and scripts know it: `rosgraph.Master("/name").getSystemState()`.
 
-Facade of `pipros.net.master.MasterClient`. Errors are those that ROS code catches: `MasterError`
+Facade of `pipros.net.master_client.MasterClient`. Errors are those that ROS code catches: `MasterError`
 for the caller's error, `MasterFailure` for the master's, `socket.error` when it cannot be reached.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from pipros.errors import ProtocolError, Unreachable
-from pipros.net.master import MasterClient
+from pipros.net.master_client import MasterClient
 from pipros.wire.xmlrpc import Fault
 from rosgraph.names import make_caller_id
 from rosgraph.network import parse_http_host_and_port
@@ -17,7 +17,7 @@ from rosgraph.rosenv import get_master_uri
 
 
 class MasterException(Exception):  # the name that ROS code catches
-    """Root of what the master's answers are turned into."""
+    """Root of the errors that the master answers with."""
 
 
 class MasterError(MasterException):
@@ -43,12 +43,15 @@ class Master:
 
     Each returns the value alone, or raises: `MasterError`, `MasterFailure`, `socket.error`,
     `xmlrpc.client.Fault`.
+
+    Attributes:
+        client: the client that the calls are made by. (Not in Noetic.)
     """
 
     def __init__(self, caller_id: str, master_uri: str | None = None) -> None:
         """
         Raises:
-            ValueError: when the URI is none.
+            ValueError: `master_uri` is not a valid URI.
         """
         if master_uri is None:
             master_uri = get_master_uri()
@@ -58,7 +61,7 @@ class Master:
     def _reinit(self, master_uri: str) -> None:
         try:
             host, port = parse_http_host_and_port(master_uri)
-            self._client = MasterClient(f"http://{_bracketed(host)}:{port}/", self.caller_id)
+            self.client = MasterClient(f"http://{_bracketed(host)}:{port}/", self.caller_id)
         except ValueError:
             raise ValueError(f"invalid master URI: {master_uri}") from None
         self.master_uri = master_uri
@@ -72,7 +75,7 @@ class Master:
 
     def _call(self, method: str, *params: Any) -> Any:
         try:
-            code, text, value = self._client.call_raw(method, *params)
+            code, text, value = self.client.call_raw(method, *params)
         except Unreachable as error:
             raise error.__cause__ or ConnectionError(str(error)) from None
         except Fault as error:

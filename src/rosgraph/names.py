@@ -49,14 +49,15 @@ def canonicalize_name(name: str) -> str:
     return _names.canonicalize(name)
 
 
-def namespace(name: str) -> str:
+def namespace(name: str | None) -> str:
     """The namespace that a name stands in, with a trailing slash.
 
     Raises:
-        ValueError: for what is no text.
+        ValueError: for None.
+        TypeError: for what is not a text.
     """
-    if not isinstance(name, str):
-        raise ValueError("name")  # what callers of rosgraph catch
+    if not isinstance(name, str):  # what callers of rosgraph catch
+        raise ValueError("name") if name is None else TypeError("name")
     return _names.namespace(name)
 
 
@@ -95,12 +96,7 @@ def load_mappings(argv: Sequence[str]) -> dict[str, str]:
 
 def is_legal_remap(arg: str) -> bool:
     """True for an argument that remaps a legal name, or sets a parameter or a `__special`."""
-    key, sign, _ = arg.partition(REMAP)
-    return bool(sign) and (_names.is_legal(key.lstrip("_") or "a") if key.startswith("_") else _is_name(key))
-
-
-def _is_name(key: str) -> bool:
-    return bool(key) and _names.is_legal(key)
+    return _names.is_legal_remapping(arg)
 
 
 def anonymous_name(id: Any) -> str:  # noqa: A002  # the name callers may use

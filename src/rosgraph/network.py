@@ -11,7 +11,8 @@ from typing import Any
 from pipros.env import Environment
 from pipros.errors import ProtocolError
 from pipros.net import address as _address
-from pipros.wire.header import decode_header, encode_header
+from pipros.net.this_machine import is_this_machine
+from pipros.wire.header import HeaderReader, decode_header, encode_header
 from rosgraph.rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6
 
 __all__ = [
@@ -43,7 +44,7 @@ def parse_http_host_and_port(url: str) -> tuple[str, int]:
     """Host and port of a URL; port 80 when it names none.
 
     Raises:
-        ValueError: when it is no URL.
+        ValueError: it is not a URL.
     """
     from urllib.parse import urlsplit
 
@@ -104,11 +105,7 @@ def get_local_address() -> str:
 
 def is_local_address(hostname: str) -> bool:
     """True when the name or address is one of this machine."""
-    try:
-        found = {str(info[4][0]) for info in socket.getaddrinfo(hostname, 0, type=socket.SOCK_STREAM)}
-    except OSError:
-        return False
-    return any(_address.is_loopback(ip) for ip in found) or bool(found & set(get_local_addresses()))
+    return is_this_machine(hostname)
 
 
 def get_bind_address(address: str | None = None) -> str:
@@ -119,9 +116,11 @@ def get_bind_address(address: str | None = None) -> str:
     address = address or get_address_override()
     if not address:
         return _address.bind_host(Environment.from_os())
+    if not _address.is_loopback(address):
+        return _address.ANY_IPV6 if use_ipv6() else _address.ANY
     if use_ipv6():
-        return "::1" if _address.is_loopback(address) else _address.ANY_IPV6
-    return _address.LOOPBACK if _address.is_loopback(address) else _address.ANY
+        return _address.LOOPBACK_IPV6
+    return address if address.startswith("127.") else _address.LOOPBACK
 
 
 def use_ipv6() -> bool:
@@ -160,19 +159,23 @@ def read_ros_handshake_header(sock: socket.socket, b: Any, buff_size: int) -> di
     """Reads a connection header from a socket; what follows it stays in the buffer `b`.
 
     Raises:
-        ROSHandshakeException: the peer closed before the header was complete, or it is wrong.
+        ROSHandshakeException: the peer closed before the header was complete, or it is wrong or too long.
     """
-    data = bytearray(b.getvalue())
-    while len(data) < 4 or len(data) < int.from_bytes(data[:4], "little") + 4:
-        received = sock.recv(buff_size)
-        if not received:
-            raise ROSHandshakeException("connection from sender terminated before handshake header received")
-        data += received
-    size = int.from_bytes(data[:4], "little") + 4
+    reader = HeaderReader()
+    data: bytes = b.getvalue()
+    try:
+        while (fields := reader.feed(data)) is None:
+            data = sock.recv(buff_size)
+            if not data:
+                raise ROSHandshakeException(
+                    "connection from sender terminated before handshake header received"
+                )
+    except ProtocolError as error:
+        raise ROSHandshakeException(str(error)) from None
     b.seek(0)
     b.truncate()
-    b.write(data[size:])
-    return decode_ros_handshake_header(bytes(data[:size]))
+    b.write(reader.rest)
+    return fields
 
 
 def write_ros_handshake_header(sock: socket.socket, header: Mapping[str, Any]) -> int:

@@ -47,7 +47,7 @@ __all__ = [
 
 
 def configure_logging(uuid: str) -> None:
-    """Kept for scripts that call it before they launch; the launcher opens its log file itself."""
+    """Does nothing; for scripts that call it before they launch. The launcher opens its log file itself."""
     _ = uuid
 
 

@@ -26,7 +26,7 @@ class ROSLaunchConfig:
         self.arguments: list[Argument] = []
 
     def add(self, launch: Launch) -> None:
-        """Takes over everything that a launch has."""
+        """Adds the contents of a launch."""
         self.nodes += [Node.from_model(node) for node in launch.nodes]
         self.tests += [Test.of(test) for test in launch.tests]
         self.params |= {key: Param(key, value) for key, value in launch.params.items()}

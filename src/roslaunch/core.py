@@ -1,4 +1,4 @@
-"""What a launch is made of, under Noetic's names."""
+"""The parts of a launch, under Noetic's names."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.launch import model
 from pipros.launch.model import LaunchError, Machine
 
 RLException = LaunchError
-"""What every error of roslaunch is."""
+"""The class of all errors of roslaunch."""
 
 __all__ = ["Machine", "Node", "Param", "RLException", "Test"]
 
@@ -72,7 +72,7 @@ class Node:
         self.filename = filename
 
     def to_model(self) -> model.Node:
-        """The same as pipros has it; a node without a name is named after its program."""
+        """The node as a value of pipros; without a name it is named after its program."""
         name = self.name or names.anonymous(self.type.replace(".", "_"))
         return model.Node(
             package=self.package,

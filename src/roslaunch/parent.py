@@ -7,12 +7,13 @@ from collections.abc import Sequence
 
 from pipros.env import Environment
 from pipros.launch.console import Console
-from pipros.launch.ending import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
+from pipros.launch.load_context import LoadContext
 from pipros.launch.model import Launch, Output
 from pipros.launch.run import RunOptions
-from pipros.launch.session import Session, SessionOptions
-from pipros.launch.surroundings import Surroundings
+from pipros.launch.session import LaunchSession, SessionOptions
+from pipros.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
 from pipros.launch.xml import Loader
+from pipros.master.options import MasterOptions, limits_with_timeout
 from roslaunch.pmon import ProcessListener
 from roslaunch.rlutil import FileAndArguments, split_file
 
@@ -55,7 +56,7 @@ class ROSLaunchParent:
             run_id=run_id,
             has_summary=show_summary,
             checks_log_folder=False,
-            notice_timeout_s=timeout,
+            master=MasterOptions(limits=limits_with_timeout(timeout)),
             run=RunOptions(
                 output=output,
                 all_required=force_required,
@@ -64,7 +65,7 @@ class ROSLaunchParent:
                 sigterm_timeout_s=sigterm_timeout,
             ),
         )
-        self.session = Session(
+        self.session = LaunchSession(
             [file for file, _ in self._files],
             {},
             options,
@@ -75,7 +76,7 @@ class ROSLaunchParent:
         )
 
     def start(self, auto_terminate: bool = True) -> None:
-        """Starts master (when none answers), parameters and nodes.
+        """Starts a master, unless one answers, sets the parameters and starts the nodes.
 
         Raises:
             RLException: a file is wrong; nothing is left running.
@@ -88,13 +89,13 @@ class ROSLaunchParent:
             raise
 
     def spin_once(self) -> bool:
-        """Handles what happened; False when the launch is over."""
+        """Handles the events since the last call; False when the launch is over."""
         if not self.session.run.poll():
             return False
         return self.session.owns_master or not self._ends_with_nodes or self.session.run.has_running
 
     def spin(self) -> None:
-        """Returns when the launch is over, and ends what is left of it."""
+        """Waits until the launch is over, and ends what is left of it."""
         try:
             while self.spin_once():
                 time.sleep(0.05)
@@ -110,7 +111,7 @@ class ROSLaunchParent:
             self.session.stop()
 
     def _load(self) -> Launch:
-        loader = Loader(Surroundings.here(), {})
+        loader = Loader(LoadContext.of_process(), {})
         for file, arguments in self._files:
             loader.arguments = dict(arguments)
             loader.load_file(file)

@@ -9,10 +9,10 @@ from pipros.launch.run import Run
 
 
 class ProcessListener:
-    """Is told of ends of processes; to be subclassed."""
+    """Is called at the end of each process; to be subclassed."""
 
     def process_died(self, process_name: str, exit_code: int) -> None:
-        """Called after the end of a process was reported."""
+        """Called after the end of a process was printed."""
 
 
 class Process:
@@ -37,7 +37,7 @@ class Process:
         return self._process.exit_code is None
 
     def stop(self, errors: list[str] | None = None) -> None:
-        """Ends the process: SIGINT, SIGTERM, SIGKILL. Returns when it is gone."""
+        """Ends the process: SIGINT, SIGTERM, SIGKILL. Returns when it has ended."""
         _ = errors
         self._run.end_one(self._process)
 

@@ -32,7 +32,7 @@ class ROSLaunch:
         self._texts.append(s)
 
     def start(self) -> None:
-        """Starts a master when none answers, and what was loaded."""
+        """Starts a master, unless one answers, and what was loaded."""
         run_id = get_or_generate_uuid(None, False)
         self.parent = ROSLaunchParent(run_id, self._files, roslaunch_strs=self._texts, show_summary=False)
         self.parent.start(auto_terminate=False)
@@ -54,7 +54,7 @@ class ROSLaunch:
         return Process(process, run, node.package)
 
     def spin(self) -> None:
-        """Returns when the launch is over."""
+        """Waits until the launch is over."""
         self._running.spin()
 
     def spin_once(self) -> bool:

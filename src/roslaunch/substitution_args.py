@@ -6,8 +6,8 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
+from pipros.launch.load_context import LoadContext
 from pipros.launch.substitute import Substitution, SubstitutionError, UnsetArgument, anonymous_name
-from pipros.launch.surroundings import Surroundings
 
 SubstitutionException = SubstitutionError
 ArgException = UnsetArgument
@@ -24,19 +24,18 @@ def resolve_args(
     """The text with all substitutions made.
 
     Args:
-        context: `{"arg": {name: value}}`, as Noetic has it; the anonymous names made are kept in it.
+        context: `{"arg": {name: value}}`, as in Noetic; anonymous names are stored in it.
 
     Raises:
-        SubstitutionException: for what is malformed or does not exist.
+        SubstitutionException: the text is malformed, or refers to something that does not exist.
     """
     _ = resolve_anon
     if not arg_str:
         return arg_str
     context = {} if context is None else context
     file = filename or context.get("filename")
-    here = Surroundings.here()
     substitution = Substitution(
-        here.find,
+        LoadContext.of_process().find,
         os.environ,
         anonymous_name,
         arguments=dict(context.get("arg", {})),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipros.cli.roslaunch import split_arguments
+from pipros.launch.arguments import split_arguments
 from pipros.launch.xml import load
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.core import RLException

@@ -6,14 +6,19 @@ New code uses `rospkg`, or `pipros.workspace`.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from rospkg import ResourceNotFound
-
+from pipros.env import Environment
 from pipros.workspace.executables import find_executables
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.overlays import built_workspaces
+from roslib.launcher import find_package
+
+if TYPE_CHECKING:
+    from rospkg import RosPack
 
 __all__ = [
     "InvalidROSPkgException",
@@ -24,6 +29,7 @@ __all__ = [
     "get_dir_pkg",
     "get_pkg_dir",
     "get_pkg_subdir",
+    "list_pkgs_by_path",
     "resource_file",
 ]
 
@@ -40,13 +46,22 @@ class MultipleNodesException(ROSPkgException):
     """A name stands for several programs. Nothing here raises it; old scripts catch it."""
 
 
-def get_pkg_dir(package: str, required: bool = True) -> str | None:
+def get_pkg_dir(
+    package: str, required: bool = True, ros_root: str | None = None, ros_package_path: str | None = None
+) -> str | None:
     """The folder of a package; None when there is none and it is not `required`.
+
+    `ros_package_path` is looked at in place of `ROS_PACKAGE_PATH`; `ros_root` has no meaning any more.
 
     Raises:
         InvalidROSPkgException: there is none.
     """
-    found = PackageIndex.from_environment().get(package)
+    del ros_root
+    environment = Environment.from_os()
+    if ros_package_path is not None:
+        folders = tuple(Path(folder) for folder in ros_package_path.split(os.pathsep) if folder)
+        environment = replace(environment, package_path=folders)
+    found = PackageIndex.from_environment(environment).get(package)
     if found is not None:
         return str(found.path)
     if required:
@@ -54,13 +69,19 @@ def get_pkg_dir(package: str, required: bool = True) -> str | None:
     return None
 
 
-def get_pkg_subdir(package: str, subdir: str, required: bool = True) -> str | None:
+def get_pkg_subdir(
+    package: str, subdir: str, required: bool = True, env: Mapping[str, str] | None = None
+) -> str | None:
     """A folder in a package; one that is `required` and does not exist is made.
+
+    `env` is looked at in place of the environment of the process.
 
     Raises:
         InvalidROSPkgException: there is no such package, or the folder cannot be made.
     """
-    folder = get_pkg_dir(package, required)
+    folder = get_pkg_dir(
+        package, required, ros_package_path=None if env is None else env.get("ROS_PACKAGE_PATH", "")
+    )
     if folder is None:
         return None
     wanted = os.path.join(folder, subdir)
@@ -82,12 +103,9 @@ def resource_file(package: str, subdir: str, resource_name: str) -> str:
     """The path that a file in a folder of a package has, or would have.
 
     Raises:
-        InvalidROSPkgException: there is no such package or folder.
+        InvalidROSPkgException: there is no such package.
     """
-    folder = get_pkg_subdir(package, subdir, required=False)
-    if folder is None:
-        raise InvalidROSPkgException(f"Package '{package}' has no subdirectory '{subdir}'")
-    return os.path.join(folder, resource_name)
+    return os.path.join(get_pkg_dir(package) or "", subdir, resource_name)
 
 
 def get_dir_pkg(d: str) -> tuple[str, str] | tuple[None, None]:
@@ -96,22 +114,29 @@ def get_dir_pkg(d: str) -> tuple[str, str] | tuple[None, None]:
     return (str(package.path), package.name) if package else (None, None)
 
 
-def find_node(pkg: str, node_type: str) -> list[str]:
-    """The programs of that name in a package, built ones first.
+def find_node(pkg: str, node_type: str, rospack: RosPack | None = None) -> list[str]:
+    """The programs of that name in a package, built ones first. `rospack` finds the package.
 
     Raises:
         rospkg.ResourceNotFound: there is no such package.
     """
-    return [str(path) for path in find_executables(_package(pkg), node_type).runnable]
+    return [str(path) for path in find_executables(_package(pkg, rospack), node_type).runnable]
 
 
-def find_resource(pkg: str, resource_name: str, filter_fn: Callable[[str], bool] | None = None) -> list[str]:
+def find_resource(
+    pkg: str,
+    resource_name: str,
+    filter_fn: Callable[[str], bool] | None = None,
+    rospack: RosPack | None = None,
+) -> list[str]:
     """All files of that name in a package and in what was built of it, if `filter_fn` takes them.
 
+    `rospack` finds the package.
+
     Raises:
         rospkg.ResourceNotFound: there is no such package.
     """
-    package = _package(pkg)
+    package = _package(pkg, rospack)
     builds = [workspace.executables_of(pkg) for workspace in built_workspaces()]
     found: list[str] = []
     for folder in (*builds, package.path):
@@ -124,9 +149,12 @@ def find_resource(pkg: str, resource_name: str, filter_fn: Callable[[str], bool]
     return found
 
 
-def _package(name: str) -> Package:
-    index = PackageIndex.from_environment()
-    package = index.get(name)
-    if package is None:
-        raise ResourceNotFound(name, ros_paths=[str(folder) for folder in index.folders])
-    return package
+def list_pkgs_by_path(path: str, packages: list[str] | None = None) -> list[str]:
+    """The packages below a folder, added to `packages` when that is given."""
+    found = packages if packages is not None else []
+    found += [package.name for package in PackageIndex([Path(path)]) if package.name not in found]
+    return found
+
+
+def _package(name: str, rospack: RosPack | None) -> Package:
+    return find_package(name) if rospack is None else Package(name, Path(rospack.get_path(name)))

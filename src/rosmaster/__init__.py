@@ -1,4 +1,4 @@
-"""The master, under the names that ROS code imports; a facade of `pipros.master`."""
+"""The names of the master that ROS code imports; a facade of `pipros.master`."""
 
 from __future__ import annotations
 

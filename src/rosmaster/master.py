@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pipros.env import DEFAULT_MASTER_PORT
-from pipros.master import server
+from pipros.master import master
 
 NUM_WORKERS = 3
 
@@ -14,13 +14,13 @@ class Master:
     """A ROS master. `start()` returns when it answers; `uri` is where."""
 
     def __init__(self, port: int = DEFAULT_MASTER_PORT, num_workers: int = NUM_WORKERS) -> None:  # noqa: ARG002
-        """`num_workers` has no meaning here; it is taken for the sake of its callers."""
+        """`num_workers` is accepted for compatibility and has no effect."""
         self.port = port
         self.uri: str | None = None
-        self._master: server.Master | None = None
+        self._master: master.Master | None = None
 
     def start(self) -> None:
-        self._master = server.Master(port=self.port)
+        self._master = master.Master(port=self.port)
         self._master.start()
         self.port = self._master.port
         self.uri = self._master.uri

@@ -10,9 +10,9 @@ import sys
 from collections.abc import Iterator, Mapping
 
 from pipros.cli.rosmsg import main as _main
-from pipros.cli.rosmsg.interfaces import MESSAGES, SERVICES, Interfaces
 from pipros.errors import PiprosError
 from pipros.workspace.index import PackageIndex
+from pipros.workspace.type_catalogue import MESSAGES, SERVICES, TypeCatalogue
 
 __all__ = [
     "MODE_MSG",
@@ -32,7 +32,7 @@ __all__ = [
 MODE_MSG = ".msg"
 MODE_SRV = ".srv"
 
-_KINDS: Mapping[str, Interfaces] = {MODE_MSG: MESSAGES, MODE_SRV: SERVICES}
+_KINDS: Mapping[str, TypeCatalogue] = {MODE_MSG: MESSAGES, MODE_SRV: SERVICES}
 
 
 class ROSMsgException(Exception):
@@ -53,7 +53,7 @@ def get_srv_text(type_: str, raw: bool = False, rospack: object = None) -> str: 
     return _text(SERVICES, type_, raw)
 
 
-def _text(interfaces: Interfaces, type_name: str, raw: bool) -> str:
+def _text(interfaces: TypeCatalogue, type_name: str, raw: bool) -> str:
     try:
         return interfaces.text(type_name, is_raw=raw)
     except PiprosError as error:

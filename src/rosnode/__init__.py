@@ -1,6 +1,6 @@
 """`rosnode` for Python code: which nodes run, whether they answer, how to end them.
 
-Facade of `pipros.cli.rosnode`; see http://wiki.ros.org/rosnode.
+Facade of `pipros.graph`; see http://wiki.ros.org/rosnode.
 """
 
 from __future__ import annotations
@@ -10,15 +10,14 @@ import sys
 from collections.abc import Iterator, Sequence
 
 from pipros import names as _names
-from pipros.cli.program import NO_MASTER, CommandError, Surroundings
-from pipros.cli.rosnode import cleanup as _cleanup
-from pipros.cli.rosnode import info as _info
-from pipros.cli.rosnode import kill as _kill
-from pipros.cli.rosnode import listing as _listing
-from pipros.cli.rosnode import machine as _machine
 from pipros.cli.rosnode import main as _main
-from pipros.cli.rosnode import ping as _ping
-from pipros.errors import Refused, Unreachable
+from pipros.errors import Refused
+from pipros.graph import node_info as _node_info
+from pipros.graph import nodes as _nodes
+from pipros.graph import ping as _pinging
+from pipros.graph.cleanup import clean_up as _clean_up
+from pipros.graph.client import GraphClient
+from pipros.graph.errors import translated
 
 __all__ = [
     "ROSNodeException",
@@ -48,47 +47,43 @@ class ROSNodeIOException(ROSNodeException):
 
 
 @contextlib.contextmanager
-def _surroundings() -> Iterator[Surroundings]:
-    try:
-        with Surroundings("rosnode") as here:
-            yield here
-    except Unreachable:
-        raise ROSNodeIOException(NO_MASTER) from None
-    except CommandError as error:
-        raise ROSNodeIOException(str(error)) from None
+def _graph() -> Iterator[GraphClient]:
+    with translated(ROSNodeIOException, ROSNodeIOException), GraphClient("rosnode") as graph:
+        yield graph
 
 
 def get_node_names(namespace: str | None = None) -> list[str]:
     """The nodes that run, in a namespace if one is given. Raises ROSNodeIOException without a master."""
-    with _surroundings() as here:
-        return _listing.node_names(here.master, _names.resolve(namespace or "/", "/rosnode"))
+    with _graph() as graph:
+        return _nodes.node_names(graph.master, _names.resolve(namespace or "/", "/rosnode"))
 
 
 def get_api_uri(master: object, caller_id: str, skip_cache: bool = False) -> str | None:  # noqa: ARG001
     """The URI of a node's slave API, None when it is unknown. The master is that of the environment."""
-    with _surroundings() as here:
+    with _graph() as graph:
         try:
-            return here.master.lookup_node(caller_id)
+            return graph.master.lookup_node(caller_id)
         except Refused:
             return None
 
 
 def get_machines_by_nodes() -> list[str]:
     """The hosts that nodes run on."""
-    with _surroundings() as here:
-        return _machine.machines(here.master)
+    with _graph() as graph:
+        return _nodes.machines(graph.master)
 
 
 def get_nodes_by_machine(machine: str) -> list[str]:
     """The nodes on a host."""
-    with _surroundings() as here:
-        return _machine.nodes_on(here.master, machine)
+    with _graph() as graph:
+        return _nodes.nodes_on(graph.master, machine)
 
 
 def kill_nodes(node_names: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Asks nodes to end. Returns those that were asked, and those that could not be."""
-    with _surroundings() as here:
-        return _kill.kill(here.master, node_names)
+    """Asks nodes to end. Returns those that do, and those that are not known or refuse."""
+    with _graph() as graph:
+        killed, failed = _nodes.kill(graph.master, node_names)
+    return killed, list(failed)
 
 
 def rosnode_ping(
@@ -98,45 +93,45 @@ def rosnode_ping(
     skip_cache: bool = False,  # noqa: ARG001
 ) -> bool:
     """Pings a node `max_count` times, or for ever; False when it does not answer."""
-    with _surroundings() as here:
-        return _ping.ping(here.master, node_name, count=max_count, say=print if verbose else None)
+    with _graph() as graph:
+        return _pinging.ping(graph.master, node_name, count=max_count, say=print if verbose else None)
 
 
 def rosnode_ping_all(verbose: bool = False, skip_cache: bool = False) -> tuple[list[str], list[str]]:  # noqa: ARG001
     """Pings every node once. Returns those that answered, and those that did not."""
-    with _surroundings() as here:
-        return _ping.ping_all(here.master, print if verbose else None)
+    with _graph() as graph:
+        return _pinging.ping_all(graph.master, print if verbose else None)
 
 
 def rosnode_listnodes(namespace: str | None = None, list_uri: bool = False, list_all: bool = False) -> None:
     """Prints the nodes, their URIs, or both."""
-    with _surroundings() as here:
+    with _graph() as graph:
         ns = _names.resolve(namespace or "/", "/rosnode")
-        print("\n".join(_listing.describe(here.master, ns, uris=list_uri, both=list_all)))
+        print("\n".join(_nodes.listing(graph.master, ns, uris=list_uri, both=list_all)))
 
 
 def rosnode_info(node_name: str, quiet: bool = False) -> None:
     """Prints all about a node."""
-    with _surroundings() as here:
-        _info.print_node(here.master, here.resolve(node_name), quiet=quiet)
+    with _graph() as graph:
+        _node_info.report_node(graph.master, graph.resolve(node_name), quiet=quiet)
 
 
 def get_node_info_description(node_name: str) -> str:
     """What the master knows of a node, as text."""
-    with _surroundings() as here:
-        return _info.describe_registrations(here.master, node_name)
+    with _graph() as graph:
+        return _node_info.describe_registrations(graph.master, node_name)
 
 
 def get_node_connection_info_description(node_api: str, master: object) -> str:  # noqa: ARG001
     """What a node says of itself, as text. The master is that of the environment."""
-    with _surroundings() as here:
-        return _info.describe_connections(here.master, node_api)
+    with _graph() as graph:
+        return _node_info.describe_connections(graph.master, node_api)
 
 
 def rosnode_cleanup() -> None:
-    """Takes nodes that do not answer off the master's books, once a person has agreed."""
-    with _surroundings():
-        _cleanup.clean_up([])
+    """Unregisters nodes that do not answer from the master, after asking on standard input."""
+    with _graph() as graph:
+        _clean_up(graph.master)
 
 
 def rosnodemain(argv: Sequence[str] | None = None) -> None:

@@ -1,6 +1,6 @@
 """`rosparam` for Python code: parameter files, and parameters by name.
 
-Facade of `pipros.cli.rosparam`; see http://wiki.ros.org/rosparam.
+Facade of `pipros.graph`; see http://wiki.ros.org/rosparam.
 """
 
 from __future__ import annotations
@@ -12,13 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import rosgraph
-from pipros.cli.program import NO_MASTER, CommandError, Surroundings
-from pipros.cli.rosparam import change as _change
-from pipros.cli.rosparam import documents as _documents
 from pipros.cli.rosparam import main as _main
-from pipros.cli.rosparam import rendering as _rendering
-from pipros.cli.rosparam import server as _server
-from pipros.errors import Unreachable
+from pipros.graph import param_files as _documents
+from pipros.graph import param_text as _rendering
+from pipros.graph import params as _server
+from pipros.graph.client import GraphClient
+from pipros.graph.errors import translated
 
 __all__ = [
     "RosParamException",
@@ -47,14 +46,9 @@ class RosParamIOException(RosParamException):
 
 
 @contextlib.contextmanager
-def _surroundings() -> Iterator[Surroundings]:
-    try:
-        with Surroundings("rosparam") as here:
-            yield here
-    except Unreachable:
-        raise RosParamIOException(NO_MASTER) from None
-    except CommandError as error:
-        raise RosParamException(str(error)) from None
+def _graph() -> Iterator[GraphClient]:
+    with translated(RosParamIOException, RosParamException), GraphClient("rosparam") as graph:
+        yield graph
 
 
 def get_param_server() -> rosgraph.Master:
@@ -68,19 +62,19 @@ def get_param(param: str) -> Any:
     Raises:
         RosParamException: it is not set.
     """
-    with _surroundings() as here:
-        return _server.read(here.master, param)
+    with _graph() as graph:
+        return _server.read(graph.master, param)
 
 
 def set_param(param: str, value: str, verbose: bool = False) -> None:
     """Sets a parameter to what a YAML text means."""
-    set_param_raw(param, _change.parse_value(value, param), verbose)
+    set_param_raw(param, _documents.parse_value(value, param), verbose)
 
 
 def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
     """Sets a parameter; the values of a dictionary are set one by one, so that their neighbours stay."""
-    with _surroundings() as here:
-        for leaf, part in _server.write(here.master, param, value):
+    with _graph() as graph:
+        for leaf, part in _server.write(graph.master, param, value):
             if verbose:
                 print(f"set parameter [{leaf}] to [{part}]")
 
@@ -100,16 +94,16 @@ def delete_param(param: str, verbose: bool = False) -> None:
     Raises:
         RosParamException: it is not set.
     """
-    with _surroundings() as here:
-        _server.delete(here.master, param)
+    with _graph() as graph:
+        _server.delete(graph.master, param)
     if verbose:
         print(f"deleted parameter [{param}]")
 
 
 def list_params(ns: str) -> list[str]:
     """The names of all parameters in a namespace, sorted."""
-    with _surroundings() as here:
-        return _server.names_below(here.master, here.resolve(ns))
+    with _graph() as graph:
+        return _server.names_below(graph.master, graph.resolve(ns))
 
 
 def load_file(
@@ -118,8 +112,8 @@ def load_file(
     """The documents of a YAML file, each with its namespace: `[(values, ns), …]`."""
     if verbose:
         print(f"reading parameters from [{filename}]")
-    with _surroundings() as here:
-        return _documents.read_file(filename, default_namespace or here.resolve(""))
+    with _graph() as graph:
+        return _documents.read_file(filename, default_namespace or graph.resolve(""))
 
 
 def load_str(
@@ -129,8 +123,8 @@ def load_str(
     verbose: bool = False,  # noqa: ARG001
 ) -> list[tuple[Any, str]]:
     """As `load_file`, of a text; `filename` only stands in errors."""
-    with _surroundings() as here:
-        return _documents.read_text(str, filename, default_namespace or here.resolve(""))
+    with _graph() as graph:
+        return _documents.read_text(str, filename, default_namespace or graph.resolve(""))
 
 
 def dump_params(filename: str | None, param: str, verbose: bool = False) -> None:

@@ -6,7 +6,11 @@ here are the names, arguments and exceptions that ROS users know.
 
 from typing import Any as _Any
 
-import pipros.interrupts as _interrupts  # noqa: F401 # first, since a Ctrl-C may come during the others
+from pipros import interrupts as _interrupts
+
+_interrupts.install()  # before the other imports: they are where Python drops a Ctrl-C most often
+
+import pipros.startup as _startup  # noqa: F401 # the import hook, where pipros.pth did not run
 from rospy import client as client
 from rospy import core as core
 from rospy import exceptions as exceptions

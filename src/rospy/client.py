@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import errno
 import functools
 import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ParamSpec, TypeVar
 
-from genpy import Message
 from pipros.env import Environment
-from pipros.errors import Interrupted, NotFound, Refused
-from pipros.names import is_remapping_argument
-from pipros.node.waiting import wait_in_slices
-from rospy.core import is_shutdown
+from pipros.errors import Interrupted, NotFound, Refused, Unreachable
+from pipros.interruptible_wait import wait_in_slices
+from pipros.msg import time as msg_time
+from pipros.names import is_legal_remapping, parse_arguments
+from pipros.node.codec import AnyMessage
+from rospy.core import add_client_shutdown_hook, is_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.logs import DEBUG as DEBUG
 from rospy.logs import ERROR as ERROR
@@ -21,10 +23,9 @@ from rospy.logs import FATAL as FATAL
 from rospy.logs import INFO as INFO
 from rospy.logs import WARN as WARN
 from rospy.msproxy import MasterProxy
+from rospy.rostime import in_seconds
 from rospy.session import session
 from rospy.topics import Subscriber
-
-AnyMessage = TypeVar("AnyMessage", bound=Message)
 
 _UNSPECIFIED = object()
 
@@ -41,6 +42,8 @@ def _interruptible(function: Callable[P, T]) -> Callable[P, T]:
             return function(*args, **kwargs)
         except Interrupted:
             raise ROSInterruptException("rospy shutdown") from None
+        except Unreachable as error:
+            raise ConnectionRefusedError(errno.ECONNREFUSED, str(error)) from error
 
     return call
 
@@ -104,14 +107,19 @@ def on_shutdown(h: Callable[[], object]) -> None:
     Raises:
         TypeError: `h` cannot be called.
     """
-    if not callable(h):
-        raise TypeError(f"shutdown hook [{h}] must be a function or callable object: {type(h)}")
-    session.add_client_hook(h)
+    add_client_shutdown_hook(h)
 
 
 def myargv(argv: Sequence[str] | None = None) -> list[str]:
     """The command line without remapping arguments."""
-    return [one for one in (sys.argv if argv is None else argv) if not is_remapping_argument(one)]
+    return [one for one in (sys.argv if argv is None else argv) if not is_legal_remapping(one)]
+
+
+def load_command_line_node_params(argv: Sequence[str]) -> dict[str, Any]:
+    """The private parameters that a command line sets by `_name:=value`, the values read as YAML."""
+    from pipros.safe import yaml
+
+    return {name: yaml.load(text) for name, text in parse_arguments(argv).params.items()}
 
 
 @_interruptible
@@ -126,7 +134,9 @@ def get_master(env: Mapping[str, str] | None = None) -> MasterProxy:
     return MasterProxy(uri)
 
 
-def wait_for_message(topic: str, topic_type: type[AnyMessage], timeout: float | None = None) -> AnyMessage:
+def wait_for_message(
+    topic: str, topic_type: type[AnyMessage], timeout: float | msg_time.Duration | None = None
+) -> AnyMessage:
     """Subscribes to a topic, and returns the first message.
 
     Raises:
@@ -135,19 +145,19 @@ def wait_for_message(topic: str, topic_type: type[AnyMessage], timeout: float | 
     """
     arrived: list[AnyMessage] = []
     changed = threading.Event()
-    if is_shutdown():
-        raise ROSInterruptException("rospy shutdown")
 
     def take(message: AnyMessage) -> None:
         arrived.append(message)
         changed.set()
 
-    session.when_started(lambda node: node.at_end(changed.set))
-    subscriber = Subscriber(topic, topic_type, take)
-    try:
-        wait_in_slices(changed.wait, timeout)
-    finally:
-        subscriber.unregister()
+    with session.ended_by_shutdown(changed):
+        if is_shutdown():
+            raise ROSInterruptException("rospy shutdown")
+        subscriber = Subscriber(topic, topic_type, take)
+        try:
+            wait_in_slices(changed.wait, None if timeout is None else in_seconds(timeout))
+        finally:
+            subscriber.unregister()
     if arrived:
         return arrived[0]
     if is_shutdown():
@@ -187,11 +197,15 @@ def _default(param_name: str, default: Any) -> Any:
 def set_param(param_name: str, param_value: Any) -> None:
     """Sets a parameter; a dictionary replaces a whole namespace.
 
+    Nothing happens to the root, `/`, when the value is not a dictionary.
+
     Raises:
-        TypeError: a value that XML-RPC cannot carry: None, a set, a key that is no string.
+        TypeError: a value that XML-RPC cannot carry: None, a set, a key that is not a string.
         OverflowError: an integer of more than 32 bits.
         ROSException: the master refused it.
     """
+    if session.resolve(param_name) == "/" and not isinstance(param_value, (dict, type(None))):
+        return
     try:
         session.params.set(param_name, param_value)
     except Refused as error:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from urllib.parse import urlsplit
+from typing import Any
 
+from pipros.wire.uri import split_uri
 from rospy.exceptions import ParameterInvalid as ParameterInvalid
 from rospy.logs import logdebug as logdebug
 from rospy.logs import logdebug_once as logdebug_once
@@ -61,18 +62,31 @@ def signal_shutdown(reason: str) -> None:
     session.end(reason)
 
 
+def check_hook(hook: object) -> None:
+    """Raises TypeError for what cannot be called."""
+    if not callable(hook):
+        raise TypeError(f"shutdown hook [{hook}] must be a function or callable object: {type(hook)}")
+
+
 def add_client_shutdown_hook(hook: Callable[[], object]) -> None:
-    """Has `hook` called when the node shuts down, while publishing still works."""
+    """Has `hook` called when the node shuts down, while publishing still works.
+
+    Raises:
+        TypeError: it cannot be called.
+    """
+    check_hook(hook)
     session.add_client_hook(hook)
 
 
 def add_preshutdown_hook(hook: Callable[[str], object]) -> None:
-    """Has `hook` called with the reason after the client's hooks."""
+    """Has `hook` called with the reason after the client's hooks; raises as `add_client_shutdown_hook`."""
+    check_hook(hook)
     session.add_preshutdown_hook(hook)
 
 
 def add_shutdown_hook(hook: Callable[[str], object]) -> None:
-    """Has `hook` called with the reason once the node has left the graph."""
+    """Has `hook` called with the reason once the node has left the graph; raises as the others."""
+    check_hook(hook)
     session.add_shutdown_hook(hook)
 
 
@@ -97,23 +111,31 @@ def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
     """Host and port of a service's URI.
 
     Raises:
-        ParameterInvalid: it is no `rosrpc://host:port`.
+        ParameterInvalid: it is not `rosrpc://host:port`.
     """
     try:
-        parts = urlsplit(uri)
-        host, port = parts.hostname, parts.port
+        host, port, _ = split_uri(uri, ["rosrpc"])
     except ValueError:
-        host = port = None
-    if not uri.startswith(ROSRPC) or not host or not port:
+        host, port = "", 0
+    if not uri.startswith(ROSRPC) or not port:
         raise ParameterInvalid(f"ERROR: invalid rosrpc address: {uri}")
     return host, port
 
 
 def xmlrpcapi(uri: str | None, cache: bool = True) -> object | None:
-    """An XML-RPC proxy of a node or master; None for what is no URI of one."""
+    """An XML-RPC proxy of a node or master; None when `uri` has no host."""
     del cache  # connections are the proxy's own affair
+    from urllib.parse import urlsplit  # takes what has no port as well, as `ServerProxy` does
+
     if uri is None or not urlsplit(uri).netloc:
         return None
     from xmlrpc.client import ServerProxy
 
     return ServerProxy(uri)
+
+
+def __getattr__(name: str) -> Any:
+    """The state of the node as some packages look at it."""
+    if name == "_in_shutdown":
+        return session.is_shutdown
+    raise AttributeError(f"module 'rospy.core' has no attribute '{name}'")

@@ -47,5 +47,5 @@ class TransportInitError(TransportException):
     """A connection could not be made, or its peer refused it."""
 
 
-class ParameterInvalid(ROSException):
+class ParameterInvalid(Exception):
     """An argument is not what a function can work with."""

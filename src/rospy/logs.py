@@ -11,7 +11,8 @@ import sys
 import time
 from typing import Any, NamedTuple, Protocol
 
-from rospy.rostime import get_time
+from pipros.msg import time as msg_time
+from rospy.rostime import get_time, in_seconds
 from rospy.session import session
 
 #: The levels as `/rosout` and `init_node(log_level=)` number them.
@@ -27,7 +28,7 @@ class Log(Protocol):
 class LogThrottled(Protocol):
     """Says a line unless this place in the code said one less than `period` seconds ago."""
 
-    def __call__(self, period: float, msg: object, *args: Any, **kwargs: Any) -> None: ...
+    def __call__(self, period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None: ...
 
 
 class Family(NamedTuple):
@@ -43,7 +44,7 @@ class CallSites:
     """When each place in the code that logs with `_once` or `_throttle` last said something."""
 
     def __init__(self) -> None:
-        self._last: dict[tuple[str, int], tuple[float, str]] = {}
+        self._last: dict[tuple[str, int, int], tuple[float, str]] = {}
 
     def is_first(self) -> bool:
         site = self._site()
@@ -51,7 +52,7 @@ class CallSites:
         self._last[site] = 0.0, ""
         return is_first
 
-    def is_due(self, period_s: float, text: str | None = None) -> bool:
+    def is_due(self, period: float | msg_time.Duration, text: str | None = None) -> bool:
         """True when this place said nothing for a while or, given a text, says something else.
 
         After a clock has gone back everything is due.
@@ -59,18 +60,19 @@ class CallSites:
         site = self._site()
         now = get_time() if session.has_time else time.time()
         last, last_text = self._last.get(site, (-float("inf"), ""))
-        if last <= now < last + period_s and text in (None, last_text):
+        if last <= now < last + in_seconds(period) and text in (None, last_text):
             return False
         self._last[site] = now, text or ""
         return True
 
     @staticmethod
-    def _site() -> tuple[str, int]:
+    def _site() -> tuple[str, int, int]:
+        """The file, the line, and the place of the call within its line."""
         frame = sys._getframe(3)  # over this method, the one above, and the function of the family
-        return frame.f_code.co_filename, frame.f_lineno
+        return frame.f_code.co_filename, frame.f_lineno, frame.f_lasti
 
 
-_sites = CallSites()
+_once, _throttled, _identical = CallSites(), CallSites(), CallSites()
 
 
 def _logger(kwargs: dict[str, Any]) -> logging.Logger:
@@ -82,19 +84,19 @@ def _family(level: int) -> Family:
     def log(msg: object, *args: Any, **kwargs: Any) -> None:
         _logger(kwargs).log(level, msg, *args, stacklevel=2, **kwargs)
 
-    def throttle(period: float, msg: object, *args: Any, **kwargs: Any) -> None:
+    def throttle(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
         logger = _logger(kwargs)
-        if _sites.is_due(period):
+        if _throttled.is_due(period):
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
-    def throttle_identical(period: float, msg: object, *args: Any, **kwargs: Any) -> None:
+    def throttle_identical(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
         logger = _logger(kwargs)
-        if _sites.is_due(period, str(msg)):
+        if _identical.is_due(period, str(msg)):
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def once(msg: object, *args: Any, **kwargs: Any) -> None:
         logger = _logger(kwargs)
-        if _sites.is_first():
+        if _once.is_first():
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     return Family(log, throttle, throttle_identical, once)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import io
+import struct
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, TypeVar
+from typing import Any, BinaryIO, ClassVar, TypeVar
 
-from genpy import Message
+from pipros.msg.base import Message
 from rospy.exceptions import ROSException
+
+_LENGTH = struct.Struct("<I")
 
 MessageClass = TypeVar("MessageClass", bound=Message)
 
@@ -29,7 +33,7 @@ class AnyMsg(Message):
         """
         if args:
             raise ROSException("AnyMsg does not accept arguments")
-        self._buff: bytes | None = None
+        self._buff: Any = None
 
     @classmethod
     def _from_bytes(cls, data: bytes | memoryview) -> AnyMsg:
@@ -47,15 +51,65 @@ class AnyMsg(Message):
             raise ROSException("AnyMsg is not initialized")
         buff.write(self._buff)
 
-    def deserialize(self, str: bytes | memoryview) -> AnyMsg:  # noqa: A002  # genpy's name for it
-        """Keeps the bytes."""
-        self._buff = bytes(str)
+    def deserialize(self, str: Any) -> AnyMsg:  # noqa: A002  # genpy's name for it
+        """Keeps what it is given, as it is."""
+        self._buff = str
         return self
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, AnyMsg) and self._buff == other._buff
 
     __hash__ = None
+
+
+def serialize_message(b: BinaryIO, seq: int, msg: Message) -> None:
+    """Writes a message as it goes over a connection, its length in front; a header gets the number `seq`.
+
+    Raises:
+        SerializationError: a field's value does not fit its type. Nothing was written.
+    """
+    if getattr(msg, "_has_header", False):
+        header: Any = msg.header  # type: ignore[attr-defined]
+        header.seq = seq
+        if header.frame_id is None:
+            header.frame_id = "0"
+    body = io.BytesIO()
+    msg.serialize(body)
+    b.write(_LENGTH.pack(body.tell()) + body.getvalue())
+
+
+def deserialize_messages(
+    b: io.BytesIO,
+    msg_queue: list[Any],
+    data_class: type[Message],
+    queue_size: int | None = None,
+    max_msgs: int | None = None,
+    start: int = 0,
+) -> None:
+    """Moves the complete messages of a buffer to a list; what is left of one stays at the buffer's start.
+
+    Args:
+        b: messages as `serialize_message` writes them; written up to its position.
+        queue_size: so many of the newest are kept.
+        max_msgs: no more than that are taken.
+        start: where in the buffer to begin.
+
+    Raises:
+        genpy.DeserializationError: the bytes are not such a message.
+    """
+    end, data = b.tell(), b.getvalue()
+    bodies: list[bytes] = []
+    while end - start >= _LENGTH.size and (max_msgs is None or len(bodies) < max_msgs):
+        (length,) = _LENGTH.unpack_from(data, start)
+        if end - start - _LENGTH.size < length:
+            break
+        start += _LENGTH.size
+        bodies.append(data[start : start + length])
+        start += length
+    msg_queue += [data_class().deserialize(body) for body in bodies[-queue_size if queue_size else 0 :]]
+    b.seek(0)
+    b.truncate(0)
+    b.write(data[start:end])
 
 
 def args_kwds_to_message(
@@ -65,7 +119,7 @@ def args_kwds_to_message(
 
     Raises:
         TypeError: a message of another type, too few or too many fields, or both kinds of arguments.
-        AttributeError: a keyword that is no field.
+        AttributeError: a keyword that is not a field.
     """
     if args and kwds:
         raise TypeError("publish() can be called with arguments or keywords, but not both.")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Callable
 from typing import Any
 
-from pipros.errors import Unreachable
-from pipros.net.master import MasterClient
+from pipros.errors import NotFound, Unreachable
+from pipros.net.master_client import MasterClient
 from rospy.session import session
 
 
@@ -32,9 +33,24 @@ class MasterProxy:
             try:
                 return list(self.target.call_raw(method, *args))
             except Unreachable as error:
-                raise ConnectionError(str(error)) from error
+                raise ConnectionRefusedError(errno.ECONNREFUSED, str(error)) from error
 
         return call
+
+    def search_param(self, key: str) -> str | None:
+        """The full name of the closest parameter of that name, from the node's namespace upwards."""
+        return session.params.search(key)
+
+    def get_param_cached(self, key: str) -> Any:
+        """A parameter's value, of which the master tells when it changes.
+
+        Raises:
+            KeyError: it is not set.
+        """
+        try:
+            return session.params.get_cached(key)
+        except NotFound:
+            raise KeyError(key) from None
 
     def __getitem__(self, key: str) -> Any:
         code, _, value = self.getParam(session.resolve(key))

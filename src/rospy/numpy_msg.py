@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any, TypeVar
+from typing import Any
 
-from genpy import Message
-
-AnyMessage = TypeVar("AnyMessage", bound=Message)
+from pipros.node.codec import AnyMessage
 
 
 @cache

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 
-import genpy
-from pipros.node.clock import NS_PER_S, Clock
+from pipros.msg import time as msg_time
+from pipros.msg.time import NS_PER_S
+from pipros.node.clock import Clock
 from rospy.exceptions import ROSInitException
 from rospy.session import session
 
@@ -14,14 +15,14 @@ def clock() -> Clock:
     """The clock of the default node.
 
     Raises:
-        ROSInitException: before init_node.
+        ROSInitException: before init_node, unless `set_rostime_initialized(True)` was called.
     """
-    if session.node is None or not session.has_time:
+    if not session.has_time:
         raise ROSInitException("time is not initialized. Have you called init_node()?")
-    return session.node.clock
+    return session.clock
 
 
-class Duration(genpy.Duration):
+class Duration(msg_time.Duration):
     """A length of time: `secs` and `nsecs`. See `genpy.Duration` for its arithmetic."""
 
     __slots__ = ()
@@ -30,7 +31,7 @@ class Duration(genpy.Duration):
         return f"rospy.Duration[{self.to_nsec()}]"
 
 
-class Time(genpy.Time):
+class Time(msg_time.Time):
     """A point in time: `secs` and `nsecs` since the epoch. See `genpy.Time` for its arithmetic."""
 
     __slots__ = ()
@@ -69,9 +70,29 @@ def is_rostime_initialized() -> bool:
 
 def is_wallclock() -> bool:
     """True unless the node runs on simulated time."""
-    return session.node is None or not session.node.clock.is_simulated
+    return not session.clock.is_simulated
 
 
-def wallsleep(duration: float | genpy.Duration) -> None:
+def set_rostime_initialized(val: bool) -> None:
+    """Whether there is a time to ask for. For tests without a node: `init_node` sees to it for others."""
+    session.has_time = val
+
+
+def _set_rostime(t: msg_time.Time) -> None:
+    """Sets what `Time.now` answers; from then on time is simulated."""
+    session.simulate_time(t.to_nsec())
+
+
+def switch_to_wallclock() -> None:
+    """Goes back to the clock of the machine."""
+    session.use_wall_clock()
+
+
+def wallsleep(duration: float | msg_time.Duration) -> None:
     """Sleeps in wall time, whatever clock the node runs on."""
-    time.sleep(max(0.0, duration.to_sec() if isinstance(duration, genpy.Duration) else duration))
+    time.sleep(max(0.0, in_seconds(duration)))
+
+
+def in_seconds(duration: float | msg_time.Duration) -> float:
+    """A duration or a number of seconds as the latter."""
+    return duration.to_sec() if isinstance(duration, msg_time.Duration) else duration

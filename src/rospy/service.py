@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from genpy import Message
+from pipros.msg import time as msg_time
+from pipros.msg.base import Message
 from pipros.node import Node
-from pipros.node.client import OpenCalls, ServiceClient, ServiceFailed
-from pipros.node.service import HandlerError, ServiceServer
-from pipros.node.topics import NameInUse
+from pipros.node.endpoints import NameInUse
+from pipros.node.service_client import ServiceClient, ServiceFailed
+from pipros.node.service_server import HandlerError, ServiceServer
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.msg import args_kwds_to_message
+from rospy.rostime import in_seconds
 from rospy.session import session
 from rospy.topics import DEFAULT_BUFF_SIZE
 
@@ -25,6 +28,15 @@ ErrorHandler = Callable[[BaseException, type[BaseException], BaseException, Any]
 
 class ServiceException(Exception):
     """A service call brought no response."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceProtocol:
+    """What a connection of a service is made of."""
+
+    resolved_name: str
+    service_class: Any
+    buff_size: int
 
 
 class Service:
@@ -50,8 +62,11 @@ class Service:
         Raises:
             ServiceException: this node offers a service of that name already.
         """
-        del buff_size
         self.resolved_name = session.resolve(name)
+        self.protocol = ServiceProtocol(self.resolved_name, service_class, buff_size)
+        self.buff_size = buff_size
+        self.error_handler = error_handler or _log_handler_error
+        self.uri: str | None = None  # rosrpc://host:port, once the node runs
         self.service_class = service_class
         self.request_class = service_class._request_class
         self.response_class = service_class._response_class
@@ -59,25 +74,36 @@ class Service:
         self._node: Node | None = None
         self._server: ServiceServer | None = None
 
+        self._is_shut_down = False
+
         def serve(node: Node) -> None:
+            if self._is_shut_down:
+                return
             try:
-                self._server = node.topics.serve(
+                self._server = node.endpoints.serve(
                     self.resolved_name,
                     service_class,
                     self._respond,
-                    None if error_handler is None else _adapt(error_handler),
+                    _adapt(self.error_handler),
                 )
             except NameInUse as error:
                 raise ServiceException(str(error)) from None
             self._node = node
+            self.uri = node.endpoints.service_uri
 
+        try:
+            session.claim_service(self.resolved_name)
+        except NameInUse as error:
+            raise ServiceException(str(error)) from None
         session.when_started(serve)
 
     def shutdown(self, reason: str = "") -> None:
         """Takes the service back. Harmless when repeated."""
         del reason
+        self._is_shut_down = True
+        session.release_service(self.resolved_name)
         if self._node is not None and self._server is not None:
-            self._node.topics.stop_serving(self._server)
+            self._node.endpoints.stop_serving(self._server)
 
     def spin(self) -> None:
         """Waits until the node is shut down.
@@ -95,6 +121,14 @@ class Service:
         except ServiceException as error:
             raise HandlerError(str(error)) from error
         return convert_return_to_response(response, self.response_class)
+
+
+def _log_handler_error(
+    error: BaseException, kind: type[BaseException], value: BaseException, trace: Any
+) -> None:
+    """What a handler's exception leads to unless `error_handler` says otherwise."""
+    del value, kind
+    session.logger.error("Error processing request: %s", error, exc_info=(type(error), error, trace))
 
 
 def _adapt(error_handler: ErrorHandler) -> Callable[[BaseException], object]:
@@ -133,7 +167,7 @@ class ServiceProxy:
         persistent: bool = False,
         headers: Mapping[str, str] | None = None,
         *,
-        timeout: float | None = None,
+        timeout: float | msg_time.Duration | None = None,
     ) -> None:
         """Connects to nobody yet; works before init_node too.
 
@@ -149,6 +183,8 @@ class ServiceProxy:
         self.request_class: type[Message] = service_class._request_class
         self.response_class: type[Message] = service_class._response_class
         self.persistent = persistent
+        self.buff_size = DEFAULT_BUFF_SIZE
+        self.protocol = ServiceProtocol(self.resolved_name, service_class, self.buff_size)
         self.timeout = timeout
         self._client = ServiceClient(
             self.resolved_name,
@@ -179,33 +215,47 @@ class ServiceProxy:
             timeout = kwds.pop("timeout")
         request = args_kwds_to_message(self.request_class, args, kwds)
         try:
-            return self._client.call(request, timeout)
+            return self._client.call(request, None if timeout is None else in_seconds(timeout))
         except ServiceFailed as error:
             if session.is_shutdown:
                 raise ROSInterruptException("node shutdown interrupted service call") from None
             raise ServiceException(str(error)) from None
 
-    def wait_for_service(self, timeout: float | None = None) -> None:
+    def wait_for_service(self, timeout: float | msg_time.Duration | None = None) -> None:
         """See `rospy.wait_for_service`."""
         wait_for_service(self.resolved_name, timeout=timeout)
+
+    @property
+    def uri(self) -> str | None:
+        """Where the server was at the last call, `rosrpc://host:port`; None before the first."""
+        return self._client.uri
+
+    @property
+    def transport(self) -> object | None:
+        """The connection that a persistent proxy keeps; None before its first call."""
+        return self._client.kept
 
     def close(self) -> None:
         """Closes the connection of a persistent proxy."""
         self._client.close()
 
 
-def wait_for_service(service: str, timeout: float | None = None) -> None:
+def wait_for_service(service: str, timeout: float | msg_time.Duration | None = None) -> None:
     """Waits until a service is offered and its server really answers.
 
     Raises:
+        ValueError: `timeout` is 0.
         ROSException: it was not within `timeout` seconds.
         ROSInterruptException: the node was shut down meanwhile.
     """
     client = ServiceClient(
-        session.resolve(service), _AnyService, master=lambda: session.master, calls=OpenCalls()
+        session.resolve(service), _AnyService, master=lambda: session.master, calls=session.calls
     )
-    deadline = None if timeout is None else time.monotonic() + timeout
-    is_told = False
+    limit_s = None if timeout is None else in_seconds(timeout)
+    if limit_s == 0:
+        raise ValueError("timeout must be non-zero")
+    deadline = None if limit_s is None else time.monotonic() + limit_s
+    has_warned = False
     while not session.is_shutdown:
         left_s = _LOOK_LIMIT_S if deadline is None else deadline - time.monotonic()
         if left_s <= 0:
@@ -213,8 +263,8 @@ def wait_for_service(service: str, timeout: float | None = None) -> None:
         try:
             client.probe(min(left_s, _LOOK_LIMIT_S))
         except ServiceFailed as error:
-            if not is_told and "unavailable" not in str(error):
-                is_told = True
+            if not has_warned and not session.is_shutdown and "unavailable" not in str(error):
+                has_warned = True
                 session.logger.warning("wait_for_service(%s): %s. Will keep trying.", client.service, error)
         else:
             return

@@ -13,24 +13,24 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from pipros import names
 from pipros.env import Environment
 from pipros.errors import Interrupted
-from pipros.net.master import MasterClient
+from pipros.net.master_client import MasterClient
 from pipros.node import Node
-from pipros.node.client import OpenCalls
-from pipros.node.loggers import serve_loggers
+from pipros.node.clock import Clock, SimulatedClock, WallClock
+from pipros.node.endpoints import NameInUse
+from pipros.node.identity import Identity
+from pipros.node.log_outputs import open_console_and_file, open_rosout
+from pipros.node.logger_services import serve_loggers
 from pipros.node.params import Parameters
-from pipros.node.traffic import WindowLimits
-from rospy import outputs
+from pipros.node.service_client import OpenCalls
+from pipros.node.signals import NotInMainThread, Signals
+from pipros.node.start_params import is_on, set_private_params, window_limits
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
-from rospy.signals import Signals
-
-#: The name of a process that has not called init_node.
-UNNAMED = "unnamed"
 
 Hook = Callable[..., object]
 
@@ -45,14 +45,16 @@ class Session:
     def __init__(self) -> None:
         self.node: Node | None = None
         self.logger = logging.getLogger("rosout")
-        self.remappings: Mapping[str, str] = {}
         self.has_time = False
+        self._clock: Clock = WallClock()  # before init_node
         self.calls = OpenCalls()
         self._init_arguments: tuple[Any, ...] | None = None
         self._waiting_for_node: list[Callable[[Node], object]] = []
+        self._early_services: set[str] = set()
         self._client_hooks: list[Hook] = []
         self._preshutdown_hooks: list[Hook] = []
         self._shutdown_hooks: list[Hook] = []
+        self._waits: set[threading.Event] = set()
         self._is_over = False  # shut down without ever having had a node
         self._lock = threading.RLock()
         self._signals = Signals(self.end)
@@ -65,17 +67,31 @@ class Session:
         else:
             time.sleep(seconds)
 
+    @contextlib.contextmanager
+    def ended_by_shutdown(self, wait: threading.Event) -> Iterator[None]:
+        """Has the event set when the node ends before the block does."""
+        self._waits.add(wait)
+        try:
+            yield
+        finally:
+            self._waits.discard(wait)
+
     # -- before and after init_node ---------------------------------------------
 
     @property
-    def name(self) -> str:
+    def identity(self) -> Identity:
+        """The names of the node; before init_node those of a process without one."""
         if self.node is not None:
-            return self.node.name
-        return Environment.from_os().namespace + UNNAMED
+            return self.node.identity
+        return Identity.unnamed(argv=sys.argv, environment=Environment.from_os())
+
+    @property
+    def name(self) -> str:
+        return self.identity.name
 
     @property
     def namespace(self) -> str:
-        return self.node.namespace if self.node is not None else Environment.from_os().namespace
+        return self.identity.namespace
 
     @property
     def is_initialized(self) -> bool:
@@ -84,6 +100,31 @@ class Session:
     @property
     def is_shutdown(self) -> bool:
         return self._is_over or (self.node is not None and self.node.is_shutdown)
+
+    @property
+    def clock(self) -> Clock:
+        """The clock of the node; before init_node one of the process's own."""
+        return self._clock if self.node is None else self.node.clock
+
+    def simulate_time(self, now_ns: int) -> None:
+        """Sets the time that the clock shows; it is a simulated one from then on."""
+        clock = self.clock
+        if not isinstance(clock, SimulatedClock):
+            clock = SimulatedClock()
+            self._replace_clock(clock)
+        clock.set_ns(now_ns)
+
+    def use_wall_clock(self) -> None:
+        """Has the clock show the machine's time again."""
+        if self.clock.is_simulated:
+            self._replace_clock(WallClock())
+
+    def _replace_clock(self, clock: Clock) -> None:
+        if self.node is None:
+            self._clock, before = clock, self._clock
+            before.interrupt()
+        else:
+            self.node.use_clock(clock)
 
     @property
     def params(self) -> Parameters:
@@ -96,9 +137,17 @@ class Session:
         return self.node.master if self.node is not None else self._early()[1]
 
     def resolve(self, name: str) -> str:
+        return self.identity.resolve(name)
+
+    def resolve_topic(self, name: str) -> str:
+        """The global name of a topic, which a process without a node remaps too.
+
+        Raises:
+            InvalidName: a private name before init_node.
+        """
         if self.node is not None:
             return self.node.resolve(name)
-        return names.resolve(name, self.name)
+        return self.identity.resolve_topic_without_name(name)
 
     def when_started(self, action: Callable[[Node], object]) -> None:
         """Does something with the node: now, or as soon as there is one."""
@@ -107,6 +156,22 @@ class Session:
                 self._waiting_for_node.append(action)
                 return
         action(self.node)
+
+    def claim_service(self, name: str) -> None:
+        """Keeps the name of a service that is made before init_node from being given to a second one.
+
+        Raises:
+            NameInUse: another has it. (With a node, the node looks itself.)
+        """
+        with self._lock:
+            if self.node is None:
+                if name in self._early_services:
+                    raise NameInUse(f"service [{name}] already registered")
+                self._early_services.add(name)
+
+    def release_service(self, name: str) -> None:
+        """Gives up what `claim_service` claimed. Harmless when repeated."""
+        self._early_services.discard(name)
 
     def _early(self) -> tuple[str, MasterClient, Parameters]:
         uri = Environment.from_os().master_uri
@@ -171,13 +236,13 @@ class Session:
             rpc_port=rpc_port,
             tcpros_port=tcpros_port,
         )
-        node.at_end(self._call_client_hooks)
-        outputs.open_console_and_file(node, self.logger, log_level)
+        node.on_shutdown(self.calls.interrupt_present)
+        node.on_shutdown(self._call_client_hooks)
+        open_console_and_file(node, self.logger, log_level)
         node.start()
         self.node = node
         if not disable_signals:
-            self._signals.take(node)
-        self.remappings = {**node.identity.arguments.special, **node.identity.arguments.remappings}
+            self._take_signals(node)
         atexit.register(self.end, "atexit")
         if hasattr(os, "register_at_fork"):  # the end of a child is not the end of the node
             os.register_at_fork(after_in_child=lambda: atexit.unregister(self.end))
@@ -185,15 +250,16 @@ class Session:
             node.wait_for_master(lambda _: _say_that_there_is_no_master(node))
         except Interrupted:
             raise InitInterrupted("init_node interrupted before it could complete") from None
-        if node.identity.arguments.params:
-            self._set_private_parameters(node)
+        set_private_params(node)
         if not disable_rosout:
-            outputs.open_rosout(node, self.logger)
-        if not disable_rostime and self._is_on(node, "/use_sim_time"):
+            open_rosout(node, self.logger)
+        if not disable_rostime and is_on(node, "/use_sim_time"):
             node.use_simulated_time()
-        if self._is_on(node, "/enable_statistics"):
-            node.enable_statistics(self._window_limits(node))
+        if is_on(node, "/enable_statistics"):
+            node.enable_statistics(window_limits(node))
         self.has_time = True
+        for name in _INTERNAL_LOGGERS:
+            logging.getLogger(name)
         serve_loggers(node)
         self.logger.debug("init_node, name[%s], pid[%s]", node.name, os.getpid())
         with self._lock:
@@ -201,28 +267,14 @@ class Session:
         for action in waiting:
             action(node)
 
-    def _set_private_parameters(self, node: Node) -> None:
-        """Sets what arguments of the form `_name:=yaml` say."""
-        from pipros.safe import yaml
-
-        for key, text in node.identity.arguments.params.items():
-            node.params.set("~" + key, yaml.load(text))
-
-    def _is_on(self, node: Node, switch: str) -> bool:
+    def _take_signals(self, node: Node) -> None:
         try:
-            return node.params.get(switch) is True
-        except LookupError:
-            return False
-
-    def _window_limits(self, node: Node) -> WindowLimits:
-        """The limits that parameters set, the others as they are by default."""
-        given: dict[str, Any] = {}
-        for field, parameter in _WINDOW_PARAMETERS.items():
-            with contextlib.suppress(LookupError):
-                value = node.params.get(f"/statistics_window_{parameter}")
-                if isinstance(value, (int, float)) and value > 0:
-                    given[field] = value
-        return WindowLimits(**given)
+            self._signals.take(node)
+        except NotInMainThread:
+            raise ROSInitException(
+                "init_node() must be called in the main thread, or with disable_signals=True: "
+                "only the main thread can handle signals"
+            ) from None
 
     # -- the end --------------------------------------------------------------------
 
@@ -251,6 +303,8 @@ class Session:
     def _call_client_hooks(self) -> None:
         self._call(self._client_hooks)
         self._call(self._preshutdown_hooks, self._reason)
+        for wait in list(self._waits):
+            wait.set()
 
     def _call(self, hooks: Sequence[Hook], *args: object) -> None:
         for hook in list(hooks):
@@ -264,12 +318,12 @@ class Session:
         self.end(f"external shutdown request: {reason}")
 
 
-_WINDOW_PARAMETERS = {
-    "min_elements": "min_elements",
-    "max_elements": "max_elements",
-    "min_size_s": "min_size",
-    "max_size_s": "max_size",
-}
+#: Loggers that tools expect a rospy node to list; a program may log by them, too.
+_INTERNAL_LOGGERS = (
+    *("rospy", "rospy.client", "rospy.core", "rospy.init", "rospy.internal", "rospy.registration"),
+    *("rospy.impl", "rospy.impl.masterslave", "rospy.rosout", "rospy.service", "rospy.simtime"),
+    *("rospy.tcpros", "rospy.topics", "rosgraph", "rosgraph.network", "xmlrpc"),
+)
 
 
 def _say_that_there_is_no_master(node: Node) -> None:

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import genpy
+from pipros.msg import time as msg_time
+from pipros.msg.time import NS_PER_S
 from pipros.node import rate
-from pipros.node.clock import NS_PER_S, TimeMovedBackwards
+from pipros.node.clock import TimeMovedBackwards
 from rospy.exceptions import ROSInterruptException, ROSTimeMovedBackwardsException
-from rospy.rostime import Duration, Time, clock
+from rospy.rostime import Duration, Time, clock, in_seconds
 from rospy.session import session
 
 
-def sleep(duration: float | genpy.Duration) -> None:
+def sleep(duration: float | msg_time.Duration) -> None:
     """Sleeps for seconds of the node's clock; a negative duration returns at once.
 
     In wall time it returns early when the node shuts down, without an exception, as Noetic does.
@@ -23,14 +23,11 @@ def sleep(duration: float | genpy.Duration) -> None:
         ROSInterruptException: the node shut down, in simulated time.
         ROSTimeMovedBackwardsException: simulated time went back.
     """
-    seconds = duration.to_sec() if isinstance(duration, genpy.Duration) else duration
+    seconds = in_seconds(duration)
     if seconds < 0:
         return
-    if session.node is None:
-        threading.Event().wait(seconds)
-        return
     try:
-        goes_on = session.node.clock.sleep(seconds)
+        goes_on = session.clock.sleep(seconds)
     except TimeMovedBackwards as error:
         raise ROSTimeMovedBackwardsException(error.jump_s) from None
     _raise_if_interrupted(goes_on)
@@ -59,7 +56,7 @@ class Rate:
         return Time(*divmod(self._rate.last_ns, NS_PER_S))
 
     @last_time.setter
-    def last_time(self, value: genpy.Time) -> None:
+    def last_time(self, value: msg_time.Time) -> None:
         self._rate.last_ns = value.to_nsec()
 
     def remaining(self) -> Duration:
@@ -86,12 +83,12 @@ class TimerEvent:
     last_duration: float | None
 
 
-class Timer:
-    """Calls `callback(TimerEvent)` every `period`, in a daemon thread, until it is shut down."""
+class Timer(rate.Timer):
+    """A daemon thread, running already, that calls `callback(TimerEvent)` every `period` until `shutdown`."""
 
     def __init__(
         self,
-        period: genpy.Duration,
+        period: msg_time.Duration,
         callback: Callable[[TimerEvent], object],
         oneshot: bool = False,
         reset: bool = False,
@@ -107,17 +104,7 @@ class Timer:
                 )
             )
 
-        self._timer = rate.Timer(clock(), period.to_nsec(), on_tick, oneshot=oneshot, reset=reset)
-
-    def shutdown(self) -> None:
-        """No more calls."""
-        self._timer.shutdown()
-
-    def is_alive(self) -> bool:
-        return self._timer.is_alive()
-
-    def join(self, timeout: float | None = None) -> None:
-        self._timer.join(timeout)
+        super().__init__(clock(), period.to_nsec(), on_tick, oneshot=oneshot, reset=reset)
 
 
 def _time(nanoseconds: int | None) -> Time | None:

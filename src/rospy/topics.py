@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping
-from typing import Any, Generic, NoReturn, TypeVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NoReturn, overload
 
 import pipros.node as node_api
-from genpy import Message as Message
-from genpy import SerializationError
+from pipros.msg.base import Message as Message
+from pipros.msg.errors import SerializationError
 from pipros.names import is_legal
 from pipros.node import Node
-from pipros.node.publisher import Publication
-from pipros.node.subscriber import NO_ARGS, Subscription
-from pipros.node.topics import TypeConflict
+from pipros.node.codec import AnyMessage
+from pipros.node.endpoints import TypeConflict
+from pipros.node.subscriber import NO_ARGS
 from rospy.exceptions import ROSException, ROSSerializationException
 from rospy.msg import args_kwds_to_message
 from rospy.session import session
 
-AnyMessage = TypeVar("AnyMessage", bound=Message)
+if TYPE_CHECKING:
+    from rospy.topic_impl import PublisherImpl, SubscriberImpl
 
 DEFAULT_BUFF_SIZE = 65536
 
@@ -46,7 +47,10 @@ class Topic(Generic[AnyMessage]):
         type: `std_msgs/String` for example.
         md5sum: of the type.
         data_class: the message class.
+        reg_type: `pub` or `sub`.
     """
+
+    reg_type: ClassVar[str]
 
     def __init__(self, name: str, data_class: type[AnyMessage]) -> None:
         if not name or not isinstance(name, str):
@@ -63,7 +67,7 @@ class Topic(Generic[AnyMessage]):
                 "This may cause problems with other ROS tools",
                 stacklevel=3,
             )
-        self.name = self.resolved_name = session.resolve(name)
+        self.name = self.resolved_name = session.resolve_topic(name)
         self.type = data_class._type
         self.md5sum = data_class._md5sum
         self.data_class = data_class
@@ -71,6 +75,8 @@ class Topic(Generic[AnyMessage]):
 
 class Publisher(Topic[AnyMessage]):
     """Publishes messages of one type on a topic."""
+
+    reg_type = "pub"
 
     def __init__(
         self,
@@ -92,10 +98,10 @@ class Publisher(Topic[AnyMessage]):
             latch: subscribers that come later get the last message.
             headers: further fields for the connection headers.
             queue_size: how many messages may wait for a slow subscriber before the oldest is
-                dropped; 0 for any number, None to have `publish` wait.
+                dropped; 0 for any number (up to 256 MiB of them), None to have `publish` wait.
 
         Raises:
-            ValueError: `name` or `data_class` is none.
+            ValueError: `name` is empty, or `data_class` is not a message class.
         """
         super().__init__(name, data_class)
         if queue_size is None:
@@ -108,6 +114,7 @@ class Publisher(Topic[AnyMessage]):
             )
         del tcp_nodelay
         self._handle: node_api.Publisher[AnyMessage] | None = None
+        self._impl: PublisherImpl | None = None
         self._is_unregistered = False
         self._publish: Callable[[AnyMessage], None] = self._refuse
         queue_size = queue_size if queue_size is None or queue_size > 0 else 0
@@ -116,7 +123,7 @@ class Publisher(Topic[AnyMessage]):
             if self._is_unregistered:
                 return
             try:
-                self._handle = node.topics.advertise(
+                self._handle = node.endpoints.advertise(
                     self.resolved_name, data_class, queue_size=queue_size, latch=latch, headers=headers
                 )
             except TypeConflict as error:
@@ -129,6 +136,9 @@ class Publisher(Topic[AnyMessage]):
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publishes a message, or the message that has these fields: all in order, or any by name.
+
+        Waits for subscribers no longer than `pipros.Limits.stall_s` (2 s), for all of them together, and with
+        a `queue_size` for none.
 
         Nothing is serialised, and no error found, while nobody subscribes. After the node has been
         shut down it does nothing.
@@ -155,8 +165,9 @@ class Publisher(Topic[AnyMessage]):
         """Gives up this publisher. The topic is unregistered with the last one. Harmless when repeated."""
         self._is_unregistered = True
         self._publish = self._refuse
-        if self._handle is not None:
-            self._handle.unregister()
+        handle, self._handle, self._impl = self._handle, None, None
+        if handle is not None:
+            handle.unregister()
 
     def _refuse(self, _: AnyMessage) -> NoReturn:
         if self._is_unregistered:
@@ -164,13 +175,22 @@ class Publisher(Topic[AnyMessage]):
         raise ROSException("ROS node has not been initialized yet. Please call init_node() first")
 
     @property
-    def impl(self) -> Publication | None:
-        """What all publishers of the topic in this process share; None before init_node."""
-        return self._handle.publication if self._handle is not None else None
+    def impl(self) -> PublisherImpl | None:
+        """What all publishers of the topic in this process share.
+
+        None before init_node and after `unregister`.
+        """
+        if self._impl is None and self._handle is not None:
+            from rospy.topic_impl import impls
+
+            self._impl = impls.of_publication(self._handle.publication)
+        return self._impl
 
 
 class Subscriber(Topic[AnyMessage]):
     """Receives the messages of one topic by calling a function with each."""
+
+    reg_type = "sub"
 
     @overload
     def __init__(
@@ -216,20 +236,21 @@ class Subscriber(Topic[AnyMessage]):
             tcp_nodelay: asks publishers not to delay small messages.
 
         Raises:
-            ValueError: `name` or `data_class` is none.
+            ValueError: `name` is empty, or `data_class` is not a message class.
         """
         super().__init__(name, data_class)
         del buff_size
         self.callback = callback
         self.callback_args = callback_args
         self._handle: node_api.Subscriber[AnyMessage] | None = None
+        self._impl: SubscriberImpl | None = None
         self._is_unregistered = False
 
         def subscribe(node: Node) -> None:
             if self._is_unregistered:
                 return
             try:
-                self._handle = node.topics.subscribe(
+                self._handle = node.endpoints.subscribe(
                     self.resolved_name,
                     data_class,
                     callback,
@@ -249,10 +270,18 @@ class Subscriber(Topic[AnyMessage]):
     def unregister(self) -> None:
         """Ends the callback. The topic is unregistered with the last one. Harmless when repeated."""
         self._is_unregistered = True
-        if self._handle is not None:
-            self._handle.unregister()
+        handle, self._handle, self._impl = self._handle, None, None
+        if handle is not None:
+            handle.unregister()
 
     @property
-    def impl(self) -> Subscription | None:
-        """What all subscribers of the topic in this process share; None before init_node."""
-        return self._handle.subscription if self._handle is not None else None
+    def impl(self) -> SubscriberImpl | None:
+        """What all subscribers of the topic in this process share.
+
+        None before init_node and after `unregister`.
+        """
+        if self._impl is None and self._handle is not None:
+            from rospy.topic_impl import impls
+
+            self._impl = impls.of_subscription(self._handle.subscription)
+        return self._impl

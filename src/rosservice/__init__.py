@@ -1,6 +1,6 @@
 """`rosservice` for Python code: which services there are, their types, and calling them.
 
-Facade of `pipros.cli.rosservice`; see http://wiki.ros.org/rosservice.
+Facade of `pipros.graph`; see http://wiki.ros.org/rosservice.
 """
 
 from __future__ import annotations
@@ -10,12 +10,13 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from pipros.cli.program import NO_MASTER, CommandError, Surroundings
-from pipros.cli.rosservice import call as _call
 from pipros.cli.rosservice import main as _main
-from pipros.cli.rosservice import services as _services
-from pipros.errors import PiprosError, Unreachable
-from pipros.graph.picture import is_below
+from pipros.errors import PiprosError
+from pipros.graph import services as _services
+from pipros.graph.client import GraphClient
+from pipros.graph.errors import translated
+from pipros.graph.service_call import ServiceCaller
+from pipros.graph.system_state import is_below
 
 __all__ = [
     "ROSServiceException",
@@ -42,14 +43,10 @@ class ROSServiceIOException(ROSServiceException):
 
 
 @contextlib.contextmanager
-def _surroundings() -> Iterator[Surroundings]:
+def _graph() -> Iterator[GraphClient]:
     try:
-        with Surroundings("rosservice") as here:
-            yield here
-    except Unreachable:
-        raise ROSServiceIOException(NO_MASTER) from None
-    except CommandError as error:
-        raise ROSServiceIOException(str(error)) from None
+        with translated(ROSServiceIOException, ROSServiceIOException), GraphClient("rosservice") as graph:
+            yield graph
     except PiprosError as error:
         raise ROSServiceException(str(error)) from None
 
@@ -58,10 +55,10 @@ def get_service_list(
     node: str | None = None, namespace: str | None = None, include_nodes: bool = False
 ) -> list[str] | list[tuple[str, list[str]]]:
     """The services, of one node or in one namespace; with their nodes: `[(service, [node]), …]`."""
-    with _surroundings() as here:
+    with _graph() as graph:
         found = {
             service: provider
-            for service, provider in _services.nodes_by_service(here.master).items()
+            for service, provider in _services.nodes_by_service(graph.master).items()
             if is_below(service, namespace or "/") and node in (None, provider)
         }
     if include_nodes:
@@ -71,26 +68,26 @@ def get_service_list(
 
 def get_service_type(service_name: str) -> str | None:
     """The type of a service, None when there is none."""
-    with _surroundings() as here:
-        return _services.type_of(here.master, here.resolve(service_name))
+    with _graph() as graph:
+        return _services.type_of(graph.master, graph.resolve(service_name))
 
 
 def get_service_uri(service_name: str) -> str | None:
     """The `rosrpc://HOST:PORT` of a service, None when there is none."""
-    with _surroundings() as here:
-        return _services.uri_of(here.master, here.resolve(service_name))
+    with _graph() as graph:
+        return _services.uri_of(graph.master, graph.resolve(service_name))
 
 
 def get_service_node(service_name: str) -> str | None:
     """The node that offers a service, None when there is none."""
-    with _surroundings() as here:
-        return _services.nodes_by_service(here.master).get(here.resolve(service_name))
+    with _graph() as graph:
+        return _services.nodes_by_service(graph.master).get(graph.resolve(service_name))
 
 
 def get_service_headers(service_name: str, service_uri: str) -> Mapping[str, str]:  # noqa: ARG001
     """The connection header that the server of a service answers with."""
-    with _surroundings() as here:
-        return _services.header_of(here.master, here.resolve(service_name)) or {}
+    with _graph() as graph:
+        return _services.header_of(graph.master, graph.resolve(service_name)) or {}
 
 
 def get_service_class_by_name(service_name: str) -> Any:
@@ -99,8 +96,8 @@ def get_service_class_by_name(service_name: str) -> Any:
     Raises:
         ROSServiceException: there is no such service, or its type is not on the path.
     """
-    with _surroundings() as here:
-        return _services.service_class_of(here.master, here.resolve(service_name))
+    with _graph() as graph:
+        return _services.service_class_of(graph.master, graph.resolve(service_name))
 
 
 def get_service_args(service_name: str) -> str:
@@ -113,16 +110,16 @@ def call_service(
 ) -> tuple[Any, Any]:
     """Calls a service with the values of its fields, or one dictionary. Returns request and response."""
     del service_class  # the server names it
-    with _surroundings() as here:
-        caller = _call.Caller(here.master, here.resolve(service_name))
+    with _graph() as graph:
+        caller = ServiceCaller(graph.master, graph.resolve(service_name))
         request = caller.request(service_args)
         return request, caller.call(request)
 
 
 def rosservice_find(service_type: str) -> list[str]:
     """The services of a type."""
-    with _surroundings() as here:
-        return _services.services_of_type(here.master, service_type)
+    with _graph() as graph:
+        return _services.services_of_type(graph.master, service_type)
 
 
 def rosservicemain(argv: Sequence[str] | None = None) -> None:

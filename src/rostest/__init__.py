@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from pipros.testing import graph, program
-from pipros.testing.places import XML_OUTPUT_FLAG
+from pipros.testing.result_paths import XML_OUTPUT_FLAG
 
 __all__ = ["XML_OUTPUT_FLAG", "get_master", "is_publisher", "is_subscriber", "rosrun", "run", "unitrun"]
 
-_CALLER_ID = "/script"
+_TOOL = "script"
 
 
 def rosrun(package: str, test_name: str, test: program.Tests, sysargs: Sequence[str] | None = None) -> None:
@@ -41,12 +41,12 @@ def unitrun(*args: Any, **kwargs: Any) -> None:
 
 def is_subscriber(topic: str, subscriber_id: str) -> bool:
     """True when the master knows the node `subscriber_id` as a subscriber of `topic`."""
-    return graph.is_subscriber(topic, subscriber_id, _CALLER_ID)
+    return graph.is_subscriber(topic, subscriber_id, _TOOL)
 
 
 def is_publisher(topic: str, publisher_id: str) -> bool:
     """True when the master knows the node `publisher_id` as a publisher of `topic`."""
-    return graph.is_publisher(topic, publisher_id, _CALLER_ID)
+    return graph.is_publisher(topic, publisher_id, _TOOL)
 
 
 def get_master() -> Any:

@@ -1,24 +1,25 @@
 """`rostopic` for Python code: the topics, their types and classes, and measuring them.
 
-Facade of `pipros.cli.rostopic`; see http://wiki.ros.org/rostopic.
+Facade of `pipros.graph`; see http://wiki.ros.org/rostopic.
 """
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from pipros.cli.program import NO_MASTER, CommandError, Surroundings
-from pipros.cli.rostopic import fields as _fields
-from pipros.cli.rostopic import info as _info
-from pipros.cli.rostopic import listening as _listening
 from pipros.cli.rostopic import main as _main
-from pipros.cli.rostopic import types as _types
-from pipros.cli.rostopic.raw import installed_class
 from pipros.errors import Unreachable
-from pipros.graph.picture import Picture
+from pipros.graph import listening as _listening
+from pipros.graph import message_path as _message_path
+from pipros.graph import topics as _topics
+from pipros.graph.client import GraphClient
+from pipros.graph.errors import translated
+from pipros.graph.message_classes import installed_class
+from pipros.graph.system_state import SystemState
 from rostopic.measures import ROSTopicBandwidth, ROSTopicDelay, ROSTopicHz
 
 __all__ = [
@@ -48,14 +49,9 @@ class ROSTopicIOException(ROSTopicException):
 
 
 @contextlib.contextmanager
-def _surroundings() -> Iterator[Surroundings]:
-    try:
-        with Surroundings("rostopic") as here:
-            yield here
-    except Unreachable:
-        raise ROSTopicIOException(NO_MASTER) from None
-    except CommandError as error:
-        raise ROSTopicException(str(error)) from None
+def _graph() -> Iterator[GraphClient]:
+    with translated(ROSTopicIOException, ROSTopicException), GraphClient("rostopic") as graph:
+        yield graph
 
 
 def get_topic_type(
@@ -65,18 +61,18 @@ def get_topic_type(
 
     `blocking` waits until there is such a topic. Without one, three times None.
     """
-    with _surroundings() as here:
-        name = here.resolve(topic)
+    with _graph() as graph:
+        name = graph.resolve(topic)
         if blocking:
-            name = _full_name(_listening.wait_for_source(here.master, name))
-        type_name, real_topic = _types.topic_type(here.master, name.partition("[")[0])
+            name = _full_name(_listening.wait_for_topic(graph.master, name))
+        type_name, real_topic = _topics.topic_type(graph.master, name.partition("[")[0])
     if type_name is None:
         return None, None, None
     return type_name, real_topic, msgevalgen(name[len(real_topic) :])
 
 
-def _full_name(source: _listening.Source) -> str:
-    return source.topic + _fields.describe_path(source.path)
+def _full_name(source: _listening.TopicPart) -> str:
+    return source.topic + _message_path.describe_path(source.path)
 
 
 def get_topic_class(
@@ -98,15 +94,22 @@ def get_topic_class(
 
 def msgevalgen(pattern: str) -> MessageEval | None:
     """What takes a field out of a message: `msgevalgen("/header/stamp")(message)`. None for no field."""
-    path = _fields.parse_path(pattern)
-    return (lambda message: _fields.extract(message, path).value) if path else None
+    path = _message_path.parse_path(pattern)
+    return (lambda message: _message_path.extract(message, path).value) if path else None
 
 
 def get_topic_list(master: object = None) -> tuple[list[tuple[str, str, list[str]]], ...]:  # noqa: ARG001
-    """Publications and subscriptions, each as `[(topic, type, [node, …]), …]`."""
-    with _surroundings() as here:
-        picture = Picture.from_state(here.master.get_system_state())
-        types = dict(here.master.get_topic_types())
+    """Publications and subscriptions, each as `[(topic, type, [node, …]), …]`.
+
+    Raises:
+        ConnectionRefusedError: the master cannot be reached.
+    """
+    with GraphClient("rostopic") as graph:
+        try:
+            picture = SystemState.from_state(graph.master.get_system_state())
+            types = dict(graph.master.get_topic_types())
+        except Unreachable as error:
+            raise ConnectionRefusedError(errno.ECONNREFUSED, str(error)) from error
     return tuple(
         [(topic, types.get(topic, "unknown type"), list(nodes)) for topic, nodes in kind.items()]
         for kind in (picture.publishers, picture.subscribers)
@@ -115,8 +118,8 @@ def get_topic_list(master: object = None) -> tuple[list[tuple[str, str, list[str
 
 def find_by_type(topic_type: str) -> list[str]:
     """The topics of a message type."""
-    with _surroundings() as here:
-        return _info.topics_of_type(here.master, topic_type)
+    with _graph() as graph:
+        return _topics.topics_of_type(graph.master, topic_type)
 
 
 def get_info_text(topic: str) -> str:
@@ -125,8 +128,8 @@ def get_info_text(topic: str) -> str:
     Raises:
         ROSTopicException: nobody publishes or subscribes the topic.
     """
-    with _surroundings() as here:
-        return _info.describe_topic(here.master, here.resolve(topic))
+    with _graph() as graph:
+        return _topics.describe_topic(graph.master, graph.resolve(topic))
 
 
 def rostopicmain(argv: Sequence[str] | None = None) -> None:

@@ -7,10 +7,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import rospy
-from pipros.cli.rostopic import bw as _bw
-from pipros.cli.rostopic import delay as _delay
-from pipros.cli.rostopic import hz as _hz
-from pipros.cli.rostopic.samples import DEFAULT_WINDOW, Bandwidth, Figures, Rate, Samples
+from pipros.graph import measurements as _text
+from pipros.graph.samples import DEFAULT_WINDOW, BandwidthWindow, Figures, RateWindow, Samples
 
 
 def _window(size: int) -> int:
@@ -26,12 +24,12 @@ class ROSTopicHz:
         self._window = _window(window_size)
         self._passes = filter_expr
         self._now = time.time if use_wtime else rospy.get_time
-        self._rates: dict[str | None, Rate] = {}
+        self._rates: dict[str | None, RateWindow] = {}
 
     def callback_hz(self, m: Any, topic: str | None = None) -> None:
         """Takes over a message."""
         if self._passes is None or self._passes(m):
-            self._rates.setdefault(topic, Rate(self._window)).add(self._now())
+            self._rates.setdefault(topic, RateWindow(self._window)).add(self._now())
 
     def get_hz(self, topic: str | None = None) -> tuple[float, float, float, float, int] | None:
         """Rate, shortest and longest interval, deviation and window; None without a new message."""
@@ -44,11 +42,11 @@ class ROSTopicHz:
         """Prints what is new."""
         found = {str(topic): figures for topic in topics if (figures := self._news(topic)) is not None}
         if not found:
-            print(_hz.NO_NEWS)
+            print(_text.NO_NEWS)
         elif len(topics) == 1:
-            print(_hz.describe(next(iter(found.values()))))
+            print(_text.rate_text(next(iter(found.values()))))
         else:
-            print(_hz.table(found))
+            print(_text.rate_table(found))
 
     def _news(self, topic: str | None) -> Figures | None:
         rate = self._rates.get(topic)
@@ -58,8 +56,8 @@ class ROSTopicHz:
 class ROSTopicBandwidth:
     """The bandwidth of a topic. Subscribe with `callback`, as `rospy.AnyMsg`."""
 
-    def __init__(self, window_size: int = _bw.DEFAULT_WINDOW) -> None:
-        self._bandwidth = Bandwidth(window_size)
+    def __init__(self, window_size: int = _text.BANDWIDTH_WINDOW) -> None:
+        self._bandwidth = BandwidthWindow(window_size)
 
     def callback(self, data: Any) -> None:
         """Takes over an undecoded message."""
@@ -69,7 +67,7 @@ class ROSTopicBandwidth:
         """Prints the figures, once there are two messages."""
         figures = self._bandwidth.figures(time.monotonic())
         if figures is not None:
-            print(_bw.describe(*figures))
+            print(_text.bandwidth_text(*figures))
 
 
 class ROSTopicDelay:
@@ -95,4 +93,4 @@ class ROSTopicDelay:
     def print_delay(self) -> None:
         """Prints the figures."""
         figures = self._delays_s.figures()
-        print(_hz.NO_NEWS if figures is None else _delay.describe(figures))
+        print(_text.NO_NEWS if figures is None else _text.delay_text(figures))

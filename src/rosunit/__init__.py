@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from pipros.env import Environment
-from pipros.testing import places, program
-from pipros.testing.places import XML_OUTPUT_FLAG
+from pipros.testing import program, result_paths
+from pipros.testing.result_paths import XML_OUTPUT_FLAG
 from pipros.testing.runner import XmlRunner
 from pipros.testing.summary import unittest_summary
 
@@ -60,10 +60,12 @@ def xml_results_file(
 ) -> str:
     """The path of a test's result file."""
     return str(
-        places.results_file(test_pkg, test_name, is_rostest=is_rostest, environment=Environment.from_os(env))
+        result_paths.results_file(
+            test_pkg, test_name, is_rostest=is_rostest, environment=Environment.from_os(env)
+        )
     )
 
 
 def rostest_name_from_path(pkg_dir: str, test_file: str) -> str:
     """The name of a launch file among the results of its package."""
-    return places.rostest_name(Path(pkg_dir), Path(test_file))
+    return result_paths.rostest_name(Path(pkg_dir), Path(test_file))

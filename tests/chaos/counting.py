@@ -8,7 +8,7 @@ import threading
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipros.node.workers import KEPT_IDLE
+from pipros.net.workers import KEPT_IDLE
 from tests.support.waiting import wait_until
 
 #: What the allocator may keep of its own accord.

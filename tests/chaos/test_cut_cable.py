@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from pipros.env import Environment
-from pipros.master.server import Master
+from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.net import outgoing, sockets
 from pipros.node import Node

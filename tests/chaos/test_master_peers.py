@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 import pytest
 
 from pipros.errors import Refused, Unreachable
-from pipros.net.master import MasterClient
+from pipros.net.master_client import MasterClient
 from pipros.wire.http import build_request
 from pipros.wire.xmlrpc import Fault, encode_call
 from tests.support.ports import ClaimedPort

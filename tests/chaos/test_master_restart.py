@@ -15,7 +15,7 @@ import pytest
 from pipros.env import Environment
 from pipros.errors import PiprosError
 from pipros.msg import load_message_class
-from pipros.net.master import MasterClient
+from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Process, Processes

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from pipros.env import Environment
-from pipros.master.server import Master
+from pipros.limits import Limits
+from pipros.master.master import Master
 from pipros.msg import load_message_class
-from pipros.net import tcpros
-from pipros.net.master import MasterClient
+from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.wire.header import HeaderReader, encode_header
 from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
@@ -26,7 +26,7 @@ def assert_serves(node: Node, make_node: MakeNode, name: str = "friend") -> None
     """A new subscriber gets a message from the node's topic `chat`."""
     inbox, friend = Inbox(), make_node(name)
     friend.subscribe("chat", String, inbox)
-    publication = node.topics.publication("/chat")
+    publication = node.endpoints.publication("/chat")
     assert publication is not None
     wait_until(lambda: [peer for peer in publication.links if peer.caller_id == f"/{name}"])
     publication.publish(String("hello"))
@@ -34,12 +34,11 @@ def assert_serves(node: Node, make_node: MakeNode, name: str = "friend") -> None
 
 
 def test_more_silent_peers_than_may_shake_hands_lock_nobody_out(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+    make_node: MakeNode,
 ) -> None:
-    monkeypatch.setattr(tcpros, "HANDSHAKE_LIMIT", 8)
-    node = make_node("talker")
+    node = make_node("talker", limits=Limits(handshakes=8))
     node.advertise("chat", String)
-    silent = [socket.create_connection(("127.0.0.1", node.topics.port), 10) for _ in range(30)]
+    silent = [socket.create_connection(("127.0.0.1", node.endpoints.port), 10) for _ in range(30)]
     assert_serves(node, make_node)
     for peer in silent[:20]:
         assert peer.recv(1) == b""  # the longest waiting gave way
@@ -48,11 +47,10 @@ def test_more_silent_peers_than_may_shake_hands_lock_nobody_out(
 
 
 def test_a_peer_that_says_nothing_is_closed_in_time(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+    make_node: MakeNode,
 ) -> None:
-    monkeypatch.setattr(tcpros, "HANDSHAKE_DEADLINE_S", 0.05)
-    node = make_node("talker")
-    with socket.create_connection(("127.0.0.1", node.topics.port), 10) as silent:
+    node = make_node("talker", limits=Limits(handshake_s=0.05))
+    with socket.create_connection(("127.0.0.1", node.endpoints.port), 10) as silent:
         silent.sendall(b"\x10")
         assert silent.recv(1) == b""
 
@@ -60,7 +58,7 @@ def test_a_peer_that_says_nothing_is_closed_in_time(
 def test_a_header_sent_byte_by_byte_is_a_header(make_node: MakeNode) -> None:
     node = make_node("talker")
     node.advertise("chat", String)
-    with socket.create_connection(("127.0.0.1", node.topics.port), 10) as slow:
+    with socket.create_connection(("127.0.0.1", node.endpoints.port), 10) as slow:
         slow.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         for byte in encode_header({"topic": "/chat", "md5sum": "*", "callerid": "/slow"}):
             slow.sendall(bytes([byte]))
@@ -155,7 +153,7 @@ def test_a_publisher_that_stops_mid_message_is_asked_again(make_node: MakeNode, 
 
 
 def test_a_publisher_list_that_is_nonsense_harms_nobody(make_node: MakeNode, master: Master) -> None:
-    from pipros.net.rpc import RpcClient
+    from pipros.net.rpc_client import RpcClient
 
     log, lines = listening_log()
     listener, inbox = make_node("listener", log=log), Inbox()

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from pipros.limits import Limits
 from pipros.msg import load_message_class
 from pipros.net import outgoing, sockets
 from pipros.wire.header import HeaderReader, encode_header
@@ -34,16 +35,18 @@ def number_of(message: Any) -> int:
 def test_five_healthy_subscribers_miss_nothing_while_a_sixth_has_stopped_and_it_catches_up_later(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, queue_size: int | None
 ) -> None:
-    monkeypatch.setattr(outgoing, "STALL_LIMIT_S", 0.05)
     # One that does not read is alive all the same, and must not be taken for one that vanished.
     monkeypatch.setattr(outgoing, "CHECK_PEER_INTERVAL_S", 0.01)
     monkeypatch.setattr(sockets, "KEEPALIVE_LIMIT_S", 0.01)
-    talker, listeners = make_node("talker"), [make_node(f"listener{number}") for number in range(HEALTHY)]
+    talker, listeners = (
+        make_node("talker", limits=Limits(stall_s=0.05)),
+        [make_node(f"listener{number}") for number in range(HEALTHY)],
+    )
     publisher = talker.advertise("chat", UInt8MultiArray, queue_size=queue_size)
     inboxes = [Inbox() for _ in listeners]
     for listener, inbox in zip(listeners, inboxes, strict=True):
         listener.subscribe("chat", UInt8MultiArray, inbox)
-    with socket.create_connection(("127.0.0.1", talker.topics.port), 10) as stopped:
+    with socket.create_connection(("127.0.0.1", talker.endpoints.port), 10) as stopped:
         stopped.sendall(encode_header({"topic": "/chat", "md5sum": "*", "callerid": "/stopped"}))
         wait_until_connected(publisher, HEALTHY + 1)
 

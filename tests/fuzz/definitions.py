@@ -10,9 +10,10 @@ import sys
 from contextlib import suppress
 from typing import Any
 
+from pipros.limits import Limits
 from pipros.msg.dynamic import message_classes_from_text
-from pipros.msg.parse import parse_action, parse_service
-from pipros.msg.spec import DefinitionError
+from pipros.msg.language.parse import parse_action, parse_service
+from pipros.msg.language.spec import DefinitionError
 from tests.fuzz import mutation
 
 WORDS = [
@@ -44,6 +45,9 @@ WORDS = [
     *(b"[99999999]", b"X=1", b"S= a # b", b"nan", b"True", b"\r\n", b"\t", "ü".encode()),
 ]
 
+LIMITS = Limits(definition_fields=400, message_values=200_000, definition_copies_bytes=1 << 20)
+"""Far below the usual ones: what is beyond them is refused at once, so that more inputs are tried."""
+
 
 def target(data: bytes) -> None:
     text = data.decode("utf-8", "replace")
@@ -51,7 +55,7 @@ def target(data: bytes) -> None:
         with suppress(DefinitionError):
             parse(text, "a/T")
     try:
-        classes: dict[str, Any] = dict(message_classes_from_text("a/T", text))
+        classes: dict[str, Any] = dict(message_classes_from_text("a/T", text, LIMITS))
     except DefinitionError:
         return
     for cls in classes.values():

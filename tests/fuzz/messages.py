@@ -13,7 +13,8 @@ import tracemalloc
 
 from pipros.errors import PiprosError
 from pipros.msg import load_message_class
-from pipros.msg.base import DeserializationError, Message, SerializationError
+from pipros.msg.base import Message
+from pipros.msg.errors import DeserializationError, SerializationError
 from tests.fuzz import mutation
 
 MEMORY_PER_BYTE = 400

@@ -14,7 +14,7 @@ from contextlib import suppress
 from typing import Any
 
 from pipros.errors import ProtocolError
-from pipros.wire import xmlrpc_expat, xmlrpc_scan
+from pipros.wire import xmlrpc_expat, xmlrpc_fast
 from pipros.wire.http import HttpError, Request, RequestReader, ResponseReader
 from pipros.wire.xmlrpc import (
     NESTING_LIMIT,
@@ -115,14 +115,14 @@ def examine(body: bytes) -> None:
         assert repr(decode_call(encode_call(method, params))) == repr((method, params)) or _has_objects(
             params
         )
-        agree(xmlrpc_scan.decode_call, xmlrpc_expat.decode_call, body)
+        agree(xmlrpc_fast.decode_call, xmlrpc_expat.decode_call, body)
     with suppress(ProtocolError, Fault):
         value = decode_response(body)
         assert repr(decode_response(encode_response(value))) == repr(value) or _has_objects(value)
 
 
 def agree(quick: Any, thorough: Any, body: bytes) -> None:
-    with suppress(xmlrpc_scan.Uncommon):
+    with suppress(xmlrpc_fast.NeedsExpat):
         assert repr(quick(body, NESTING_LIMIT)) == repr(thorough(body, NESTING_LIMIT))
 
 

@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 from pipros.env import Environment
-from pipros.master.server import Master
+from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.net import address
 from pipros.net.loop import BackgroundLoop
-from pipros.net.master import MasterClient
-from pipros.net.rpc import RpcClient
-from pipros.net.rpc_server import RpcServer, caller_address
+from pipros.net.master_client import MasterClient
+from pipros.net.rpc_client import RpcClient
+from pipros.net.rpc_server import RpcServer, current_caller
 from pipros.node import Node
 from tests.support.nodes import Inbox, wait_until_connected
 
@@ -72,7 +72,7 @@ def test_topics_services_and_parameters(nodes: tuple[Node, Node]) -> None:
 def test_what_is_open_for_ipv6_is_open_for_ipv4_as_well_and_knows_its_peers_by_their_own_addresses() -> None:
     loop = BackgroundLoop("ipv6 test")
     loop.start()
-    server = RpcServer({"caller": lambda: caller_address.get()}, host="::")
+    server = RpcServer({"caller": lambda: current_caller.get().host}, host="::")
     loop.run(server.start())
     for host in ("[::1]", "127.0.0.1"):
         with RpcClient(f"http://{host}:{server.port}", timeout_s=10) as client:

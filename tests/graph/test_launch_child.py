@@ -5,19 +5,14 @@ The parent is a server of the test; tests/interop/test_remote_machines.py has a 
 
 from __future__ import annotations
 
-import asyncio
 import os
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from pipros.net.loop import BackgroundLoop
-from pipros.net.rpc import RpcClient
-from pipros.net.rpc_server import RpcServer
-from tests.support.processes import Process
+from tests.support.launch_parent import Parent, launch, start
+from tests.support.programs import make_programs
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -29,58 +24,6 @@ PROGRAMS = {
 }
 
 
-class Parent:
-    """The server of a parent; writes down the calls of its child.
-
-    Attributes:
-        is_mute: whether it no longer answers whether it is there.
-    """
-
-    def __init__(self) -> None:
-        self.calls: list[tuple[Any, ...]] = []
-        self.is_mute = False
-        self._loop = BackgroundLoop("parent")
-        self._rpc = RpcServer(
-            {
-                "register": lambda name, uri: self._note(("register", name, uri), 1),
-                "log": lambda name, level, text: self._note(("log", name, level, text), 1),
-                "process_died": lambda process, code: self._note(("process_died", process, code), 0),
-                "get_pid": self._get_pid,
-            }
-        )
-        self._loop.start()
-        self._loop.run(self._rpc.start())
-        self.uri = f"http://127.0.0.1:{self._rpc.port}/"
-
-    def _note(self, call: tuple[Any, ...], value: int) -> list[Any]:
-        self.calls.append(call)
-        return [1, "", value]
-
-    async def _get_pid(self) -> list[Any]:
-        if self.is_mute:
-            await asyncio.Event().wait()
-        return [1, "1", 1]
-
-    @property
-    def child(self) -> RpcClient:
-        """The child's server, once it registered."""
-        registered = wait_until(lambda: [call for call in self.calls if call[0] == "register"])
-        return RpcClient(registered[0][2], timeout_s=10.0)
-
-    @property
-    def shown(self) -> list[tuple[int, str]]:
-        """Levels and texts of what it was told to show."""
-        return [(call[2], call[3]) for call in self.calls if call[0] == "log"]
-
-    def close(self) -> None:
-        """Is gone for its child."""
-        self._loop.run(self._rpc.stop())
-
-    def end(self) -> None:
-        self.close()
-        self._loop.stop()
-
-
 @pytest.fixture
 def parent() -> Iterator[Parent]:
     parent = Parent()
@@ -90,26 +33,9 @@ def parent() -> Iterator[Parent]:
 
 @pytest.fixture
 def package(ros: RosSystem) -> Path:
-    folder = ros.home / "programs"
-    folder.mkdir()
-    (folder / "package.xml").write_text("<package><name>programs</name></package>")
-    for name, content in PROGRAMS.items():
-        (folder / name).write_text(content)
-        (folder / name).chmod(0o755)
+    folder = make_programs(ros.home / "programs", PROGRAMS)
     ros.pipros.environment["ROS_PACKAGE_PATH"] = str(folder)
     return folder
-
-
-def start(ros: RosSystem, parent: Parent, stdin: int = subprocess.DEVNULL) -> Process:
-    return ros.pipros.processes.start(
-        "roslaunch", "-c", "far-0", "-u", parent.uri, "--run_id", "run", stdin=stdin
-    )
-
-
-def launch(parent: Parent, *nodes: tuple[str, str], more: str = "") -> Any:
-    """What the child answers to the order to start nodes of these names and types."""
-    written = "".join(f'<node pkg="programs" name="{name}" type="{kind}" {more}/>' for name, kind in nodes)
-    return parent.child.call("launch", f"<launch>{written}</launch>")
 
 
 def test_it_starts_what_it_is_told_to_and_says_what_became_of_it(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.programs import make_programs
 from tests.support.ros import RosSystem
 
 HEAD = """\
@@ -18,12 +19,8 @@ roslaunch.configure_logging(uuid)
 
 @pytest.fixture
 def package(ros: RosSystem) -> Path:
-    folder = ros.home / "src" / "programs"
-    folder.mkdir(parents=True)
-    (folder / "package.xml").write_text("<package><name>programs</name></package>")
-    for name, content in {"sleeper": "exec sleep 1000", "fails": "exit 3"}.items():
-        (folder / name).write_text(f"#!/bin/sh\n{content}\n")
-        (folder / name).chmod(0o755)
+    programs = {"sleeper": "#!/bin/sh\nexec sleep 1000\n", "fails": "#!/bin/sh\nexit 3\n"}
+    folder = make_programs(ros.home / "src" / "programs", programs)
     (folder / "x.launch").write_text(
         '<launch><arg name="n" default="a"/><node pkg="programs" type="sleeper" name="$(arg n)"/></launch>'
     )

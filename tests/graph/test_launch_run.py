@@ -13,8 +13,9 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 
-from pipros.net.master import MasterClient
+from pipros.net.master_client import MasterClient
 from tests.support.processes import Process
+from tests.support.programs import make_programs
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -37,13 +38,7 @@ PROGRAMS = {
 @pytest.fixture
 def package(ros: RosSystem) -> Path:
     """The folder of a package `programs` with the scripts above."""
-    folder = ros.home / "src" / "programs"
-    folder.mkdir(parents=True)
-    (folder / "package.xml").write_text("<package><name>programs</name></package>")
-    for name, content in PROGRAMS.items():
-        (folder / name).write_text(content)
-        (folder / name).chmod(0o755)
-    return folder
+    return make_programs(ros.home / "src" / "programs", PROGRAMS)
 
 
 def launch(ros: RosSystem, package: Path, content: str, *options: str, **more: str) -> Process:
@@ -307,7 +302,7 @@ def test_a_port_with_another_program_on_it_is_explained(ros: RosSystem, package:
         port = server.getsockname()[1]
         running = launch(ros, package, node("sleeper"), ROS_MASTER_URI=f"http://127.0.0.1:{port}")
         assert running.wait() == 1
-    assert "is no ROS master" in running.output
+    assert "is not a ROS master" in running.output
 
 
 def answer_like_a_web_server(server: socket.socket) -> None:
@@ -396,8 +391,7 @@ def test_roscore_keeps_a_pid_file_and_a_log_of_its_master(ros: RosSystem) -> Non
     core.wait_for(r"started core service \[/rosout\]")
     home = Path(ros.pipros.environment["ROS_HOME"])
     file = home / f"roscore-{ros.port}.pid"
-    wait_until(file.exists)
-    assert file.read_text() == str(core.pid)
+    wait_until(lambda: file.exists() and file.read_text() == str(core.pid))
     [log] = home.glob("log/*-*/master.log")
     wait_until(lambda: "+SUB [/rosout] /rosout http://127.0.0.1:" in log.read_text())
     assert f"Master initialized: port[{ros.port}], uri[{ros.master_uri}/]" in log.read_text()
@@ -429,7 +423,7 @@ def test_a_name_by_which_this_computer_does_not_reach_itself_is_told_at_once(
 def test_a_port_that_is_none_is_told(ros: RosSystem, port: str) -> None:
     core = ros.pipros.run("roscore", "-p", port)
     assert core.returncode == 1
-    assert f"a port is a number from 0 to 65535, which {port} is not" in core.output
+    assert f"port must be between 0 and 65535, got {port}" in core.output
 
 
 def test_wait_holds_the_launch_back_until_there_is_a_master(ros: RosSystem, package: Path) -> None:

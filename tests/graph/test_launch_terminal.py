@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.launch.labels import _Line
+from tests.support.programs import make_programs
 from tests.support.ros import RosSystem
 
 PROGRAM = """\
@@ -20,11 +20,7 @@ exec sleep 1000
 
 @pytest.fixture
 def file(ros: RosSystem) -> Path:
-    folder = ros.home / "programs"
-    folder.mkdir()
-    (folder / "package.xml").write_text("<package><name>programs</name></package>")
-    (folder / "talk").write_text(PROGRAM)
-    (folder / "talk").chmod(0o755)
+    folder = make_programs(ros.home / "programs", {"talk": PROGRAM})
     nodes = "".join(
         f'<node pkg="programs" type="talk" name="{name}" args="{name}" output="screen"/>' for name in "ab"
     )
@@ -56,10 +52,3 @@ def test_without_a_terminal_the_output_is_the_nodes_own(ros: RosSystem, file: Pa
     running = ros.pipros.start("roslaunch", file)
     running.wait_for("^b complains$")
     assert "b complains" in running.stderr
-
-
-def test_pieces_of_a_line_get_one_prefix() -> None:
-    line = _Line(b"[n] ")
-    assert line.format(b"one\ntwo") == b"[n] one\n[n] two"
-    assert line.format(b" more\nthree\n") == b" more\n[n] three\n"
-    assert line.format(b"") == b""

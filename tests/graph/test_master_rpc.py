@@ -12,10 +12,11 @@ from typing import Any
 import pytest
 
 from pipros.errors import ProtocolError, Unreachable
+from pipros.limits import Limits
 from pipros.net.loop import BackgroundLoop
-from pipros.net.rpc import RpcClient
-from pipros.net.rpc_async import AsyncRpcClient, call_async
-from pipros.net.rpc_server import RpcLimits, RpcServer, caller_address
+from pipros.net.rpc_async_client import AsyncRpcClient, call_async
+from pipros.net.rpc_client import RpcClient
+from pipros.net.rpc_server import RpcServer, current_caller
 from pipros.wire.http import build_request
 from pipros.wire.xmlrpc import Fault, encode_call
 from tests.support.waiting import wait_until
@@ -36,7 +37,7 @@ class Serving:
             "add": lambda a, b=1: a + b,
             "fail": self.fail,
             "wait": self.wait,
-            "caller": lambda: caller_address.get(),
+            "caller": lambda: current_caller.get().host,
             "note": lambda text: self.noted.append(text) or 0,
             "hold": self.hold,
             "nothing": lambda: None,
@@ -244,7 +245,7 @@ def test_what_is_no_request_is_refused_by_its_status_counted_and_closed(
 
 
 def test_who_sends_too_much_reads_why() -> None:
-    serving = Serving(limits=RpcLimits(body_bytes=1_000_000))
+    serving = Serving(limits=Limits(body_bytes=1_000_000))
     with RpcClient(serving.uri, timeout_s=20) as client:
         with pytest.raises(ProtocolError, match=r"413 .* the limit is 1000000"):
             client.call("echo", "x" * 20_000_000)
@@ -253,7 +254,7 @@ def test_who_sends_too_much_reads_why() -> None:
 
 
 def test_the_asyncio_client_reads_why_too_and_sends_large_values() -> None:
-    serving = Serving(limits=RpcLimits(body_bytes=1_000_000))
+    serving = Serving(limits=Limits(body_bytes=1_000_000))
 
     async def calls() -> None:
         client = AsyncRpcClient(serving.uri)
@@ -291,7 +292,7 @@ def test_what_came_before_garbage_is_answered_before_that_is_refused(serving: Se
 
 
 def test_a_peer_that_takes_too_long_over_a_request_is_closed() -> None:
-    serving = Serving(limits=RpcLimits(request_s=0.1))
+    serving = Serving(limits=Limits(request_s=0.1))
     with serving.connect() as slow, serving.connect() as idle:
         slow.sendall(b"POST / HTT")
         assert read_to_end(slow) == b""
@@ -301,7 +302,7 @@ def test_a_peer_that_takes_too_long_over_a_request_is_closed() -> None:
 
 
 def test_a_peer_that_does_not_read_its_answers_is_closed() -> None:
-    serving = Serving(limits=RpcLimits(request_s=0.3))
+    serving = Serving(limits=Limits(request_s=0.3))
     with serving.connect() as deaf:
         deaf.settimeout(30)
         call = request("echo", "x" * 60_000)
@@ -316,7 +317,7 @@ def test_a_peer_that_does_not_read_its_answers_is_closed() -> None:
 
 
 def test_the_connection_idle_longest_gives_way_to_a_new_one() -> None:
-    serving = Serving(limits=RpcLimits(connections=3))
+    serving = Serving(limits=Limits(rpc_connections=3))
     peers = [serving.connect() for _ in range(3)]
     wait_until(lambda: len(serving.server.connections) == 3)
     for peer in (peers[0], peers[2]):
@@ -332,7 +333,7 @@ def test_the_connection_idle_longest_gives_way_to_a_new_one() -> None:
 
 
 def test_idle_connections_are_closed_after_their_time_and_clients_do_not_notice() -> None:
-    serving = Serving(limits=RpcLimits(idle_s=0.05))
+    serving = Serving(limits=Limits(idle_s=0.05))
     with RpcClient(serving.uri, timeout_s=10) as client:
         assert client.call("echo", 1) == 1
         wait_until(lambda: len(serving.server.connections) == 0)
@@ -427,7 +428,7 @@ def test_the_asyncio_client_keeps_its_connection_and_replaces_a_closed_one(servi
 
 
 def test_a_multicall_whose_answers_are_too_large_together_is_cut_short() -> None:
-    serving = Serving(limits=RpcLimits(multicall_answer_bytes=10_000))
+    serving = Serving(limits=Limits(multicall_answer_bytes=10_000))
     with RpcClient(serving.uri, timeout_s=10) as client:
         call = {"methodName": "echo", "params": ["x" * 4000]}
         *good, bad = client.call("system.multicall", [call] * 3)

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from pipros.env import Environment
-from pipros.master.server import Master
+from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
-from pipros.node.client import CallTimeout
+from pipros.node.service_client import CallTimeout
 from tests.support.nodes import MakeNode, wait_until_connected
 
 String: Any = load_message_class("std_msgs/String")

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from pipros.msg import load_service_class
-from pipros.node.client import CallTimeout, ServiceFailed
-from pipros.node.topics import NameInUse
-from pipros.node.workers import Workers
+from pipros.net.workers import Workers
+from pipros.node.endpoints import NameInUse
+from pipros.node.service_client import CallTimeout, ServiceFailed
 from pipros.wire.header import encode_header
 from tests.support.nodes import MakeNode, listening_log
 from tests.support.waiting import wait_until
@@ -109,8 +109,8 @@ def test_a_name_can_be_served_once_and_again_when_given_up(make_node: MakeNode) 
     first = node.serve("set", SetBool, answer("1"))
     with pytest.raises(NameInUse, match=r"service \[/set\] already registered"):
         node.serve("set", SetBool, answer("2"))
-    node.topics.stop_serving(first)
-    node.topics.stop_serving(first)
+    node.endpoints.stop_serving(first)
+    node.endpoints.stop_serving(first)
     node.serve("set", SetBool, answer("2"))
     assert node.client("set", SetBool).call(ON).message == "2"
 
@@ -178,7 +178,7 @@ def test_a_request_that_is_none_ends_the_connection_only(make_node: MakeNode) ->
     log, lines = listening_log()
     server, client = make_node("server", log=log), make_node("client")
     server.serve("set", SetBool, answer("still here"))
-    with socket.create_connection(("127.0.0.1", server.topics.port), 10) as peer:
+    with socket.create_connection(("127.0.0.1", server.endpoints.port), 10) as peer:
         fields = {"service": "/set", "md5sum": "*", "callerid": "/bad", "persistent": "1"}
         peer.sendall(encode_header(fields) + struct.pack("<I", 0))
         while peer.recv(4096):

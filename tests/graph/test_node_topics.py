@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 
 from pipros.errors import Refused
-from pipros.master.server import Master
+from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
-from pipros.msg.base import SerializationError
+from pipros.msg.errors import SerializationError
 from pipros.net import incoming, sockets
 from pipros.net.incoming import IncomingLink
-from pipros.net.rpc import RpcClient
-from pipros.node.topics import TypeConflict
+from pipros.net.rpc_client import RpcClient
+from pipros.node.endpoints import TypeConflict
 from pipros.wire.header import HeaderReader, encode_header
 from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
 from tests.support.waiting import wait_until
@@ -95,6 +95,43 @@ def test_a_latched_topic_gives_its_last_message_to_those_who_come_later(make_nod
     listener.subscribe("map", String, inbox)
     assert [message.data for message in inbox.wait()] == ["new"]
     assert inbox.messages[0]._connection_header["latching"] == "1"
+
+
+def test_a_second_callback_gets_the_last_latched_message_at_once(make_node: MakeNode) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    publisher = talker.advertise("map", String, latch=True)
+    publisher.publish(String("old"))
+    first, second, third = Inbox(), Inbox(), Inbox()
+    listener.subscribe("map", String, first)
+    first.wait()
+    listener.subscribe("map", String, second)
+    assert [message.data for message in second.messages] == ["old"]
+    publisher.publish(String("new"))
+    first.wait(2)
+    listener.subscribe("map", String, third)
+    assert [message.data for message in third.messages] == ["new"]
+    assert [message.data for message in second.wait(2)] == ["old", "new"]
+
+
+def test_a_callback_that_comes_amid_latched_messages_misses_none_and_gets_none_twice(
+    make_node: MakeNode,
+) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    publisher = talker.advertise("count", Int32, latch=True, queue_size=0)
+    first = Inbox()
+    listener.subscribe("count", Int32, first)
+    wait_until_connected(publisher)
+    later = []
+    for number in range(400):
+        publisher.publish(Int32(number))
+        if number % 20 == 10:
+            later.append(Inbox())
+            listener.subscribe("count", Int32, later[-1])
+    first.wait(400)
+    for inbox in later:
+        wait_until(lambda inbox=inbox: inbox.messages and inbox.messages[-1].data == 399)  # type: ignore[misc]
+        begin = inbox.messages[0].data
+        assert [message.data for message in inbox.messages] == list(range(begin, 400))
 
 
 def test_headers_are_numbered_by_the_publisher(make_node: MakeNode) -> None:
@@ -194,11 +231,11 @@ def test_a_subscriber_without_a_thread_for_a_publisher_tries_again(
 ) -> None:
     start, refused = IncomingLink.start, threading.Event()
 
-    def refuse_once(link: IncomingLink, first: bytes) -> None:
+    def refuse_once(link: IncomingLink) -> None:
         if not refused.is_set():
             refused.set()
             raise RuntimeError("can't start new thread")
-        start(link, first)
+        start(link)
 
     monkeypatch.setattr(IncomingLink, "start", refuse_once)
     log, lines = listening_log()
@@ -321,7 +358,7 @@ def test_only_hooks_may_publish_while_the_node_ends(make_node: MakeNode) -> None
         other.start()
         other.join()
 
-    robot.at_end(stop)
+    robot.on_shutdown(stop)
     publisher.publish(Int32(9))
     robot.shutdown("stop")
     inbox.wait(2)
@@ -355,7 +392,7 @@ def test_a_duplicate_name_ends_the_older_node(make_node: MakeNode) -> None:
 def test_the_slave_api_answers_as_genuine_nodes_do(make_node: MakeNode, master: Master) -> None:
     node = make_node("talker")
     node.advertise("chat", String)
-    port = node.topics.port
+    port = node.endpoints.port
     with RpcClient(node.uri) as peer:
         assert peer.call("getPublications", "/q") == [1, "publications", [["/chat", "std_msgs/String"]]]
         assert peer.call("getSubscriptions", "/q") == [1, "subscriptions", []]
@@ -394,7 +431,7 @@ def test_a_peer_that_asks_for_the_wrong_thing_is_told_so(
 ) -> None:
     node = make_node("talker")
     node.advertise("chat", String)
-    with socket.create_connection(("127.0.0.1", node.topics.port), 10) as peer:
+    with socket.create_connection(("127.0.0.1", node.endpoints.port), 10) as peer:
         peer.sendall(encode_header(fields))
         reader = HeaderReader()
         while (answer := reader.feed(peer.recv(4096))) is None:
@@ -409,7 +446,7 @@ def test_a_peer_that_asks_for_the_wrong_thing_is_told_so(
 def test_garbage_is_closed_and_costs_nobody_else_anything(make_node: MakeNode, garbage: bytes) -> None:
     talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
     publisher = talker.advertise("chat", String)
-    with socket.create_connection(("127.0.0.1", talker.topics.port), 10) as peer:
+    with socket.create_connection(("127.0.0.1", talker.endpoints.port), 10) as peer:
         peer.sendall(garbage)
         peer.shutdown(socket.SHUT_WR)
         assert peer.recv(1) == b""

@@ -11,7 +11,7 @@ import pytest
 
 from pipros.cli.rosmaster import main
 from pipros.errors import PiprosError
-from pipros.net.master import MasterClient
+from pipros.net.master_client import MasterClient
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Process, Processes
 from tests.support.waiting import wait_until
@@ -105,7 +105,7 @@ def test_statistics_of_no_master_are_an_error_with_its_cure(capsys: Any) -> None
         (["--nope"], "no such option: --nope"),
         (["-p", "x"], "invalid literal"),
         (["-t", "x"], "could not convert"),
-        (["-p", "70000"], "rosmaster: error: a port is a number from 0 to 65535, which 70000 is not"),
+        (["-p", "70000"], "rosmaster: error: port must be between 0 and 65535, got 70000"),
     ],
 )
 def test_wrong_arguments_are_told_and_end_with_2(

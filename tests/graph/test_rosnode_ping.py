@@ -7,12 +7,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from pipros.cli.rosnode import ping as pinging
-from pipros.cli.rosnode.cleanup import unregister
-from pipros.cli.rosnode.listing import node_names
-from pipros.master.server import Master
+from pipros.graph import ping as pinging
+from pipros.graph.nodes import node_names, unregister
+from pipros.master.master import Master
 from pipros.msg import load_message_class
-from pipros.net.master import MasterClient
+from pipros.net.master_client import MasterClient
 from tests.support.nodes import MakeNode
 
 String = load_message_class("std_msgs/String")

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.master.server import Master
-from pipros.net.master import MasterClient
+from pipros.master.master import Master
+from pipros.net.master_client import MasterClient
 from tests.support.processes import Processes
 
 HEAD = """
@@ -80,21 +80,35 @@ print(m.window_stop > m.window_start)
 """
 
 ROSOUT = """
-import sys
+import os, sys
 from rosgraph_msgs.msg import Log
 got = []
 rospy.Subscriber("/rosout", Log, got.append)
-wait_for(lambda: any(n for n in rospy.core.session.node.topics.publication("/rosout").links))
+wait_for(lambda: any(n for n in rospy.core.session.node.endpoints.publication("/rosout").links))
 def say():
     rospy.logwarn("low %d", 5)
 say()
 wait_for(lambda: any(m.msg == "low 5" for m in got))
 m = [m for m in got if m.msg == "low 5"][0]
-print(m.level, m.name, m.msg, m.file == sys.argv[0], m.function, m.topics, m.header.stamp.secs > 0)
+is_base = m.file == os.path.basename(sys.argv[0])
+print(m.level, m.name, m.msg, is_base, m.function, m.topics, m.header.stamp.secs > 0)
 rospy.logdebug("not there")
 rospy.loginfo("last")
 wait_for(lambda: any(m.msg == "last" for m in got))
 print(any(m.msg == "not there" for m in got))
+"""
+
+WAITING_AGAIN_AND_AGAIN = """
+import gc
+pub = rospy.Publisher("chat", String, queue_size=1, latch=True)
+pub.publish("x")
+def wait_often(times):
+    for _ in range(times):
+        rospy.wait_for_message("chat", String, 10)
+    gc.collect()
+    return sum(isinstance(one, threading.Event) for one in gc.get_objects())
+few = wait_often(3)
+print(wait_often(20) < few + 10)
 """
 
 
@@ -109,8 +123,9 @@ print(any(m.msg == "not there" for m in got))
         ),
         (STATISTICS, {"/enable_statistics": True}, ["/chat /node /node True 0", "True"]),
         (ROSOUT, {}, ["4 /node low 5 True say ['/rosout'] True", "False"]),
+        (WAITING_AGAIN_AND_AGAIN, {}, ["True"]),
     ],
-    ids=["numpy_msg", "SubscribeListener", "statistics", "rosout"],
+    ids=["numpy_msg", "SubscribeListener", "statistics", "rosout", "nothing is left of a wait"],
 )
 def test_it_does_what_noetic_does(
     processes: Processes,

@@ -9,15 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.programs import make_programs
 from tests.support.ros import RosSystem
 
 
 @pytest.fixture
 def folder(ros: RosSystem) -> Path:
     """A package `programs`, alone on the package path."""
-    package = ros.home / "programs"
-    package.mkdir()
-    (package / "package.xml").write_text("<package><name>programs</name></package>")
+    package = make_programs(ros.home / "programs", {})
     ros.pipros.environment["ROS_PACKAGE_PATH"] = str(package)
     return package
 

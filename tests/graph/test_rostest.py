@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import rostest
-from pipros.master.server import Master
-from pipros.net.master import MasterClient
+from pipros.master.master import Master
+from pipros.net.master_client import MasterClient
 from tests.support.environments import REPOSITORY
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -67,6 +67,28 @@ def test_arguments_of_the_command_line_reach_the_launch_file(ros: RosSystem, pac
     unset = ros.pipros.run("rostest", "pkg", "t.test")
     assert unset.returncode == 1
     assert "requires the 'level' arg to be set" in unset.output
+
+
+@pytest.mark.parametrize(
+    ("attributes", "name"),
+    [('name="a"', "/a"), ('name="a" ns="deep"', "/deep/a"), ('name=""', "/t"), ("", "/t")],
+)
+def test_the_name_of_a_test_is_that_of_its_node_and_test_name_that_of_its_results(
+    ros: RosSystem, package: Path, attributes: str, name: str
+) -> None:
+    body = (
+        f"rospy.init_node('own'); self.assertEqual((rospy.get_name(), rospy.get_param('~p')), ({name!r}, 5))"
+    )
+    write(package, "t.py", TEST.format(body=body))
+    param = '<param name="p" value="5"/>'
+    write(
+        package,
+        "t.test",
+        f'<launch><test test-name="t" pkg="pkg" type="t.py" {attributes}>{param}</test></launch>',
+    )
+    ended = ros.pipros.run("rostest", "pkg", "t.test")
+    assert ended.returncode == 0, ended.output
+    assert list(Path(ros.pipros.environment["ROS_HOME"]).rglob("rosunit-t.xml"))
 
 
 def test_two_runs_at_once_do_not_see_each_other(ros: RosSystem, package: Path) -> None:

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from pipros.graph.picture import Picture
-from pipros.master.server import Master
+from pipros.graph.system_state import SystemState
+from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.msg.dynamic import message_classes_from_text
-from pipros.net.master import MasterClient
+from pipros.net.master_client import MasterClient
 from pipros.node import Publisher
 from tests.support.nodes import MakeNode, wait_until_connected
 from tests.support.processes import Process
@@ -44,7 +44,7 @@ def commands(ros: RosSystem, master: Master) -> Commands:
 def nodes_of(master: Master) -> list[str]:
     client = MasterClient(master.uri, "/test")
     try:
-        return Picture.from_state(client.get_system_state()).nodes()
+        return SystemState.from_state(client.get_system_state()).nodes()
     finally:
         client.close()
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.master.server import Master
+from pipros.master.master import Master
 from pipros.msg import load_message_class
 from tests.support.nodes import Inbox, MakeNode
 from tests.support.ros import RosSystem

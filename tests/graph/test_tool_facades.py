@@ -12,7 +12,7 @@ import rosnode
 import rosparam
 import rosservice
 import rostopic
-from pipros.master.server import Master
+from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from tests.support.nodes import MakeNode
 
@@ -160,7 +160,7 @@ def test_a_text_file_that_is_no_text_is_a_plain_error(
     with pytest.raises(SystemExit) as end:
         rosparam.yamlmain(["rosparam", "set", "-t", str(file), "/image"])
     assert end.value.code == 1
-    assert "is no UTF-8 text" in capsys.readouterr().err
+    assert "is not UTF-8 text" in capsys.readouterr().err
     with pytest.raises(SystemExit) as end:
         rosparam.yamlmain(["rosparam", "set", "-b", str(file), "/image"])
     assert end.value.code == 0

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.msg.parse import parse_action
+from pipros.msg.language.parse import parse_action
 from pipros.workspace.index import SHARED_PACKAGES
 from tests.support.environments import genuine_environment
 from tests.support.ros import RosSystem

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.net.master import MasterClient
+from pipros.net.master_client import MasterClient
 from tests.support.catkin import CatkinWorkspace
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Process

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.cmake.language import CMakeError
-from pipros.workspace.cmake.program import run_script
+from pipros.cmake.language import CMakeError
+from pipros.cmake.program import run_script
 
 SCRIPTS = Path(__file__).parent / "cmake"
 

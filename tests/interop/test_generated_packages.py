@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.interop.examine_messages import ask, ask_genuine
+from tests.interop.programs.examine_messages import ask, ask_genuine
 from tests.interop.test_messages_against_genuine import installed_types
 from tests.support.catkin import CatkinWorkspace
 

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipros.net.master import MasterClient
+from pipros.net.master_client import MasterClient
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-SCRIPT = Path(__file__).parent / "examine_graph.py"
+SCRIPT = Path(__file__).parent / "programs" / "examine_graph.py"
 
 
 def test_both_find_the_same_graph(ros: RosSystem) -> None:

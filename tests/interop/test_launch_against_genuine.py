@@ -150,7 +150,7 @@ def test_pipros_launches_with_a_genuine_master_and_genuine_with_ours(ros: RosSys
 def test_the_golden_outcomes_are_those_of_the_genuine_loader(ros: RosSystem) -> None:
     folder = ros.home / "cases"
     shutil.copytree(GOLDEN / "files", folder)
-    script = Path(__file__).with_name("genuine_launch_loader.py")
+    script = Path(__file__).parent / "programs" / "genuine_launch_loader.py"
     ended = ros.genuine.run(
         "python3", script, GOLDEN / "cases.txt", folder, ROS_PACKAGE_PATH="/usr/share", timeout_s=60
     )

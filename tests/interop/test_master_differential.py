@@ -12,7 +12,7 @@ from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 
-from pipros.master.server import Master
+from pipros.master.master import Master
 from tests.interop.master_script import calls, random_calls
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until

@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 
-from tests.interop.examine_corners import __file__ as script
+from tests.interop.programs.examine_corners import __file__ as script
 
 
 def test_every_corner_looks_as_in_genuine_ros() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.interop.examine_messages import ask_genuine, ask_pipros
+from tests.interop.programs.examine_messages import ask_genuine, ask_pipros
 from tests.interop.random_definitions import HEADER, SEPARATOR, TYPES, full_text
 
 SHARE = Path("/usr/share")

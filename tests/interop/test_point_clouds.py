@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import subprocess
 
-from tests.interop.examine_clouds import __file__ as script
-from tests.interop.examine_clouds import examine_many
+from tests.interop.programs.examine_clouds import __file__ as script
+from tests.interop.programs.examine_clouds import examine_many
 
 
 def test_random_clouds_hold_the_same_points() -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.processes import Process
+from tests.support.programs import make_programs
 from tests.support.ros import RosSystem, Side
 from tests.support.sshd import SSHD, SshServer
 from tests.support.waiting import wait_until
@@ -61,12 +62,7 @@ def sshd(tmp_path: Path) -> Iterator[SshServer]:
 
 @pytest.fixture
 def programs(ros: RosSystem) -> Path:
-    folder = ros.home / "programs"
-    folder.mkdir()
-    (folder / "package.xml").write_text("<package><name>programs</name></package>")
-    for name, content in PROGRAMS.items():
-        (folder / name).write_text(content)
-        (folder / name).chmod(0o755)
+    folder = make_programs(ros.home / "programs", PROGRAMS)
     for side in (ros.pipros, ros.genuine):
         side.environment["ROS_PACKAGE_PATH"] = f"{folder}:/usr/share"
     return folder

@@ -44,15 +44,31 @@ if __name__ == "__main__":
     import rostest
     rostest.rosrun("kinds", "fine", Fine)
 """
+NAMED = """#!/usr/bin/env python3
+import sys, unittest
+import rospy
+
+class Named(unittest.TestCase):
+    def test_it(self):
+        rospy.init_node("own")
+        print(rospy.get_name(), rospy.get_param("~p", None), sys.argv[-2])
+
+if __name__ == "__main__":
+    import rostest
+    rostest.rosrun("kinds", "fine", Named)
+"""
 FILES = {
     "package.xml": "<package><name>kinds</name><version>0.0.0</version><description>d</description>"
     "<maintainer email='a@example.com'>a</maintainer><license>none</license></package>",
     "test/kinds.py": KINDS,
     "test/fine.py": FINE,
+    "test/named.py": NAMED,
     "test/nothing.py": "#!/usr/bin/env python3\n",
     "test/stays.py": "#!/usr/bin/env python3\nimport signal\nsignal.pause()\n",
     "test/fine.test": '<launch><param name="level" value="25"/>'
     '<test test-name="fine" pkg="kinds" type="fine.py" args="a b"/></launch>',
+    "test/named.test": '<launch><test test-name="fine" name="node" pkg="kinds" type="named.py">'
+    '<param name="p" value="5"/></test></launch>',
     "test/two.test": '<launch><test test-name="kinds" pkg="kinds" type="kinds.py"/>'
     '<test test-name="fine" pkg="kinds" type="fine.py"/></launch>',
     "test/nothing.test": '<launch><test test-name="nothing" pkg="kinds" type="nothing.py"/></launch>',
@@ -119,6 +135,7 @@ def test_a_test_script_reports_and_leaves_results_as_with_genuine_rosunit(
     ("file", "code"),
     [
         ("fine.test", 0),
+        ("named.test", 0),
         ("two.test", 2),
         ("nothing.test", 1),
         ("slow.test", 1),

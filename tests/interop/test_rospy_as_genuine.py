@@ -1,4 +1,7 @@
-"""Every public function of rospy, with good and bad arguments, does what genuine rospy does."""
+"""Every public function of rospy, with good and bad arguments, does what genuine rospy does.
+
+Each script runs under genuine rospy and under pipros, and has to print the same.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from pipros.master.server import Master
+from pipros.master.master import Master
 from tests.support.processes import Process
 from tests.support.ros import RosSystem, Side
 
-SCRIPT = Path(__file__).with_name("examine_rospy.py")
+REMAPPINGS = ["from:=to", "/abs:=/dest", "abs:=moved", "x:=xx", "~p:=pp", "deep/x:=deeper"]
 
 ARGUMENTS = [
     "plain",
@@ -36,9 +39,22 @@ DELIBERATE = {
 }
 
 
-def run(side: Side, *command: str) -> list[str]:
+#: Script and arguments -> how many outcomes it has at least.
+SCRIPTS = {
+    ("examine_rospy.py", *ARGUMENTS): 150,
+    ("examine_early_names.py", *REMAPPINGS): 200,
+    ("examine_early_names.py", *REMAPPINGS, "__ns:=/cmd"): 200,
+    ("examine_topic_impl.py",): 40,
+    ("examine_junitxml.py",): 12,
+    ("examine_durations.py",): 40,
+    ("examine_the_rest.py",): 80,
+}
+
+
+def run(side: Side, python: str, script: str, *arguments: str) -> list[str]:
     """What the script printed, as `part | label | outcome` lines without addresses."""
-    process: Process = side.run(*command, str(SCRIPT), *ARGUMENTS, timeout_s=50, ROS_NAMESPACE="ns")
+    path = str(Path(__file__).parent / "programs" / script)
+    process: Process = side.run(python, path, *arguments, timeout_s=50, ROS_NAMESPACE="ns")
     assert process.returncode == 0, process.output
     part, lines = "before_init", []
     for line in process.stdout:
@@ -54,11 +70,19 @@ def run(side: Side, *command: str) -> list[str]:
 
 
 @pytest.mark.timeout(120)
-def test_rospy_does_what_genuine_rospy_does(ros: RosSystem) -> None:
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: f"{script[0]}-{script[-1]}")
+def test_rospy_does_what_genuine_rospy_does(ros: RosSystem, script: tuple[str, ...]) -> None:
     with Master(port=ros.port):
-        genuine = run(ros.genuine, "/usr/bin/python3")
+        genuine = run(ros.genuine, "/usr/bin/python3", *script)
     with Master(port=ros.port):
-        ours = run(ros.pipros, "python3")
-    assert len(genuine) > 150
+        ours = run(ros.pipros, "python3", *script)
+    assert len(genuine) >= SCRIPTS[script]
     differences = list(difflib.unified_diff(genuine, ours, "genuine", "pipros", n=0, lineterm=""))
     assert not differences, "\n".join(differences)
+
+
+def test_without_a_master_calls_are_refused_as_by_genuine_rospy(ros: RosSystem) -> None:
+    genuine = run(ros.genuine, "/usr/bin/python3", "examine_no_master.py")
+    ours = run(ros.pipros, "python3", "examine_no_master.py")
+    assert len(ours) == 7
+    assert ours == genuine

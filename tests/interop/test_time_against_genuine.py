@@ -6,8 +6,8 @@ import json
 import subprocess
 
 import genpy
-from tests.interop.examine_time import __file__ as script
-from tests.interop.examine_time import expressions, outcome
+from tests.interop.programs.examine_time import __file__ as script
+from tests.interop.programs.examine_time import expressions, outcome
 
 
 def test_every_expression_has_the_same_outcome() -> None:

@@ -6,9 +6,9 @@ import socket
 
 import pytest
 
-from pipros.master.server import Master
-from pipros.net.master import MasterClient
-from pipros.net.rpc_server import RpcLimits
+from pipros.limits import Limits
+from pipros.master.master import Master
+from pipros.net.master_client import MasterClient
 
 CRAFTED = {
     "shorter than announced": b"POST / HTTP/1.1\r\nContent-Length: 500\r\n\r\n<methodCall><methodName>m",
@@ -22,7 +22,7 @@ CRAFTED = {
 @pytest.mark.parametrize("sent", CRAFTED.values(), ids=CRAFTED)
 def test_a_request_that_never_ends_is_given_up_while_others_are_answered(sent: bytes) -> None:
     with (
-        Master(port=0, limits=RpcLimits(request_s=0.2)) as master,
+        Master(port=0, limits=Limits(request_s=0.2)) as master,
         socket.create_connection(("127.0.0.1", master.port), 20) as peer,
     ):
         peer.sendall(sent)

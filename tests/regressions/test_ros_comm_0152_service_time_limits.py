@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from pipros.master.server import Master
+from pipros.master.master import Master
 from pipros.msg import load_service_class
-from pipros.net.master import MasterClient
-from pipros.node.client import CallTimeout, ServiceFailed
+from pipros.net.master_client import MasterClient
+from pipros.node.service_client import CallTimeout, ServiceFailed
 from tests.support.nodes import MakeNode
 from tests.support.processes import Processes
 

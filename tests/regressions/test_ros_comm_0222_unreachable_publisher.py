@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.master.server import Master
+from pipros.master.master import Master
 from pipros.msg import load_message_class
-from pipros.net.master import MasterClient
+from pipros.net.master_client import MasterClient
 from tests.support.nodes import MakeNode, listening_log
 from tests.support.waiting import wait_until
 
@@ -25,7 +25,7 @@ def test_a_publisher_whose_name_nobody_knows_is_explained_once(make_node: MakeNo
     wait_until(lambda: lines)
     assert "cannot receive [/image] from the publisher at http://no-such-robot.invalid:1234/" in lines[0]
     assert "set ROS_IP on that machine" in lines[0]
-    subscription = node.topics.subscription("/image")
+    subscription = node.endpoints.subscription("/image")
     assert subscription is not None
     attempts = subscription.attempts
     wait_until(lambda: subscription.attempts > attempts + 1)

@@ -6,7 +6,7 @@ import signal
 import sys
 from pathlib import Path
 
-from pipros.master.server import Master
+from pipros.master.master import Master
 from tests.support.processes import Processes
 
 SCRIPT = """

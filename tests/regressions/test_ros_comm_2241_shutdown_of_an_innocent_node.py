@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from pipros.master.server import Master
-from pipros.net.master import MasterClient
+from pipros.master.master import Master
+from pipros.net.master_client import MasterClient
 from tests.support.slaves import FakeSlave
 from tests.support.waiting import wait_until
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pipros.errors import NotFound
-from pipros.net.rpc import RpcClient
+from pipros.net.rpc_client import RpcClient
 from tests.support.nodes import MakeNode
 from tests.support.waiting import wait_until
 
@@ -63,11 +63,19 @@ def test_a_change_while_the_first_value_is_on_its_way_is_not_missed(
     reader, writer = make_node("reader"), make_node("writer")
     writer.params.set("/speed", 1)
     subscribe = reader.master.subscribe_param
+    update, notices = reader.params.update, []
+
+    def note_update(key: str, value: Any) -> bool:
+        is_cached = bool(update(key, value))
+        notices.append(key)
+        return is_cached
+
+    monkeypatch.setattr(reader.params, "update", note_update)
 
     def subscribe_slowly(api: str, key: str) -> Any:
         value = subscribe(api, key)
         writer.params.set("/speed", 2)
-        wait_until(lambda: "/speed" in reader.params._stale)  # the notice has overtaken the answer
+        wait_until(lambda: notices)  # the notice has overtaken the answer
         return value
 
     monkeypatch.setattr(

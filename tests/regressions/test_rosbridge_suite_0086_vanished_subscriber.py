@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from pipros.limits import Limits
 from pipros.msg import load_message_class
-from pipros.net import outgoing
 from pipros.wire.header import encode_header
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
 
@@ -16,13 +16,10 @@ Image: Any = load_message_class("sensor_msgs/Image")
 
 
 @pytest.mark.parametrize("queue_size", [None, 1, 10])
-def test_a_subscriber_that_takes_nothing_stops_nobody(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, queue_size: int | None
-) -> None:
-    monkeypatch.setattr(outgoing, "STALL_LIMIT_S", 0.05)
-    camera, viewer, inbox = make_node("camera"), make_node("viewer"), Inbox()
+def test_a_subscriber_that_takes_nothing_stops_nobody(make_node: MakeNode, queue_size: int | None) -> None:
+    camera, viewer, inbox = make_node("camera", limits=Limits(stall_s=0.05)), make_node("viewer"), Inbox()
     publisher = camera.advertise("image", Image, queue_size=queue_size)
-    with socket.create_connection(("127.0.0.1", camera.topics.port), 10) as vanished:
+    with socket.create_connection(("127.0.0.1", camera.endpoints.port), 10) as vanished:
         vanished.sendall(encode_header({"topic": "/image", "md5sum": "*", "callerid": "/gone"}))
         viewer.subscribe("image", Image, inbox)
         wait_until_connected(publisher, 2)

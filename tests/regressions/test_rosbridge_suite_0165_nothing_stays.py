@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from pipros.env import Environment
-from pipros.master.server import Master
+from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from tests.chaos.counting import count, wait_until_back

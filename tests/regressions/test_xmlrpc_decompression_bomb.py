@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import socket
 
-from pipros.master.server import Master
+from pipros.master.master import Master
 from pipros.wire.xmlrpc import encode_call
 
 

@@ -7,6 +7,7 @@ import random
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -26,24 +27,47 @@ needs_network = pytest.mark.skipif(not is_available(), reason="needs network nam
 
 
 class LoneNetwork:
-    """A network of nothing but loopback, in which names mean what a test says; programs run by `command`."""
+    """A network of one machine, in which names mean what a test says; programs run by `command`."""
 
-    def __init__(self, hosts: str) -> None:
-        """`hosts` is the content of `/etc/hosts` there."""
+    def __init__(
+        self, hosts: str, nameserver: str = "", addresses: Sequence[str] = (), hostname: str | None = None
+    ) -> None:
+        """Nothing runs there yet.
+
+        Args:
+            hosts: the content of `/etc/hosts` there.
+            nameserver: is asked in vain: nothing gets out.
+            addresses: what it has beside loopback, as `10.98.0.1/24`.
+            hostname: its own name; by default that of this machine.
+        """
+        self._prefix: list[str] = []
+        if hostname is not None:
+            name_it = f'echo {hostname} > /proc/sys/kernel/hostname && exec "$@"'
+            self._prefix = [str(shutil.which("unshare")), "--uts", "/bin/sh", "-c", name_it, "sh"]
         self._name = f"pipros-lone-{random.randrange(1 << 32)}"  # noqa: S311 - a free number, not a secret
         self._folder = Path("/etc/netns") / self._name  # whose files `ip` lays over those of /etc
         self._folder.mkdir(parents=True)
         (self._folder / "hosts").write_text(hosts)
+        if nameserver:
+            (self._folder / "resolv.conf").write_text(f"nameserver {nameserver}\n")
         try:
             _ip("netns", "add", self._name)
             _ip("-n", self._name, "link", "set", "lo", "up")
+            if nameserver:  # packets go nowhere, and nobody says so
+                _ip("-n", self._name, "route", "add", "default", "dev", "lo")
+            if addresses:
+                _ip("-n", self._name, "link", "add", "lan", "type", "veth", "peer", "name", "wall")
+                _ip("-n", self._name, "link", "set", "wall", "up")
+                _ip("-n", self._name, "link", "set", "lan", "up")
+            for address in addresses:
+                _ip("-n", self._name, "address", "add", address, "dev", "lan")
         except BaseException:
             self.close()
             raise
 
     def command(self, *argv: str) -> list[str]:
         """The command line that runs a program there."""
-        return [str(shutil.which("ip")), "netns", "exec", self._name, *argv]
+        return [str(shutil.which("ip")), "netns", "exec", self._name, *self._prefix, *argv]
 
     def close(self) -> None:
         subprocess.run(["ip", "netns", "delete", self._name], capture_output=True, check=False)
@@ -77,7 +101,7 @@ class FarNetwork:
 
     def command(self, *argv: str) -> list[str]:
         """The command line that runs a program on the far side."""
-        return ["ip", "netns", "exec", self._name, *argv]
+        return [str(shutil.which("ip")), "netns", "exec", self._name, *argv]
 
     def cut(self) -> None:
         """From now on nothing arrives on either side, and nobody is told."""
@@ -85,6 +109,13 @@ class FarNetwork:
 
     def mend(self) -> None:
         _ip("-n", self._name, "address", "add", f"{self.far}/30", "dev", "far0")
+
+    def give_second_address(self) -> str:
+        """An address by which the far side can be reached, too; what it sends itself comes from `far`."""
+        address = self.far.replace("10.213.", "10.214.")
+        _ip("-n", self._name, "address", "add", f"{address}/32", "dev", "lo")
+        _ip("route", "add", f"{address}/32", "via", self.far)
+        return address
 
     def close(self) -> None:
         subprocess.run(["ip", "link", "delete", self._cable], capture_output=True, check=False)

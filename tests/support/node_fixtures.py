@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pipros.env import Environment
-from pipros.master.server import Master
+from pipros.master.master import Master
 from pipros.node import Node
 from tests.support.nodes import MakeNode
 

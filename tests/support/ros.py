@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
 
 from tests.support.environments import genuine_environment, pipros_environment
 from tests.support.processes import Process, Processes
-from tests.support.terminal import Terminal
+from tests.support.terminal import BASH, Terminal
 from tests.support.waiting import wait_until
 
 
@@ -33,9 +33,9 @@ class Side:
         """Runs a program to its end."""
         return self.processes.run(*argv, timeout_s=timeout_s, environment=more)
 
-    def open_terminal(self) -> Terminal:
+    def open_terminal(self, shell: Sequence[str] = BASH) -> Terminal:
         """A terminal with a shell in the environment of this side."""
-        terminal = Terminal(self.environment, self.home)
+        terminal = Terminal(self.environment, self.home, shell)
         self._terminals.append(terminal)
         return terminal
 

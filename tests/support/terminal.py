@@ -14,28 +14,42 @@ import sys
 import termios
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 # The exit code of the last command stands in the prompt, so that the end of a command and its result are one.
 _PROMPT = re.compile(r"\[(\d+)\]> $")
-_PROMPT_SETTING = "[$?]> "
+_PROMPT_SETTINGS = {"bash": "[$?]> ", "zsh": "[%?]> "}
 _ROWS, _COLUMNS = 50, 200
-_TAKE_TERMINAL_AND_BECOME_BASH = (
-    "import fcntl, os, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0); "
-    "os.execvp('bash', ['bash', '--norc', '--noprofile', '--noediting', '-i'])"
-)
+_ESCAPES = re.compile(r"\x1b(\[[0-9;?]*[ -/]*[@-~]|\][^\a]*\a|[=>])")
+_TAKE_TERMINAL_AND_BECOME_SHELL = """
+import fcntl, os, sys, termios
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+os.execvp(sys.argv[1], sys.argv[1:])
+"""
+BASH = ("bash", "--norc", "--noprofile", "--noediting", "-i")
+"""Without line editing, so that the echo of a line is the line."""
+EDITING_SHELLS = {
+    "bash": ("bash", "--norc", "--noprofile", "-i"),
+    "zsh": ("zsh", "-f", "-i"),
+    "fish": ("fish", "--no-config", "-i", "-C", 'function fish_prompt; echo "[$status]> "; end'),
+}
+"""Shells in which TAB completes; for `press`."""
 
 
 class Terminal:
-    """An interactive bash on a pseudo-terminal. One person types one line at a time into it."""
+    """An interactive shell on a pseudo-terminal. One person types one line at a time into it."""
 
-    def __init__(self, environment: Mapping[str, str], cwd: Path) -> None:
+    def __init__(self, environment: Mapping[str, str], cwd: Path, shell: Sequence[str] = BASH) -> None:
         self._keyboard, tty = os.openpty()
         fcntl.ioctl(tty, termios.TIOCSWINSZ, struct.pack("HHHH", _ROWS, _COLUMNS, 0, 0))
         self._shell = subprocess.Popen(
-            [sys.executable, "-S", "-c", _TAKE_TERMINAL_AND_BECOME_BASH],
-            env={**environment, "PS1": _PROMPT_SETTING, "BASH_SILENCE_DEPRECATION_WARNING": "1"},
+            [sys.executable, "-S", "-c", _TAKE_TERMINAL_AND_BECOME_SHELL, *shell],
+            env={
+                **environment,
+                "PS1": _PROMPT_SETTINGS.get(shell[0], ""),
+                "BASH_SILENCE_DEPRECATION_WARNING": "1",
+            },
             cwd=cwd,
             stdin=tty,
             stdout=tty,
@@ -65,6 +79,17 @@ class Terminal:
         """What came since the last typed line, escape sequences included."""
         return self._screen[self._typed_at :]
 
+    @property
+    def text(self) -> str:
+        """As `output`, without escape sequences."""
+        return _ESCAPES.sub("", self.output)
+
+    def press(self, keys: str) -> None:
+        """Presses keys, as soon as the prompt is there; `\t` is TAB, and `\n` Enter."""
+        self.wait_for_prompt()
+        self._typed_at = len(self._screen)
+        os.write(self._keyboard, keys.encode())
+
     def type(self, line: str) -> None:
         """Types a line and Enter, once the prompt is there."""
         self.wait_for_prompt()
@@ -89,8 +114,8 @@ class Terminal:
 
     def wait_for_prompt(self, timeout_s: float = 30.0) -> int:
         """Waits for the end of the command; its exit code."""
-        self._wait(lambda: _PROMPT.search(self.output) is not None, timeout_s, "the prompt")
-        found = _PROMPT.search(self.output)
+        self._wait(lambda: _PROMPT.search(self.text) is not None, timeout_s, "the prompt")
+        found = _PROMPT.search(self.text)
         assert found
         return int(found[1])
 

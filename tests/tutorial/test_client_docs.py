@@ -1,4 +1,4 @@
-"""Every example of docs/client.md runs, and prints what stands below it."""
+"""Every example of docs/client.md and docs/api.md runs, and prints what stands below it."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import re
 
 import pytest
 
-from pipros.master.server import Master
+from pipros.master.master import Master
 from tests.support.environments import REPOSITORY, VENV_BIN
 from tests.support.processes import Processes
 
-TEXT = (REPOSITORY / "docs" / "client.md").read_text()
+TEXT = "".join((REPOSITORY / "docs" / name).read_text() for name in ("client.md", "api.md"))
 EXAMPLES = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", TEXT, re.DOTALL)
 
 

@@ -12,7 +12,7 @@ import pytest
 from mypy import api
 
 from pipros.cli.stubs import main
-from pipros.msg.hook import installed_library
+from pipros.msg.importing.hook import installed_library
 from pipros.msg.stubs import package_stubs
 from tests.support.environments import EXAMPLES as COMPOSIV
 from tests.support.pyright import INSTALL, find_pyright

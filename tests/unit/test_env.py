@@ -11,7 +11,6 @@ from pipros.env import Environment, InvalidEnvironment, split_master_uri
         ("http://localhost:11311", ("localhost", 11311)),
         ("http://robot:11311/", ("robot", 11311)),
         ("http://[::1]:5/", ("::1", 5)),
-        ("rosrpc://robot:5", ("robot", 5)),
     ],
 )
 def test_a_master_uri_has_a_host_and_a_port(uri: str, place: tuple[str, int]) -> None:
@@ -20,7 +19,17 @@ def test_a_master_uri_has_a_host_and_a_port(uri: str, place: tuple[str, int]) ->
 
 @pytest.mark.parametrize(
     "uri",
-    ["", "robot", "robot:11311", "http://robot", "http://:1", "https://r:1", "http://r:0", "http://r:x"],
+    [
+        "",
+        "robot",
+        "robot:11311",
+        "http://robot",
+        "http://:1",
+        "https://r:1",
+        "rosrpc://r:1",
+        "http://r:0",
+        "http://r:x",
+    ],
 )
 def test_what_is_no_master_uri_is_refused_with_an_example(uri: str) -> None:
     with pytest.raises(InvalidEnvironment, match="for example http://localhost:11311"):

@@ -7,7 +7,7 @@ import pytest
 
 PROGRAM = """
 import signal, time, weakref
-import {module}
+{start}
 
 class Thing:
     pass
@@ -27,10 +27,17 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.parametrize("module", ["rospy", "pipros.cli.program"])
-def test_an_interrupt_in_a_callback_of_the_garbage_collector_counts(module: str) -> None:
+@pytest.mark.parametrize(
+    "start",
+    [
+        "import rospy",
+        "from pipros.cli.streams import command; command(lambda: 0)()",
+        "from pipros.interrupts import install; install(); install()",
+    ],
+)
+def test_an_interrupt_in_a_callback_of_the_garbage_collector_counts(start: str) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM.format(module=module, patience_s=60)],
+        [sys.executable, "-c", PROGRAM.format(start=start, patience_s=60)],
         capture_output=True,
         text=True,
         check=False,
@@ -38,8 +45,15 @@ def test_an_interrupt_in_a_callback_of_the_garbage_collector_counts(module: str)
     assert (done.stdout, done.stderr) == ("ended\n", "")
 
 
+@pytest.mark.parametrize("module", ["pipros.interrupts", "pipros.cli.program", "pipros.cli.rostopic"])
+def test_an_import_leaves_the_process_as_it_was(module: str) -> None:
+    program = f"import sys; hook = sys.unraisablehook; import {module}; print(hook is sys.unraisablehook)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("True\n", "")
+
+
 def test_other_ignored_exceptions_are_reported_as_ever() -> None:
-    program = PROGRAM.format(module="rospy", patience_s=0).replace(
+    program = PROGRAM.format(start="import rospy", patience_s=0).replace(
         "signal.raise_signal(signal.SIGINT)", "1 / 0"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)

@@ -1,9 +1,10 @@
-"""The rooms of pipros: imports point left only, and what no room may use."""
+"""The rooms of pipros: imports point down only, and what no room may use."""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -12,24 +13,45 @@ from tests.support.environments import REPOSITORY
 
 SRC = REPOSITORY / "src"
 
-# Each line may import from itself where rooms are alone, and from all lines above.
-LAYERS: list[set[str]] = [
-    {"errors", "interrupts"},
-    {"names", "env", "wire", "safe"},
-    {"msg"},
-    {"net", "workspace"},
-    {"master", "node"},
-    {"launch", "graph"},
-    {"testing"},
-    {"cli"},
+# The floors of docs/architecture.md, lowest first. A room imports from lower floors, and on its own floor
+# from the sets before its own.
+FLOORS: list[list[set[str]]] = [
+    [
+        {"interruptible_wait", "interrupts", "printable"},
+        {"errors"},
+        {"limits", "warn_once"},
+        {"cache_files", "home", "input_file", "log_file"},
+        {"names", "env", "wire", "safe"},
+    ],
+    [{"packages", "cmake"}],
+    [{"msg"}],
+    [{"startup", "net", "workspace"}],
+    [{"master", "node"}],
+    [{"launch", "graph"}],
+    [{"testing"}],
+    [{"cli"}],
 ]
-LEVEL = {room: level for level, rooms in enumerate(LAYERS) for room in rooms}
+# Small rooms that may know each other.
+NEIGHBOURS = {"names", "env", "wire", "safe"}
+FLOOR = {room: floor for floor, steps in enumerate(FLOORS) for rooms in steps for room in rooms}
+STEPS = [rooms for steps in FLOORS for rooms in steps]
+STEP = {room: step for step, rooms in enumerate(STEPS) for room in rooms}
 
-# Wires the import hook to the package index when an interpreter starts, and imports neither before it must.
-BESIDE_ALL = {"startup"}
+# Facades that stand on others, whose names are part of what they promise.
+FACADES_BELOW: dict[str, set[str]] = {
+    "genpy": {"genmsg"},  # the exceptions of generate_dynamic
+    "roslib": {"genpy"},  # roslib.message is the former home of genpy.message
+    "rosparam": {"rosgraph"},  # get_param_server returns a rosgraph.Master
+    "rospy": {"rosgraph"},  # rospy.names has functions of rosgraph.names
+    "rostest": {"rospy", "rosunit"},  # rosrun ends rospy's node; unitrun is rosunit's
+    "rostopic": {"rospy"},  # its measuring classes go by the clock of rospy's node
+}
 
-# Turns message definitions into classes; every name in what it builds passed the grammar before.
-MAY_EXECUTE = {"msg"}
+# Runs the code that is made of message definitions; every name in it passed their grammar before.
+MAY_EXECUTE = "pipros/msg/compile/run.py"
+
+# Imports between files of one room that still lie on a circle, each as (importing module, imported module).
+KNOWN_CIRCLES: list[tuple[str, str]] = []
 
 UNSAFE_YAML_LOADERS = {"Loader", "CLoader", "FullLoader", "CFullLoader", "UnsafeLoader", "CUnsafeLoader"}
 
@@ -37,7 +59,7 @@ FILES = sorted(SRC.rglob("*.py"))
 
 
 def room_of(file: Path) -> str:
-    """`master` for pipros/master/server.py, `names` for pipros/names.py, `facade` for rospy/…"""
+    """`master` for pipros/master/master.py, `names` for pipros/names.py, `facade` for rospy/…"""
     parts = file.relative_to(SRC).with_suffix("").parts
     if parts[0] != "pipros":
         return "facade"
@@ -63,22 +85,55 @@ def described(file: Path, line: int, what: str) -> str:
 
 
 def wrong_imports(file: Path) -> list[str]:
-    room = room_of(file)
-    if room in ("facade", "__init__") or room in BESIDE_ALL:
-        return []
-    wrong = []
+    """The imports that point up, or to a facade that is not listed for this one."""
+    package, room = file.relative_to(SRC).parts[0], room_of(file)
+    step = STEP.get(room, len(STEPS))  # facades and the package itself are on top
     facades = {folder.name for folder in SRC.iterdir() if folder.is_dir()} - {"pipros"}
+    wrong = []
     for line, module in imported_modules(ast.parse(file.read_text()), file):
         top, _, rest = module.partition(".")
         target = rest.partition(".")[0]
-        if top in facades:
-            wrong.append(described(file, line, f"{room} imports the facade {top}"))
-        elif top == "pipros" and target and target not in {room, *BESIDE_ALL}:
-            if target not in LEVEL:
-                wrong.append(described(file, line, f"pipros.{target} is in no layer"))
-            elif LEVEL[target] >= LEVEL[room] and not (LEVEL[room] == 1 and LEVEL[target] == 1):
-                wrong.append(described(file, line, f"{room} imports {target}"))
+        if top in facades - {package, *FACADES_BELOW.get(package, ())}:
+            wrong.append(described(file, line, f"{package}.{room} imports the facade {top}"))
+        elif top != "pipros" or target == room or {room, target} <= NEIGHBOURS:
+            continue
+        elif STEP.get(target, -1) >= step:
+            wrong.append(described(file, line, f"{room} imports {target}"))
     return wrong
+
+
+def rooms_on_disk() -> set[str]:
+    """The packages and modules of `pipros`."""
+    paths = (SRC / "pipros").iterdir()
+    rooms = {path.stem for path in paths if path.suffix == ".py" or (path / "__init__.py").exists()}
+    return rooms - {"__init__"}
+
+
+def rooms_in_the_document() -> dict[str, int]:
+    """The floor of each room by the table of docs/architecture.md."""
+    text, _, _ = (REPOSITORY / "docs" / "architecture.md").read_text().partition("### Rooms to come")
+    rows = re.findall(r"(?m)^\| ((?:`\w+(?:\.py|/)` ?)+)\| (\d) \|", text)
+    return {room: int(floor) for names, floor in rows for room in re.findall(r"`(\w+)(?:\.py|/)`", names)}
+
+
+def test_every_room_is_on_a_floor() -> None:
+    assert set(FLOOR) == rooms_on_disk()
+
+
+def test_the_document_has_the_same_floors() -> None:
+    assert rooms_in_the_document() == FLOOR
+
+
+@pytest.mark.parametrize("facade", FACADES_BELOW)
+def test_facades_stand_only_on_those_that_they_need(facade: str) -> None:
+    files = [file for file in FILES if file.relative_to(SRC).parts[0] == facade]
+    imported = {
+        module.partition(".")[0]
+        for file in files
+        for _, module in imported_modules(ast.parse(file.read_text()), file)
+    }
+
+    assert imported >= FACADES_BELOW[facade]
 
 
 def banned_constructs(file: Path) -> Iterator[str]:
@@ -87,7 +142,9 @@ def banned_constructs(file: Path) -> Iterator[str]:
     has_raw_yaml = room_of(file) != "safe" and any(name == "yaml" for _, name in imported_modules(tree, file))
     for node in ast.walk(tree):
         match node:
-            case ast.Call(func=ast.Name(id="eval" | "exec" as name)) if room_of(file) not in MAY_EXECUTE:
+            case ast.Call(func=ast.Name(id="eval" | "exec" as name)) if (
+                name == "eval" or file != SRC / MAY_EXECUTE
+            ):
                 yield described(file, node.lineno, f"{name}() runs text as code")
             case ast.Call(func=ast.Attribute(value=ast.Name(id="yaml"), attr=name)) if (
                 has_raw_yaml and "load" in name
@@ -110,8 +167,113 @@ def banned_constructs(file: Path) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(SRC)))
-def test_imports_point_left_only(file: Path) -> None:
+def test_imports_point_down_only(file: Path) -> None:
     assert wrong_imports(file) == []
+
+
+def module_name(file: Path) -> str:
+    """`pipros.msg.base` for pipros/msg/base.py, `pipros.msg` for pipros/msg/__init__.py."""
+    parts = file.relative_to(SRC).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imported_files(files: Iterable[Path]) -> dict[str, set[str]]:
+    """The modules of `files`, each with those of them that it imports: lazily, for types only, or at once."""
+    modules = {module_name(file): file for file in files}
+    found: dict[str, set[str]] = {name: set() for name in modules}
+    for name, file in modules.items():
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Import):
+                found[name] |= {alias.name for alias in node.names} & modules.keys()
+            elif isinstance(node, ast.ImportFrom):
+                package = file.relative_to(SRC).with_suffix("").parts[: -node.level] if node.level else ()
+                module = ".".join([*package, *filter(None, [node.module])])
+                for alias in node.names:
+                    # A name in a package may be a module, or something that its __init__ defines.
+                    part = f"{module}.{alias.name}"
+                    found[name] |= {part if part in modules else module} & modules.keys()
+        found[name].discard(name)
+    return found
+
+
+def in_circles(imports: Mapping[str, set[str]]) -> list[tuple[str, str]]:
+    """The imports that lie on a circle: the second module leads back to the first."""
+
+    def reached_from(start: str) -> set[str]:
+        reached, new = set[str](), [start]
+        while new:
+            for module in imports[new.pop()] - reached:
+                reached.add(module)
+                new.append(module)
+        return reached
+
+    reach = {name: reached_from(name) for name in imports}
+    return sorted((name, other) for name in imports for other in imports[name] if name in reach[other])
+
+
+def test_no_file_leads_back_to_itself() -> None:
+    circles = [pair for pair in in_circles(imported_files(FILES)) if pair not in KNOWN_CIRCLES]
+    assert circles == []
+
+
+def test_exceptions_for_circles_are_still_needed() -> None:
+    assert set(KNOWN_CIRCLES) <= set(in_circles(imported_files(FILES)))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "from pipros.master import bad",
+        "from pipros.master.bad import name",
+        "from . import bad",
+        "def f():\n    import pipros.master.bad",
+        "if TYPE_CHECKING:\n    from .bad import Name",
+    ],
+)
+def test_a_circle_of_files_is_noticed(line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bad = _source(tmp_path, monkeypatch, "from pipros.master.other import Other\nimport os")
+    between = bad.with_name("between.py")
+    between.write_text(line)
+    other = bad.with_name("other.py")
+    other.write_text("from pipros.master.between import Between\nfrom pipros.master.leaf import leaf")
+    leaf = bad.with_name("leaf.py")
+    leaf.write_text("import ast")
+
+    assert in_circles(imported_files([bad, between, other, leaf])) == [
+        ("pipros.master.bad", "pipros.master.other"),
+        ("pipros.master.between", "pipros.master.bad"),
+        ("pipros.master.other", "pipros.master.between"),
+    ]
+
+
+def logic_taken_from_commands(file: Path) -> list[str]:
+    """What a facade takes from a command besides its `main`: a library cannot stand on its own tools."""
+    return [
+        described(file, node.lineno, f"imports {alias.name} from {node.module}")
+        for node in ast.walk(ast.parse(file.read_text()))
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("pipros.cli")
+        for alias in node.names
+        if alias.name != "main"
+    ]
+
+
+@pytest.mark.parametrize(
+    "file",
+    [file for file in FILES if room_of(file) == "facade"],
+    ids=lambda file: str(file.relative_to(SRC)),
+)
+def test_facades_take_only_main_from_commands(file: Path) -> None:
+    assert logic_taken_from_commands(file) == []
+
+
+def test_logic_that_a_facade_takes_from_a_command_is_noticed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = _source(tmp_path, monkeypatch, "from pipros.cli.rosnode.kill import main, kill")
+
+    assert [message.rpartition(": ")[2] for message in logic_taken_from_commands(file)] == [
+        "imports kill from pipros.cli.rosnode.kill"
+    ]
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(SRC)))
@@ -144,12 +306,26 @@ def test_each_ban_is_noticed(line: str, tmp_path: Path, monkeypatch: pytest.Monk
     "line",
     ["from pipros.launch import model", "import pipros.cli", "from pipros import node", "import rospy"],
 )
-def test_an_import_that_points_right_is_noticed(
+def test_an_import_that_points_up_is_noticed(
     line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = _source(tmp_path, monkeypatch, line)
 
     assert len(wrong_imports(file)) == 1
+
+
+def test_a_facade_that_is_not_listed_for_another_is_noticed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _source(tmp_path, monkeypatch, "")
+    (tmp_path / "rosparam").mkdir()
+    file = tmp_path / "rosparam" / "bad.py"
+    (tmp_path / "rosgraph").mkdir()
+    file.write_text("import rosgraph\ndef late():\n    import rospy\n")
+
+    assert [message.rpartition(": ")[2] for message in wrong_imports(file)] == [
+        "rosparam.facade imports the facade rospy"
+    ]
 
 
 def _source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> Path:

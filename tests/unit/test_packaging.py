@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from pipros.cli.streams import command
 from tests.support.environments import REPOSITORY
 
 if sys.version_info >= (3, 11):
@@ -39,11 +40,20 @@ def test_type_checkers_take_the_types_of_every_package(package: str) -> None:
     assert package in PROJECT["tool"]["mypy"]["packages"]
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_a_main_that_takes_arguments(command: str) -> None:
-    module, _, function = COMMANDS[command].partition(":")
+def is_started_by_the_frame(main: object) -> bool:
+    """Whether `main` is what `pipros.cli.streams.command` makes of a function."""
+    return getattr(main, "__code__", None) is command(lambda: 0).__code__
 
-    assert callable(getattr(importlib.import_module(module), function))
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_a_main_in_the_frame_of_all(name: str) -> None:
+    module, _, function = COMMANDS[name].partition(":")
+
+    assert is_started_by_the_frame(getattr(importlib.import_module(module), function)), "@command is missing"
+
+
+def test_a_main_without_the_frame_is_noticed() -> None:
+    assert not is_started_by_the_frame(lambda: 0)
 
 
 def test_the_version_is_said_once() -> None:

@@ -9,9 +9,11 @@ from collections.abc import Sequence
 from catkin_pkg.cli.create_pkg import main as create_package
 from catkin_pkg.package import InvalidPackage
 
-from pipros.launch.core import ROS_DISTRO
+from pipros.cli.streams import command
+from pipros.launch.roscore import ROS_DISTRO
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Creates the package in the current folder; mistakes in the arguments end with code 2, others with 1."""
     os.environ.setdefault("ROS_DISTRO", ROS_DISTRO)

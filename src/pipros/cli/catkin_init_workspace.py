@@ -7,7 +7,8 @@ from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.workspace.native import find_toplevel
+from pipros.cli.streams import command
+from pipros.workspace.genuine_catkin import find_toplevel
 
 _TOPLEVEL = """\
 # Made by catkin_init_workspace of pipros, which builds this workspace without this file.
@@ -21,6 +22,7 @@ include(${TOPLEVEL})
 """
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Initialises the folder given, by default the current one; returns the exit code."""
     parser = ArgumentParser(

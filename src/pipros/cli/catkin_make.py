@@ -10,13 +10,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.cli.catkin_init_workspace import initialise
-from pipros.cli.make_words import MakeWords, read_make_words
+from pipros.cli.make_args import MakeWords, read_make_words
+from pipros.cli.streams import command
 from pipros.errors import PiprosError
-from pipros.workspace import native
+from pipros.workspace import genuine_catkin
 from pipros.workspace.build import BuildResult, build
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.layout import WORKSPACE_MARKER, Layout
-from pipros.workspace.targets import names as target_names
+from pipros.workspace.make_targets import names as target_names
 
 _MARKER_TEXT = (
     "# This file currently only serves to mark the location of a catkin workspace for tool integration\n"
@@ -24,6 +25,7 @@ _MARKER_TEXT = (
 _RED, _PLAIN = "\033[31m", "\033[0m"
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Builds and returns the exit code: 1 when any package failed."""
     arguments = list(sys.argv[1:] if argv is None else argv)
@@ -76,8 +78,8 @@ def _check_targets(
     for target in targets:
         if target in known:
             continue
-        if any(project.native_targets for project in result.projects.values()):
-            problem = native.make(layout, target)
+        if any(project.needs_cmake for project in result.projects.values()):
+            problem = genuine_catkin.make(layout, target)
             if problem is not None:
                 print(f"{_RED}{problem}{_PLAIN}", file=sys.stderr)
                 return 1

@@ -10,6 +10,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipros.cli.streams import command
+from pipros.input_file import read_file
 from pipros.safe.xml import Element, XmlError, parse
 
 _RULE = "-" * 49
@@ -41,6 +43,7 @@ class _Counts:
         return f"{self.tests} tests, {self.errors} errors, {self.failures} failures, {self.skipped} skipped"
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Prints the files with failures and the sums; returns 1 when there are failures."""
     parser = ArgumentParser(
@@ -67,7 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         for file, counts in results.items():
             if counts.errors or counts.failures:
                 print(f"Full test results for '{file.relative_to(folder)}'\n{_RULE}")
-                print(f"{file.read_text('utf-8', 'replace')}\n{_RULE}")
+                print(f"{read_file(file).decode('utf-8', 'replace')}\n{_RULE}")
     total = _Counts()
     for file, counts in results.items():
         total += counts
@@ -82,7 +85,7 @@ def _results(folder: Path) -> Iterator[tuple[Path, _Counts | str]]:
     """All XML files below a folder with what they count, or why they are no results."""
     for file in sorted(folder.rglob("*.xml")):
         try:
-            yield file, _count(parse(file.read_bytes(), str(file)))
+            yield file, _count(parse(read_file(file), str(file)))
         except XmlError as error:
             yield file, error.reason
         except (KeyError, ValueError, OSError) as error:
@@ -90,7 +93,7 @@ def _results(folder: Path) -> Iterator[tuple[Path, _Counts | str]]:
 
 
 def _count(root: Element) -> _Counts:
-    """Raises KeyError or ValueError for what is no result file."""
+    """Raises KeyError or ValueError when it is not a result file."""
     if root.tag == "testsuite":
         return _counts_of(root)
     if root.tag != "testsuites":

@@ -10,6 +10,7 @@ from types import FrameType
 
 from pipros.errors import PiprosError
 from pipros.node import Node
+from pipros.node.start_params import is_on
 
 
 @contextlib.contextmanager
@@ -25,8 +26,8 @@ def command_node(name: str, argv: Sequence[str] = (), *, wall_time: bool = False
     node = Node(name, anonymous=True, argv=argv)
     with _sigterm_as_ctrl_c(), node:
         if not wall_time:
-            with contextlib.suppress(PiprosError):
-                if node.params.get("/use_sim_time") is True:
+            with contextlib.suppress(PiprosError):  # a command goes on without a master
+                if is_on(node, "/use_sim_time"):
                     node.use_simulated_time()
         yield node
 

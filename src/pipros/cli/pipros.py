@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import pipros
 from pipros.cli.program import USAGE_ERROR, dispatch, run
+from pipros.cli.streams import command
 
 OVERVIEW = f"""\
 pipros {pipros.__version__}: ROS 1 from pip. ROS' own commands have their own names: roscore, rostopic, …
@@ -20,6 +21,7 @@ Type pipros <command> -h for more detailed usage
 SUBCOMMANDS = {"stubs": "pipros.cli.stubs:main"}
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     if arguments == ["--version"]:

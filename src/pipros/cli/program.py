@@ -6,22 +6,14 @@ commands need.
 
 from __future__ import annotations
 
-import os
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from optparse import OptionParser
-from typing import TYPE_CHECKING
 
-import pipros.interrupts  # noqa: F401 # Ctrl-C ends a command whatever it is doing
-from pipros import names
-from pipros.env import Environment, split_master_uri
+from pipros.cli.streams import discard_output
 from pipros.errors import PiprosError, Unreachable
-
-if TYPE_CHECKING:
-    from pipros.net.master import MasterClient
-
-NO_MASTER = "Unable to communicate with master!"
+from pipros.graph.errors import NO_MASTER
 
 USAGE_ERROR = 64
 """EX_USAGE of sysexits.h: what ROS commands return for a missing or unknown subcommand."""
@@ -41,53 +33,9 @@ class MasterUnreachable(CommandError):
         super().__init__(NO_MASTER)
 
 
-class Surroundings:
-    """What a command finds around it: the environment, the master, and what relative names stand for.
-
-    A context manager: the connections to the master end with it.
-    """
-
-    def __init__(self, command: str, environment: Environment | None = None) -> None:
-        """`command` is the name below which private names are resolved: `rostopic`."""
-        self.environment = environment or Environment.from_os()
-        self.caller_id = f"/{command}"
-        self._node_name = names.join(self.environment.namespace, command)
-        self._master: MasterClient | None = None
-
-    def resolve(self, name: str) -> str:
-        """The global name that an argument means."""
-        return names.resolve(name, self._node_name)
-
-    @property
-    def master(self) -> MasterClient:
-        """A client of the master. Nothing is connected until its first call.
-
-        Raises:
-            InvalidEnvironment: ROS_MASTER_URI is malformed.
-        """
-        if self._master is None:
-            from pipros.net.master import MasterClient
-
-            split_master_uri(self.environment.master_uri)
-            self._master = MasterClient(self.environment.master_uri, self.caller_id)
-        return self._master
-
-    def __enter__(self) -> Surroundings:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._master is not None:
-            self._master.close()
-
-
 def option_parser(command: str, usage: str, description: str | None = None) -> OptionParser:
     """Options the way ROS commands have them: `Usage: rostopic list [/namespace]`, mistakes end with 2."""
     return OptionParser(usage=f"usage: {command} {usage}", prog=command, description=description)
-
-
-def bullets(heading: str, entries: Iterable[str]) -> str:
-    """A heading and one line for each entry, as ROS commands list things."""
-    return "\n".join([heading, *(f" * {entry}" for entry in entries)])
 
 
 def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str, code: int) -> int:
@@ -106,8 +54,8 @@ def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str,
 def run(body: Callable[[], int], *, error_code: int = 1) -> int:
     """Runs a command to its exit code, with the ends that all commands share.
 
-    An error is told on standard error and ends with `error_code`. Ctrl-C ends with 0 and without a traceback,
-    as Noetic's commands do. A reader that closed the pipe (`| head`) ends the command quietly.
+    An error is printed on standard error and ends with `error_code`. Ctrl-C ends with 0 and without a
+    traceback, as Noetic's commands do. A reader that closed the pipe (`| head`) ends the command quietly.
     """
     try:
         code = body()
@@ -142,4 +90,4 @@ def _flush() -> None:
     try:
         sys.stdout.flush()
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        discard_output()

@@ -9,11 +9,13 @@ from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipros.cli.streams import command
 from pipros.env import Environment
 
 _MEGABYTE = 1024 * 1024
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs a subcommand and returns its exit code."""
     parser = ArgumentParser(prog="rosclean")
@@ -30,7 +32,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         "--size", type=int, help="Maximum total size in MB to keep when deleting old files", metavar="SIZE"
     )
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
-    logs = Environment.from_os().log_dir.expanduser()
+    logs = Environment.from_os().log_dir
     if not logs.is_dir():
         return 0
     if options.command == "check":

@@ -8,10 +8,12 @@ from optparse import OptionParser
 
 from pipros.cli.roslaunch import run
 from pipros.cli.roslaunch_options import add_core_options, session_options
+from pipros.cli.streams import command
 from pipros.launch.console import Console
-from pipros.launch.session import Session
+from pipros.launch.session import LaunchSession
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs until Ctrl-C; returns the exit code."""
     parser = OptionParser(
@@ -56,11 +58,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = [word for word in words if ":=" not in word]
     if words:
         parser.error("roscore does not take arguments")
-    from pipros.master.server import devote_process
+    from pipros.master.master import tune_for_master
 
-    devote_process()
+    tune_for_master()
     console = Console(is_verbose=options.verbose)
-    return run(lambda: Session([], {}, session_options(options), console), console, options)
+    return run(lambda: LaunchSession([], {}, session_options(options), console), console, options)
 
 
 if __name__ == "__main__":

@@ -11,20 +11,22 @@ from optparse import Values
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros import names
 from pipros.cli.roslaunch_options import check_child_options, make_parser, run_options, session_options
+from pipros.cli.streams import command
 from pipros.errors import PiprosError
+from pipros.launch.arguments import split_arguments
 from pipros.launch.console import Console
-from pipros.launch.files import NoSuchFiles, resolve_files
+from pipros.launch.find_launch_files import NoSuchFiles, resolve_files
 from pipros.workspace.index import PackageIndex
 
 if TYPE_CHECKING:
     from pipros.launch.child import Child
-    from pipros.launch.session import Session
+    from pipros.launch.session import LaunchSession
 
-    Launching = Session | Child
+    Launching = LaunchSession | Child
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command and returns its exit code."""
     parser = make_parser()
@@ -50,19 +52,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     return run(lambda: _session(options, files, arguments, console, index), console, options)
 
 
-def split_arguments(words: Sequence[str]) -> tuple[dict[str, str], list[str]]:
-    """`name:=value` apart from everything else; values may be empty here, unlike in remappings."""
-    arguments: dict[str, str] = {}
-    rest = []
-    for word in words:
-        if names.is_remapping_argument(word):
-            name, _, value = word.partition(":=")
-            arguments[name.strip()] = value.strip()
-        else:
-            rest.append(word)
-    return arguments, rest
-
-
 def run(make_session: Callable[[], Launching], console: Console, options: Values) -> int:
     """Starts a session, waits for its end, and cleans up, whatever happens in between."""
     if options.wait:
@@ -74,12 +63,12 @@ def run(make_session: Callable[[], Launching], console: Console, options: Values
     stop_handling = _handle_signals(lambda: session)
     try:
         if pid_file is not None:
-            pid_file.write_text(str(os.getpid()))
+            _write_pid(pid_file)
         session = make_session()
         session.start()
         if options.core and pid_file is None:
             pid_file = _pid_file_of_core(options.port)
-            pid_file.write_text(str(os.getpid()))
+            _write_pid(pid_file)
         session.wait()
     except KeyboardInterrupt:
         pass
@@ -94,6 +83,18 @@ def run(make_session: Callable[[], Launching], console: Console, options: Values
             if pid_file is not None:
                 pid_file.unlink(missing_ok=True)
     return code
+
+
+def _write_pid(file: Path) -> None:
+    from pipros.log_file import Planted, open_to_write
+
+    try:
+        descriptor = open_to_write(file, append=False)
+    except Planted:
+        file.unlink()
+        descriptor = open_to_write(file, append=False)
+    with open(descriptor, "w") as opened:
+        opened.write(str(os.getpid()))
 
 
 def _pid_file_of_core(port: int | None) -> Path:
@@ -147,10 +148,10 @@ def _handle_signals(session: Callable[[], Launching | None]) -> Callable[[], Non
 
 def _session(
     options: Values, files: Sequence[str], arguments: dict[str, str], console: Console, index: PackageIndex
-) -> Session:
-    from pipros.launch.session import Session
+) -> LaunchSession:
+    from pipros.launch.session import LaunchSession
 
-    return Session(files, arguments, session_options(options), console, index=index)
+    return LaunchSession(files, arguments, session_options(options), console, index=index)
 
 
 def _child(options: Values, console: Console) -> Child:
@@ -165,7 +166,7 @@ def _wait_for_master(console: Console) -> None:
 
     from pipros.env import Environment
     from pipros.errors import Unreachable
-    from pipros.net.master import MasterClient
+    from pipros.net.master_client import MasterClient
 
     client = MasterClient(Environment.from_os().master_uri, "/roslaunch", timeout_s=5.0)
     is_announced = False

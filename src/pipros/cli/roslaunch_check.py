@@ -9,9 +9,10 @@ from optparse import OptionParser
 from pathlib import Path
 
 from pipros.cli.program import run
+from pipros.cli.streams import command
 from pipros.errors import NotFound
 from pipros.launch.check import mistakes
-from pipros.testing.places import make_way, results_file
+from pipros.testing.result_paths import prepare_path, results_file
 from pipros.testing.results import Case, Outcome, Suite
 from pipros.testing.xunit import format_suite
 from pipros.workspace.index import PackageIndex
@@ -19,6 +20,7 @@ from pipros.workspace.index import PackageIndex
 _CLASS_NAME = "roslaunch.RoslaunchCheck"
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Returns 0 when all is well, 1 when there are mistakes, with all of them on stderr."""
     parser = OptionParser(
@@ -78,7 +80,7 @@ def _check(path: Path, output: Path | None, *, with_test_depends: bool, ignore_u
     label = "_pkg" if inside == "." else inside.replace(".", "_").replace(os.sep, "_")
     result = output or results_file(owner.name, f"roslaunch_check_{label}")
     print("...writing test results to", result, flush=True)
-    make_way(result)
+    prepare_path(result)
     result.write_text(
         format_suite(_suite(output.name if output else str(path), f"{owner.name}_{label}", path, found)),
         encoding="utf-8",

@@ -7,15 +7,17 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from pathlib import Path
 
+from pipros.cli.streams import command
 from pipros.errors import PiprosError
 from pipros.launch.check import needed_packages
+from pipros.launch.load_context import LoadContext
 from pipros.launch.model import Launch
-from pipros.launch.surroundings import Surroundings
 from pipros.launch.xml import load
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.manifest import read_manifest
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Prints the packages and returns the exit code; with `-w` it is 1 when some are not declared."""
     parser = OptionParser(usage="usage: %prog [options] <file(s)...>", prog="roslaunch-deps")
@@ -35,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"roslaunch files must be in the same package: {' vs. '.join(sorted(owners))}", file=sys.stderr)
         return 1
     try:
-        launch = load(files, surroundings=Surroundings.here(index), unset_as="")
+        launch = load(files, context=LoadContext.of_process(index), unset_as="")
     except PiprosError as error:
         print(error, file=sys.stderr)
         return 1

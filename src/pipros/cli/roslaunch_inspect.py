@@ -11,9 +11,9 @@ from pipros import names
 from pipros.env import Environment
 from pipros.errors import PiprosError
 from pipros.launch.command import CannotLaunch, CommandMaker
-from pipros.launch.files import STDIN
+from pipros.launch.find_launch_files import STDIN
+from pipros.launch.load_context import LoadContext
 from pipros.launch.model import Launch, Machine, Node
-from pipros.launch.surroundings import Surroundings
 from pipros.launch.xml import load
 from pipros.workspace.index import PackageIndex
 
@@ -151,8 +151,9 @@ def _traits(node: Node) -> str:
 
 def _command(node: Node, machine: Machine | None, index: PackageIndex) -> tuple[dict[str, str], list[str]]:
     environment = Environment.from_os()
-    maker = CommandMaker(index, os.environ, environment.ros_home)
-    command = maker.make(node, environment.master_uri, machine=machine)
+    command = CommandMaker.for_launcher(environment, index).make(
+        node, environment.master_uri, machine=machine
+    )
     overlay = {key: value for key, value in command.overlay.items() if key != "ROS_MASTER_URI"}
     return overlay, list(command.argv)
 
@@ -170,7 +171,7 @@ def _load(
         return load(
             [file for file in files if file != STDIN],
             arguments,
-            surroundings=Surroundings.here(index),
+            context=LoadContext.of_process(index),
             texts=texts,
             unset_as=unset_as,
         )

@@ -5,26 +5,32 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from pipros.cli.streams import command
 from pipros.env import Environment
 from pipros.errors import PiprosError
-from pipros.net.master import MasterClient
+from pipros.launch.run_id import is_run_id, run_id_problem
+from pipros.net.master_client import MasterClient
 
 NO_MASTER = 2
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Prints the folder; ends with 2 when no master answers."""
     _ = argv
     environment = Environment.from_os()
     client = MasterClient(environment.master_uri, "/roslaunch", timeout_s=5.0)
     try:
-        run_id = str(client.get_param("/run_id"))
+        run_id = client.get_param("/run_id")
     except PiprosError:
         print("No active roscore", file=sys.stderr)
         return NO_MASTER
     finally:
         client.close()
-    print(environment.log_dir.expanduser() / run_id)
+    if not is_run_id(run_id):
+        print(run_id_problem(run_id, "/run_id on the parameter server"), file=sys.stderr)
+        return 1
+    print(environment.log_dir / run_id)
     return 0
 
 

@@ -186,21 +186,24 @@ def session_options(options: Values) -> SessionOptions:
     """What the command line of roslaunch or roscore asks for.
 
     Raises:
-        LaunchError: for a port that is none, or a timeout that is not positive.
+        LaunchError: the port is not between 0 and 65535, or a timeout is not positive.
     """
     from pipros.launch.model import LaunchError
     from pipros.launch.session import SessionOptions
+    from pipros.master.options import MasterOptions, limits_with_timeout
 
     if options.port is not None and not 0 <= options.port <= 65535:
-        raise LaunchError(f"a port is a number from 0 to 65535, which {options.port} is not")
+        raise LaunchError(f"port must be between 0 and 65535, got {options.port}")
     return SessionOptions(
         is_core=options.core,
         port=options.port,
-        bind=getattr(options, "bind", None),
-        allow=tuple(getattr(options, "allow", None) or ()),
-        store=_store(options),
-        notice_timeout_s=options.timeout,
-        master_logger_level=options.master_logger_level,
+        master=MasterOptions(
+            host=getattr(options, "bind", None),
+            allow=tuple(getattr(options, "allow", None) or ()),
+            store=_store(options),
+            limits=limits_with_timeout(options.timeout),
+            log_level=options.master_logger_level,
+        ),
         run_id=options.run_id,
         has_summary=not options.no_summary,
         checks_log_folder=not options.skip_log_check,
@@ -212,18 +215,18 @@ def run_options(options: Values) -> RunOptions:
     """How the nodes are to be run.
 
     Raises:
-        LaunchError: for a timeout that is not positive.
+        LaunchError: a timeout is not positive.
     """
-    from pipros.launch import labels
-    from pipros.launch.ending import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
+    from pipros.launch import output_prefix
     from pipros.launch.run import RunOptions
+    from pipros.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
 
     sigint, sigterm = options.sigint_timeout, options.sigterm_timeout
     return RunOptions(
         output=Output.SCREEN if options.force_screen else Output.LOG if options.force_log else None,
         all_required=options.force_required,
         local_only=options.local_only,
-        has_labels=not getattr(options, "raw_output", True) and labels.are_wanted(),
+        has_prefixes=not getattr(options, "raw_output", True) and output_prefix.is_available(),
         is_child=bool(options.child_name),
         sigint_timeout_s=SIGINT_TIMEOUT_S if sigint is None else sigint,
         sigterm_timeout_s=SIGTERM_TIMEOUT_S if sigterm is None else sigterm,
@@ -236,5 +239,5 @@ def _store(options: Values) -> Path | None:
         return None
     from pipros.env import DEFAULT_MASTER_PORT, Environment
 
-    home = Environment.from_os().ros_home.expanduser()
+    home = Environment.from_os().ros_home
     return home / "pipros" / f"master-{options.port or DEFAULT_MASTER_PORT}.sqlite"

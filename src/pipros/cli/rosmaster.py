@@ -11,6 +11,7 @@ from optparse import SUPPRESS_HELP, OptionParser, Values
 from pathlib import Path
 
 from pipros import names
+from pipros.cli.streams import command
 from pipros.env import DEFAULT_MASTER_PORT, Environment
 from pipros.errors import PiprosError
 
@@ -31,6 +32,7 @@ WARNING ACHTUNG WARNING ACHTUNG WARNING
 """
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs until Ctrl-C or SIGTERM; returns the exit code."""
     parsed = names.parse_arguments(sys.argv[1:] if argv is None else argv)
@@ -44,7 +46,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ValueError as error:
         parser.error(str(error))
     if not 0 <= port <= 65535:
-        parser.error(f"a port is a number from 0 to 65535, which {port} is not")
+        parser.error(f"port must be between 0 and 65535, got {port}")
     environment = Environment.from_os()
     if options.statistics:
         return _print_statistics(parsed.special.get("__master") or environment.master_uri)
@@ -110,7 +112,7 @@ def _parser() -> OptionParser:
 
 def _print_statistics(uri: str) -> int:
     from pipros.master.statistics import METHOD, describe
-    from pipros.net.master import MasterClient
+    from pipros.net.master_client import MasterClient
     from pipros.wire.xmlrpc import Fault
 
     try:
@@ -137,9 +139,10 @@ def _log_to(file: Path, options: Values) -> None:
 
 
 def _serve(environment: Environment, port: int, timeout_s: float | None, options: Values) -> int:
-    from pipros.master.server import Master, devote_process
+    from pipros.master.master import Master, tune_for_master
+    from pipros.master.options import MasterOptions, limits_with_timeout
 
-    devote_process()
+    tune_for_master()
     end = threading.Event()
 
     def shut_down(reason: str) -> None:
@@ -149,15 +152,15 @@ def _serve(environment: Environment, port: int, timeout_s: float | None, options
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: end.set())
     try:
-        master = Master(
+        master_options = MasterOptions(
             host=options.bind,
             port=port,
-            environment=environment,
             allow=options.allow,
-            notice_timeout_s=timeout_s,
+            limits=limits_with_timeout(timeout_s),
             store=Path(options.resume) if options.resume else None,
             on_shutdown=shut_down,
         )
+        master = Master(master_options, environment=environment)
         master.start()
     except (PiprosError, ValueError) as error:
         print(f"ERROR: {error}", file=sys.stderr)

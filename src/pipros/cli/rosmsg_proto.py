@@ -9,12 +9,13 @@ from typing import Any
 import yaml
 
 from pipros.cli.program import USAGE_ERROR, option_parser, run
-from pipros.cli.rosmsg.interfaces import MESSAGES, SERVICES
+from pipros.cli.streams import command
 from pipros.errors import PiprosError
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.base import Message
-from pipros.msg.spec import FLOATS, INTEGERS
+from pipros.msg.language.spec import FLOATS, INTEGERS
 from pipros.msg.time import TVal
+from pipros.workspace.type_catalogue import MESSAGES, SERVICES
 
 SMALL = 4
 """From the first message on with more fields or elements than this, what has no parts stands in one line."""
@@ -22,6 +23,7 @@ SMALL = 4
 FLOW_STYLES = {0: False, 1: True}
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     parser = option_parser(
         "rosmsg-proto",
@@ -110,7 +112,7 @@ def example(kind: str, name: str) -> Message:
     """An empty message, or an empty request of a service; a name without a package is looked for in all.
 
     Raises:
-        UnknownType: there is none.
+        UnknownType: no package has it.
     """
     interfaces, noun = (MESSAGES, "message") if kind == "msg" else (SERVICES, "service")
     found = interfaces.types_named(name)

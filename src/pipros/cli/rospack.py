@@ -6,8 +6,9 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from pipros.cli.streams import command
 from pipros.errors import PiprosError
-from pipros.workspace.graph import DependencyGraph
+from pipros.workspace.dependency_graph import DependencyGraph
 from pipros.workspace.index import PackageIndex
 
 HELP = """\
@@ -87,6 +88,7 @@ class _Query:
         return value
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command and returns its exit code."""
     words, options, problem = _sort(list(sys.argv[1:] if argv is None else argv))
@@ -284,7 +286,7 @@ def _profile(query: _Query) -> list[str]:
 
     length = query.options.get("--length", "20")
     if not length.lstrip("-").isdecimal():
-        raise _Failed(f"the length [{length}] is no number")
+        raise _Failed(f"--length must be a number, got [{length}]")
     return profile(query.index.folders, int(length), only_empty="--zombie-only" in query.options)
 
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
+from pipros.cli.streams import command
 from pipros.workspace.executables import Executables, find_executables, list_executables
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.interpreter import command_of, why_not_startable, with_own_python_first
@@ -25,6 +26,7 @@ CANNOT_RUN = 126
 NO_SUCH_COMMAND = 127
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Returns an exit code only when there is nothing to run; otherwise this process becomes the program."""
     arguments = list(sys.argv[1:] if argv is None else argv)
@@ -62,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         command = command_of(program, rest, prefix)
     except ValueError as error:
-        print(f"[rosrun] the prefix [{prefix}] is no command: {error}", file=sys.stderr)
+        print(f"[rosrun] the prefix [{prefix}] is not a valid command: {error}", file=sys.stderr)
         return CANNOT_RUN
     if debug:
         print(f"[rosrun] Running {prefix} {' '.join([str(program), *rest])}")
@@ -80,7 +82,7 @@ def _choose(found: Executables) -> Path | None:
     answer = sys.stdin.readline().strip()
     if answer.isdecimal() and 1 <= int(answer) <= len(found.runnable):
         return found.runnable[int(answer) - 1]
-    print(f"[rosrun] [{answer}] is none of these numbers, so nothing is run", file=sys.stderr)
+    print(f"[rosrun] [{answer}] is not one of these numbers, so nothing is run", file=sys.stderr)
     return None
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pipros.cli import rosmsg
-from pipros.cli.rosmsg.interfaces import SERVICES
+from pipros.cli.streams import command
+from pipros.workspace.type_catalogue import SERVICES
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     return rosmsg.main(argv, SERVICES)

@@ -11,19 +11,21 @@ from dataclasses import dataclass
 from optparse import OptionParser
 from pathlib import Path
 
-from pipros.cli.roslaunch import split_arguments
+from pipros.cli.streams import command
 from pipros.env import Environment
 from pipros.errors import NotFound, PiprosError
+from pipros.interrupts import accept_ctrl_c
+from pipros.launch.arguments import split_arguments
 from pipros.launch.console import Console
-from pipros.launch.files import resolve_files
+from pipros.launch.find_launch_files import resolve_files
+from pipros.launch.load_context import LoadContext
 from pipros.launch.logs import LogFolder
-from pipros.launch.surroundings import Surroundings
 from pipros.launch.xml import load
-from pipros.testing.places import NoPlaceForResults, results_file, rostest_name
+from pipros.testing.fixture import LaunchStage
 from pipros.testing.program import make_xml_runner
+from pipros.testing.result_paths import NoPlaceForResults, results_file, rostest_name
 from pipros.testing.results import Suite, Totals
 from pipros.testing.rostest import Plan, Rostest
-from pipros.testing.stage import LaunchStage
 from pipros.testing.summary import runner_summary
 from pipros.workspace.index import Package, PackageIndex
 
@@ -47,8 +49,10 @@ class Options:
     words: tuple[str, ...]
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Returns 0 when all passed, 1 when a test could not run, 2 when cases of a test failed."""
+    accept_ctrl_c()
     arguments, words = split_arguments(sys.argv[1:] if argv is None else argv)
     parser = _parser()
     options = _parse(parser, words)
@@ -66,7 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             parser.error("rostest only accepts a single test file")
         file = Path(files[0]).absolute()
         package = _package_of(file, options, index)
-        launch = load([str(file)], arguments, surroundings=Surroundings.here(index))
+        launch = load([str(file)], arguments, context=LoadContext.of_process(index))
     except PiprosError as error:
         print(error, file=sys.stderr)
         return COULD_NOT_RUN
@@ -127,7 +131,7 @@ def _run_as_text(rostest: Rostest) -> int:
 
 def _open_log(environment: Environment) -> tuple[Console, Path]:
     """The console of all stages, with the log file of this process. Says where that file is."""
-    folder = LogFolder(environment.log_dir.expanduser().absolute())
+    folder = LogFolder(environment.log_dir.absolute())
     log = folder.file_of_launcher("rostest")
     console = Console(has_title=False)
     try:

@@ -11,8 +11,11 @@ from optparse import OptionParser
 from pathlib import Path
 
 from pipros.cli.program import run
-from pipros.testing.places import XML_OUTPUT_FLAG, make_way, results_file
+from pipros.cli.streams import command
+from pipros.input_file import read_file
+from pipros.interrupts import accept_ctrl_c
 from pipros.testing.program import make_xml_runner
+from pipros.testing.result_paths import XML_OUTPUT_FLAG, prepare_path, results_file
 from pipros.testing.results import Suite, Totals
 from pipros.testing.rostest import TestProgramTimedOut
 from pipros.testing.summary import runner_summary
@@ -27,8 +30,10 @@ COULD_NOT_RUN = 1
 CASES_FAILED = 2
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Returns 0 when all passed, 1 when the test could not run, 2 when cases of it failed."""
+    accept_ctrl_c()
     parser = OptionParser(usage="usage: %prog [options] <file> [test args...]", prog="rosunit")
     parser.add_option(
         *("-t", "--text"),
@@ -100,7 +105,7 @@ class _BareTest:
 
     def run_once(self, case: unittest.TestCase) -> None:
         results = results_file(self._package, self._name)
-        make_way(results)
+        prepare_path(results)
         if not os.access(self._file, os.X_OK) and self._file.suffix != ".py":
             case.fail(f"test [{self._name}]: [{self._file}] does not exist or is not executable")
         command = [
@@ -121,7 +126,7 @@ class _BareTest:
             return
         if not results.is_file():
             case.fail(f"test [{self._name}] did not generate test results")
-        self.suites = parse_suites(results.read_bytes(), str(results))
+        self.suites = parse_suites(read_file(results), str(results))
 
 
 def _run(test: _BareTest, package: str, name: str) -> int:

@@ -8,6 +8,8 @@ from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 
 from pipros.cli.program import run
+from pipros.cli.streams import command
+from pipros.input_file import read_file
 from pipros.workspace.index import Package, PackageIndex
 
 DISTRO = "noetic"
@@ -16,6 +18,7 @@ DISTRO = "noetic"
 UNKNOWN_VERSION = "<unversioned>"
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="rosversion",
@@ -62,5 +65,5 @@ def version_of(package: Package) -> str:
     from pipros.safe.xml import parse
 
     manifest = package.path / "package.xml"
-    version = parse(manifest.read_bytes(), str(manifest)).first("version")
+    version = parse(read_file(manifest), str(manifest)).first("version")
     return version.text.strip() if version else UNKNOWN_VERSION

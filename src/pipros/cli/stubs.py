@@ -7,9 +7,11 @@ from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipros.cli.streams import command
 from pipros.errors import PiprosError
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="pipros stubs",
@@ -24,8 +26,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         "--installable", action="store_true", help="name folders PKG-stubs, as PEP 561 wants them installed"
     )
     arguments = parser.parse_args(argv)
-    import pipros.startup  # noqa: F401 # the library of types, where pipros.pth did not run
-    from pipros.msg.hook import installed_library
+    from pipros.msg.importing.hook import installed_library
     from pipros.msg.stubs import write_stubs
 
     try:

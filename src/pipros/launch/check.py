@@ -1,4 +1,4 @@
-"""Finds the mistakes of a launch file without starting anything, and what its package has to declare."""
+"""Finds mistakes in a launch file without starting anything, and dependencies its package must declare."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pipros.errors import NotFound, PiprosError
+from pipros.launch.load_context import LoadContext
 from pipros.launch.model import Launch
-from pipros.launch.surroundings import Surroundings
 from pipros.launch.xml import load
 from pipros.workspace.executables import find_executables
 from pipros.workspace.index import PackageIndex
@@ -19,15 +19,15 @@ _RUN_KINDS = ("exec_depends",)
 def mistakes(
     file: Path, index: PackageIndex, *, with_test_depends: bool = False, ignore_unset: bool = False
 ) -> list[str]:
-    """What is wrong with a launch file and all that it includes; empty when nothing is.
+    """The mistakes in a launch file and the files that it includes.
 
     Args:
-        with_test_depends: packages that the manifest names for tests only count as declared.
-        ignore_unset: arguments without a value are no mistake.
+        with_test_depends: whether `test_depend` counts as a declaration.
+        ignore_unset: whether arguments may be without a value.
     """
     try:
         launch = load(
-            [str(file)], surroundings=Surroundings.here(index), unset_as="" if ignore_unset else None
+            [str(file)], context=LoadContext.of_process(index), unset_as="" if ignore_unset else None
         )
     except PiprosError as error:
         return [str(error)]
@@ -56,7 +56,7 @@ def _undeclared(launch: Launch, index: PackageIndex, kinds: tuple[str, ...]) -> 
         return
     declared = {owner.name, *read_manifest(owner.path).depends(*kinds)}
     for file in launch.files[1:]:
-        # What a package needs for its own launch files is its business, not that of those who include them.
+        # A package declares what its own launch files need; packages that include them do not have to.
         included = index.containing(Path(file))
         if included is not None:
             declared |= set(read_manifest(included.path).depends())

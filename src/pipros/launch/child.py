@@ -1,46 +1,43 @@
-"""The far side of another roslaunch: starts nodes on this computer by order of a parent on another one.
+"""A launch child: starts nodes on this computer for a parent roslaunch on another one.
 
 This is Noetic's protocol. The parent logs in by ssh and starts `roslaunch -c NAME -u URI --run_id ID`. The
-child opens an XML-RPC server and calls `register(NAME, its URI)` at the parent's; the parent, once its
-master runs, calls `launch(XML)` and is told which nodes were started. From then on the child reports by
-`log(NAME, level, text)` and `process_died(process, exit code)`, until the parent calls `shutdown()`, is
-gone, or all nodes have ended.
+child opens an XML-RPC server and calls `register(NAME, its URI)` of the parent. Once its master runs, the
+parent calls `launch(XML)`; the answer names the nodes that were started. From then on the child calls
+`log(NAME, level, text)` and `process_died(process, exit code)`, until the parent calls `shutdown()` or ends,
+or all nodes have ended.
 """
 
 from __future__ import annotations
 
 import asyncio
 import os
-import socket
 from collections.abc import Sequence
 from concurrent.futures import Future
-from contextlib import suppress
 from dataclasses import dataclass
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import Any
 
 from pipros.env import Environment
+from pipros.interruptible_wait import take_within_slice
 from pipros.launch.command import CommandMaker
 from pipros.launch.console import Console
-from pipros.launch.logs import LogFolder
+from pipros.launch.load_context import LoadContext
+from pipros.launch.logs import LauncherLog
+from pipros.launch.managed_node import ProcessInfo
 from pipros.launch.model import LaunchError
 from pipros.launch.parent_link import ParentLink
-from pipros.launch.report import ProcessReport
 from pipros.launch.run import Run, RunOptions
+from pipros.launch.run_id import is_run_id, new_run_id, run_id_problem
 from pipros.launch.server import LaunchServer
-from pipros.launch.surroundings import Surroundings
 from pipros.launch.xml import load
-from pipros.net.address import is_loopback, plain_address
-from pipros.wire.uri import split_uri
+from pipros.net.address import plain_address
+from pipros.net.this_machine import Caller, has_address, knows_users
 from pipros.workspace.index import PackageIndex
-
-# As everywhere: a signal may be noticed only when a wait of the main thread ends.
-_LONGEST_WAIT_S = 0.2
 
 
 @dataclass(frozen=True, slots=True)
 class _Order:
-    """A call of `launch`, on its way to the main thread, and its answer on the way back."""
+    """A call of `launch` for the main thread, and the future of its answer."""
 
     xml: str
     answer: Future[list[Any]]
@@ -63,10 +60,10 @@ class Child:
         """Nothing is started yet.
 
         Args:
-            name: what the parent calls this side.
+            name: the name that the parent has for this child.
 
         Raises:
-            LaunchError: the parent's URI is none.
+            LaunchError: the parent's URI is invalid.
         """
         self._environment = environment or Environment.from_os()
         self._index = index or PackageIndex.from_environment(self._environment)
@@ -74,10 +71,10 @@ class Child:
         self._options = options
         self._console = console
         self._link = ParentLink(name, parent_uri, self.request_stop)
-        self._employers = _addresses_of_parent(parent_uri)
         self._orders: SimpleQueue[_Order] = SimpleQueue()
         self._is_ordered = False
-        self._is_unwanted = False
+        self._is_stop_requested = False
+        self._log: LauncherLog | None = None
         self._server: LaunchServer | None = None
         self._run: Run | None = None
 
@@ -87,11 +84,11 @@ class Child:
         Raises:
             PiprosError, OSError: with nothing left running, once `stop` was called.
         """
-        self._logs = LogFolder.of_run(self._environment, self._run_id)
-        self._logs.check_writable()
-        self._log = self._logs.file_of_launcher()
-        self._console.open_log(self._log)
-        self._console.say(f"... logging to {self._log}")
+        if not is_run_id(self._run_id):
+            problem = run_id_problem(self._run_id, "--run_id")
+            self._run_id = new_run_id()
+            self._console.error(f"WARNING: {problem}. Using a new one for the log files of this run")
+        self._log = LauncherLog.open(self._environment, self._run_id, self._console)
         server = LaunchServer(
             self._environment,
             self._processes,
@@ -105,21 +102,24 @@ class Child:
         self._console.relay_to(self._link.log)
 
     def wait(self) -> None:
-        """Starts what the parent orders. Returns when all of it has ended, or it is time to stop."""
-        while self._run is None and not self._is_unwanted:
-            with suppress(Empty):
-                self._carry_out(self._orders.get(timeout=_LONGEST_WAIT_S))
+        """Starts the nodes that the parent orders. Returns when all have ended, or it is time to stop."""
+        if self._log is None:
+            raise RuntimeError("the child is not running; call start() first")
+        while self._run is None and not self._is_stop_requested:
+            order = take_within_slice(self._orders)
+            if order is not None:
+                self._launch(order, self._log)
         if self._run is not None:
             self._run.wait()
 
     def request_stop(self) -> None:
         """Ends `wait`. May be called from a signal handler and from other threads, and again."""
-        self._is_unwanted = True
+        self._is_stop_requested = True
         if self._run is not None:
             self._run.request_stop()
 
     def stop(self) -> None:
-        """Ends the nodes and tells the parent. Harmless when nothing was started."""
+        """Ends the nodes and reports that to the parent. Harmless when nothing was started."""
         if self._run is not None:
             self._run.stop()
         if self._server is not None:
@@ -127,28 +127,26 @@ class Child:
         self._link.close()
         self._console.close()
 
-    def _carry_out(self, order: _Order) -> None:
+    def _launch(self, order: _Order, log: LauncherLog) -> None:
         try:
-            launch = load([], texts=[order.xml], surroundings=Surroundings.here(self._index))
+            launch = load([], texts=[order.xml], context=LoadContext.of_process(self._index))
         except LaunchError as error:
             self._is_ordered = False
             order.answer.set_result([-1, f"ERROR: {error}", [[], []]])
             return
         self._console.say("launching nodes...")
         self._console.say(f"ROS_MASTER_URI={self._environment.master_uri}")
-        # Noetic's nodes are told the launcher's log file, too.
-        variables = {**os.environ, "ROS_LOG_FILENAME": str(self._log)}
         run = Run(
             launch,
-            CommandMaker(self._index, variables, self._environment.ros_home.expanduser().absolute()),
+            CommandMaker.for_launcher(self._environment, self._index, log.file),
             master_uri=self._environment.master_uri,
-            logs=self._logs,
+            logs=log.folder,
             console=self._console,
             options=self._options,
             on_end=self._link.process_died,
         )
         self._run = run
-        if self._is_unwanted:
+        if self._is_stop_requested:
             run.request_stop()
         try:
             failed = run.start_nodes()
@@ -158,7 +156,7 @@ class Child:
         self._console.say("... done launching nodes")
         order.answer.set_result([1, "launched", [[process.name for process in run.processes()], failed]])
 
-    def _processes(self) -> Sequence[ProcessReport]:
+    def _processes(self) -> Sequence[ProcessInfo]:
         return self._run.processes() if self._run is not None else ()
 
     async def _answer_launch(self, xml: str) -> list[Any]:
@@ -173,16 +171,17 @@ class Child:
         self.request_stop()
         return [1, "success", 1]
 
-    def _admits(self, peer: str) -> bool:
-        """Whoever may call `launch` may run any program here; so nobody but the parent gets a connection."""
-        return is_loopback(peer) or peer in self._employers
+    def _admits(self, caller: Caller) -> bool:
+        """Whether a caller may connect. `launch` runs programs as our user, so only few may call it.
 
-
-def _addresses_of_parent(uri: str) -> frozenset[str]:
-    """The addresses from which the parent may call: those of its URI, and the one that it logged in from."""
-    addresses = set()
-    with suppress(OSError, ValueError):
-        host, port, _ = split_uri(uri)
-        addresses = {str(found[4][0]) for found in socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)}
-    logged_in_from = os.environ.get("SSH_CLIENT", "").split()
-    return frozenset(map(plain_address, (*addresses, *logged_in_from[:1])))
+        On this machine these are the user of the parent, our own user, and root. Where the system does not
+        tell the user of a connection, everybody on this machine may connect if the parent runs here, too.
+        From elsewhere, callers may connect from the addresses of the parent and of its ssh login.
+        """
+        parent = self._link.addresses
+        if not caller.is_here:
+            logged_in_from = os.environ.get("SSH_CLIENT", "").split()[:1]
+            return caller.host in (*parent, *map(plain_address, logged_in_from))
+        if knows_users():
+            return caller.user_id() in {0, os.geteuid(), self._link.user_id}
+        return any(map(has_address, parent))

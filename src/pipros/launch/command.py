@@ -1,12 +1,14 @@
-"""What it takes to start a node: its command line, environment and folder. Nothing is started here."""
+"""Makes the command that starts a node: arguments, environment, folder. Nothing is started here."""
 
 from __future__ import annotations
 
+import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from pipros.env import Environment
 from pipros.errors import NotFound, PiprosError
 from pipros.launch.model import Machine, Node, WorkingFolder
 from pipros.workspace.executables import Executables, find_executables
@@ -15,11 +17,11 @@ from pipros.workspace.interpreter import command_of, with_own_python_first
 
 
 class CannotLaunch(PiprosError):
-    """A node has no program, or its arguments cannot be understood. The other nodes still start."""
+    """A node has no program, or its arguments cannot be parsed. The other nodes still start."""
 
 
 class CannotStart(CannotLaunch):
-    """The program of a node is there, and the operating system refuses it. That ends the launch."""
+    """The operating system refuses to start the program of a node. That ends the launch."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +30,8 @@ class Command:
 
     Attributes:
         argv: the program and its arguments.
-        environment: all of its variables.
-        overlay: those of them that the launch file and the launcher gave it.
+        environment: all variables.
+        overlay: the variables that the launch file and the launcher set.
         folder: its working folder.
     """
 
@@ -61,9 +63,23 @@ class CommandMaker:
         self._ros_home = ros_home
         self._find = find
 
+    @classmethod
+    def for_launcher(
+        cls, environment: Environment, index: PackageIndex, log: Path | None = None
+    ) -> CommandMaker:
+        """Makes commands with the variables of this process, for its ROS_HOME.
+
+        Args:
+            log: the log file of the launcher, which its nodes get as `ROS_LOG_FILENAME`, as in Noetic.
+        """
+        variables = dict(os.environ)
+        if log is not None:
+            variables["ROS_LOG_FILENAME"] = str(log)
+        return cls(index, variables, environment.ros_home.absolute())
+
     @property
-    def mark(self) -> str:
-        """What the environments of all commands have in common, and no other launcher's: its log file."""
+    def tag(self) -> str:
+        """The variable `NAME=value` that all commands of this launcher have, and no others: its log file."""
         log = self._environment.get("ROS_LOG_FILENAME")
         return f"ROS_LOG_FILENAME={log}" if log else ""
 
@@ -81,10 +97,10 @@ class CommandMaker:
         Args:
             log_stem: the path of the node's log file without `.log`; empty for none.
             machine: where to run it; None for this computer.
-            extra_arguments: what comes after the node's own arguments.
+            extra_arguments: words after the arguments of the node.
 
         Raises:
-            CannotLaunch: the package or the program does not exist, a quote is open.
+            CannotLaunch: the package or the program does not exist, or a quote is not closed.
         """
         overlay = {"ROS_MASTER_URI": master_uri}
         if node.namespace != "/":
@@ -133,5 +149,5 @@ def _words(text: str, what: str, node: Node) -> list[str]:
         return shlex.split(text)
     except ValueError as error:
         raise CannotLaunch(
-            f"the {what} [{text}] of node [{node.full_name}] cannot be understood: {error}"
+            f"the {what} [{text}] of node [{node.full_name}] cannot be parsed: {error}"
         ) from None

@@ -1,7 +1,7 @@
-"""What roslaunch says on the terminal, in Noetic's forms, and the same lines in its log file.
+"""The output of roslaunch on the terminal, in Noetic's format, and the same lines in its log file.
 
-Standard output and standard error are looked up when a line is printed, so that rostest can catch them.
-Every line is flushed: what starts a robot is often read through a pipe.
+Standard output and standard error are looked up when a line is printed, so that rostest can capture them.
+Every line is flushed, because the output is often read through a pipe.
 """
 
 from __future__ import annotations
@@ -13,52 +13,55 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO
 
+from pipros.log_file import LogFile
+from pipros.printable import write_line
+
 _BOLD = "\033[1m"
 _RED = "\033[31m"
 _PLAIN = "\033[0m"
 
 
 class Console:
-    """Prints lines, in bold, in red, and the window's title. May be used from any thread.
+    """Prints lines, in bold or in red, and the title of the window. May be used from any thread.
 
-    Colours are printed always, as Noetic does, whether or not a terminal is there.
+    Colours are always printed, as in Noetic, also when the output is not a terminal.
     """
 
     def __init__(self, *, has_title: bool = True, is_verbose: bool = False) -> None:
         self._has_title = has_title
         self._is_verbose = is_verbose
-        self._log: IO[str] | None = None
+        self._log: LogFile | None = None
         self._relay: Callable[[str, bool], None] | None = None
         self._lock = threading.Lock()
 
     def open_log(self, file: Path) -> None:
-        """Writes all that follows to this file, too.
+        """Writes everything that follows to this file, too.
 
         Raises:
-            OSError: the file cannot be made.
+            OSError: the file cannot be created, or another user could have put it there.
         """
-        self._log = file.open("a", encoding="utf-8", errors="replace")
+        self._log = LogFile(file)
 
-    def relay_to(self, tell: Callable[[str, bool], None]) -> None:
-        """From now on prints nothing, but gives each text, and whether it is an error, to somebody else."""
-        self._relay = tell
+    def relay_to(self, relay: Callable[[str, bool], None]) -> None:
+        """From now on passes each text, and whether it is an error, to `relay` instead of printing it."""
+        self._relay = relay
 
     @property
     def has_log(self) -> bool:
         return self._log is not None
 
     def close(self) -> None:
-        """Ends the log file. Harmless when repeated."""
+        """Closes the log file. Harmless when repeated."""
         with self._lock:
             log, self._log = self._log, None
             if log is not None:
                 log.close()
 
     def say(self, text: str) -> None:
-        self._tell(sys.stdout, text, text)
+        self._emit(sys.stdout, text, text)
 
     def bold(self, text: str) -> None:
-        self._tell(sys.stdout, f"{_BOLD}{text}{_PLAIN}", text)
+        self._emit(sys.stdout, f"{_BOLD}{text}{_PLAIN}", text)
 
     def detail(self, text: str) -> None:
         """A line for `-v` and for the log file."""
@@ -68,10 +71,10 @@ class Console:
 
     def error(self, text: str) -> None:
         """A line in red on standard error."""
-        self._tell(sys.stderr, f"{_RED}{text}{_PLAIN}", text, is_error=True)
+        self._emit(sys.stderr, f"{_RED}{text}{_PLAIN}", text, is_error=True)
 
     def title(self, text: str) -> None:
-        """The title of the terminal's window; nothing where a title was not wanted."""
+        """Sets the title of the terminal window, unless titles are disabled."""
         if self._has_title:
             self._print(sys.stdout, f"\033]2;{text}\007")
 
@@ -82,20 +85,20 @@ class Console:
                 now = time.time()
                 stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(now))
                 self._log.write(f"[roslaunch][{level}] {stamp},{int(now * 1000) % 1000:03d}: {text}\n")
-                self._log.flush()
 
-    def _tell(self, stream: IO[str], shown: str, text: str, *, is_error: bool = False) -> None:
+    def _emit(self, stream: IO[str] | None, shown: str, text: str, *, is_error: bool = False) -> None:
         if self._relay is not None:
             self._relay(text, is_error)
         else:
             self._print(stream, shown)
         self.record(text, "ERROR" if is_error else "INFO")
 
-    def _print(self, stream: IO[str], text: str) -> None:
+    def _print(self, stream: IO[str] | None, text: str) -> None:
+        if stream is None:  # a process without a console
+            return
         with self._lock:
             try:
-                stream.write(text + "\n")
-                stream.flush()
+                write_line(stream, text)
             except (OSError, ValueError):
-                # Whoever read our output is gone. The nodes still want to be ended in order.
+                # The reader of our output has ended. The nodes still have to be ended in order.
                 return

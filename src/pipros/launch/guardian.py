@@ -1,13 +1,13 @@
-"""Sees to it that no process outlives the launcher that started it, not even when that is killed.
+"""Ends all processes of a launcher when the launcher ends, even when it is killed.
 
-The launcher starts one small interpreter that reads a pipe. Through the pipe it learns which process
-groups run; the end of the pipe is the end of the launcher, however it came about, and then what still runs is
-ended: SIGTERM, and a second later SIGKILL. On Linux it also looks for processes that carry a mark in their
-environment: one that was started in the very moment in which the launcher was killed, or that left its group.
+The launcher starts one small interpreter that reads a pipe. Through the pipe it learns which process groups
+run. When the pipe is closed the launcher has ended, whatever the reason, and what still runs gets SIGTERM
+and, a second later, SIGKILL. On Linux the guardian also looks for processes with a tag in their environment:
+one that was started at the moment when the launcher was killed, or that left its group.
 
-Why not the parent-death signal of Linux: it reaches the direct child only, not the programs behind a
-launch prefix or a shell script; it comes when the *thread* that started the child ends; to ask for it,
-code must run between fork and exec, which a process with threads cannot do safely; and macOS has none.
+Why not the parent-death signal of Linux: it reaches the direct child only, not the programs behind a launch
+prefix or a shell script; it is sent when the *thread* that started the child ends; setting it needs code
+between fork and exec, which is unsafe in a process with threads; and macOS does not have it.
 
 This file is also that small program, run as a script with `python -I -S`; so it imports little.
 """
@@ -26,63 +26,63 @@ if TYPE_CHECKING:
 
 _ON_POSIX = os.name == "posix"
 _GRACE_S = 1.0
-_LOOK_EVERY_S = 0.02
+_CHECK_EVERY_S = 0.02
 
 
 class Guardian:
-    """The launcher's side. Does nothing on Windows, where process groups of this kind do not exist.
+    """The launcher's side. Does nothing on Windows, where such process groups do not exist.
 
-    `started` and `ended` may be called from any thread. Nothing goes wrong when the guardian itself is
-    killed; only its protection is gone.
+    `started` and `ended` may be called from any thread. When the guardian itself is killed, the launcher
+    goes on without its protection.
     """
 
-    def __init__(self, mark: str = "") -> None:
+    def __init__(self, tag: str = "") -> None:
         """Nothing is started yet.
 
         Args:
-            mark: `NAME=value` that is in the environment of all processes of this launcher and of no other's.
+            tag: a variable `NAME=value` that the processes of this launcher have, and no others.
         """
-        self._mark = mark
+        self._tag = tag
         self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> None:
-        """Starts the guarding process, in a session of its own, so that no Ctrl-C reaches it."""
+        """Starts the guarding process, in a session of its own, so that Ctrl-C does not reach it."""
         if not _ON_POSIX or self._process is not None:
             return
         import subprocess
 
         self._process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-I", "-S", os.path.abspath(__file__), self._mark],
+            [sys.executable, "-I", "-S", os.path.abspath(__file__), self._tag],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             start_new_session=True,
         )
 
     def started(self, group: int) -> None:
-        """A process group to guard; its number is that of its first process."""
-        self._tell(f"+{group}\n")
+        """Adds a process group; its number is that of its first process."""
+        self._send(f"+{group}\n")
 
     def ended(self, group: int) -> None:
-        """A process group that is gone. To be called before its number can be given to another."""
-        self._tell(f"-{group}\n")
+        """Removes a process group. To be called before its number can be used again."""
+        self._send(f"-{group}\n")
 
     def stop(self) -> None:
-        """Ends the guarding process. What is still guarded then is ended, too."""
+        """Ends the guarding process. It ends the groups that are left first."""
         process, self._process = self._process, None
         if process is not None:
             with contextlib.suppress(OSError):
                 process.communicate()
 
-    def _tell(self, line: str) -> None:
+    def _send(self, line: str) -> None:
         if self._process is None or self._process.stdin is None:
             return
-        # One write of a few bytes: lines of several threads cannot mix.
+        # One write of a few bytes is atomic: lines of several threads cannot mix.
         with contextlib.suppress(OSError, ValueError):
             os.write(self._process.stdin.fileno(), line.encode())
 
 
 def read_groups(lines: IO[str]) -> set[int]:
-    """The groups that still run when the lines end."""
+    """The groups that are left when the lines end."""
     groups: set[int] = set()
     for line in lines:
         with contextlib.suppress(ValueError):
@@ -92,37 +92,37 @@ def read_groups(lines: IO[str]) -> set[int]:
     return groups
 
 
-def end(groups: set[int], mark: str = "") -> None:
-    """SIGTERM to the groups and to the marked processes, SIGKILL to what is still there after a second."""
+def end(groups: set[int], tag: str = "") -> None:
+    """Sends SIGTERM to groups and tagged processes, and SIGKILL to those left after a second."""
     deadline = time.monotonic() + _GRACE_S
     left = {group for group in groups if _signal_group(group, signal.SIGTERM)}
-    for process in marked_processes(mark):
+    for process in tagged_processes(tag):
         _signal(process, signal.SIGTERM)
-    while (left or marked_processes(mark)) and time.monotonic() < deadline:
-        time.sleep(_LOOK_EVERY_S)
+    while (left or tagged_processes(tag)) and time.monotonic() < deadline:
+        time.sleep(_CHECK_EVERY_S)
         left = {group for group in left if _signal_group(group, 0)}
     for group in left:
         _signal_group(group, signal.SIGKILL)
-    for process in marked_processes(mark):
+    for process in tagged_processes(tag):
         _signal(process, signal.SIGKILL)
 
 
-def marked_processes(mark: str) -> list[int]:
-    """The processes with the mark in their environment; none where the system does not tell."""
-    if not mark or not os.path.isdir("/proc/self"):
+def tagged_processes(tag: str) -> list[int]:
+    """The processes with the tag in their environment; none on systems without /proc."""
+    if not tag or not os.path.isdir("/proc/self"):
         return []
     found = []
     for name in os.listdir("/proc"):
         if not name.isdigit() or int(name) == os.getpid():
             continue
         with contextlib.suppress(OSError), open(f"/proc/{name}/environ", "rb") as file:
-            if mark.encode() in file.read().split(b"\0"):
+            if tag.encode() in file.read().split(b"\0"):
                 found.append(int(name))
     return found
 
 
 def _signal_group(group: int, number: int) -> bool:
-    """True when there was a group to send the signal to."""
+    """Whether the group existed."""
     try:
         os.killpg(group, number)
     except OSError:

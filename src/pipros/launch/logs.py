@@ -11,34 +11,37 @@ from pathlib import Path
 
 from pipros.env import Environment
 from pipros.errors import PiprosError
+from pipros.launch.console import Console
+from pipros.log_file import refuse_planted_link
 
 _GIGABYTE = 1_000_000_000
 
-# People wait while the log folder is measured, and an old one has a hundred thousand files.
+# The launch waits while the log folder is measured, and an old one has a hundred thousand files.
 _MEASURING_TIME_S = 0.05
 
 
 class LogFolderUnusable(PiprosError):
-    """No log file can be written where it should be."""
+    """Log files cannot be written to the configured folder."""
 
 
 @dataclass(frozen=True, slots=True)
 class LogFolder:
-    """Where the processes of one run write. `path` exists."""
+    """The folder of one run, for the log files of all its processes. `path` exists."""
 
     path: Path
 
     @classmethod
     def of_run(cls, environment: Environment, run_id: str) -> LogFolder:
-        """Makes the folder of a run and points `latest` to it.
+        """Creates the folder of a run and points `latest` to it.
 
         Raises:
             LogFolderUnusable: with what to do about it.
         """
-        root = environment.log_dir.expanduser().absolute()
+        root = environment.log_dir.absolute()
         folder = root / run_id
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            refuse_planted_link(folder)
         except OSError as error:
             raise _unusable(folder, error) from None
         if run_id:
@@ -46,23 +49,52 @@ class LogFolder:
         return cls(folder)
 
     def file_of_launcher(self, program: str = "roslaunch") -> Path:
-        """The log file of the process that starts the others."""
+        """The log file of the launcher."""
         return self.path / f"{program}-{socket.gethostname()}-{os.getpid()}.log"
 
     def stem(self, process_name: str) -> str:
-        """The path of a process's log files without their ends; `g/talker-2` becomes `…/g-talker-2`."""
+        """The path of the log files of a process without suffix; `g/talker-2` becomes `…/g-talker-2`."""
         return str(self.path / process_name.replace("/", "-"))
 
     def check_writable(self) -> None:
-        """Raises LogFolderUnusable when no file can be made in the folder, or the disk is full."""
-        probe = self.path / f".pipros-{os.getpid()}"
+        """Raises LogFolderUnusable when a file cannot be created in the folder, or the disk is full."""
+        probe = self.path / f".pipros-{os.urandom(8).hex()}"
         try:
-            probe.write_bytes(b"\0" * 4096)
+            with probe.open("xb") as file:
+                file.write(b"\0" * 4096)
         except OSError as error:
             raise _unusable(self.path, error) from None
         finally:
             with suppress(OSError):
                 probe.unlink()
+
+
+@dataclass(frozen=True, slots=True)
+class LauncherLog:
+    """The log of one launcher.
+
+    Attributes:
+        folder: of its run.
+        file: its own log file in that folder.
+    """
+
+    folder: LogFolder
+    file: Path
+
+    @classmethod
+    def open(cls, environment: Environment, run_id: str, console: Console) -> LauncherLog:
+        """Creates the folder of a run, and has the console write to a file in it, too.
+
+        Raises:
+            LogFolderUnusable: with what to do about it.
+            OSError: the file cannot be opened.
+        """
+        folder = LogFolder.of_run(environment, run_id)
+        folder.check_writable()
+        file = folder.file_of_launcher()
+        console.open_log(file)
+        console.say(f"... logging to {file}")
+        return cls(folder, file)
 
 
 def _unusable(folder: Path, error: OSError) -> LogFolderUnusable:
@@ -73,7 +105,7 @@ def _unusable(folder: Path, error: OSError) -> LogFolderUnusable:
 
 
 def _point_latest(link: Path, folder: Path) -> None:
-    """Renames a new link over the old one, so that two runs that start at once do not disturb each other."""
+    """Renames a new link over the old one, so that two runs can start at the same time."""
     unfinished = link.with_name(f".latest-{os.getpid()}")
     with suppress(OSError):
         unfinished.symlink_to(folder)
@@ -81,7 +113,7 @@ def _point_latest(link: Path, folder: Path) -> None:
 
 
 def measure(root: Path) -> tuple[int, bool]:
-    """The bytes below a folder, and whether all of it was seen in the short time that this may take."""
+    """The bytes below a folder, and whether the short time limit was enough to count all of them."""
     deadline = time.monotonic() + _MEASURING_TIME_S
     total = 0
     for folder, _, files in os.walk(root):

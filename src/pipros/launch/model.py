@@ -1,7 +1,7 @@
-"""What a launch file asks for, as plain values: they can be printed, compared and tested.
+"""The contents of launch files as plain values, which can be printed, compared and tested.
 
-The loader (`launch.xml`) makes a `Launch` from files; `launch.run` carries it out. Nothing here reads a
-file or starts a process.
+`launch.xml` makes a `Launch` from files; `launch.run` executes it. Nothing here reads a file or starts a
+process.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pipros.errors import PiprosError
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where in a file an element begins; line and column count from 1."""
+    """The start of an element in a file; line and column count from 1."""
 
     file: str
     line: int
@@ -27,12 +27,12 @@ class Place:
 
 
 class LaunchError(PiprosError):
-    """A launch file cannot be carried out.
+    """A launch file is wrong, or cannot be executed.
 
     Attributes:
-        reason: what is wrong, in Noetic's words where it has some.
-        places: where: the element at fault first, then the includes that led to it.
-        element: the element at fault as it is written, shortened; empty when there is none.
+        reason: what is wrong, in Noetic's words where Noetic has the same error.
+        places: the element at fault first, then the includes that led to it.
+        element: the element at fault as written, shortened; empty when no element is at fault.
     """
 
     def __init__(self, reason: str, places: Sequence[Place] = (), element: str = "") -> None:
@@ -46,14 +46,14 @@ class LaunchError(PiprosError):
 
 
 class Output(enum.Enum):
-    """Where a node's standard output goes. Its standard error always goes to the screen as well."""
+    """Where the standard output of a node goes. Its standard error always goes to the screen."""
 
     LOG = "log"
     SCREEN = "screen"
 
 
 class WorkingFolder(enum.Enum):
-    """The folder that a node is started in."""
+    """The working folder of a node."""
 
     ROS_HOME = "ROS_HOME"
     NODE = "node"
@@ -66,10 +66,10 @@ class Node:
     Attributes:
         namespace: with a leading and a trailing slash.
         arguments: as written; split into words as a shell does when the node is started.
-        remappings: pairs (from, to) in the order in which they were given, outer scopes first.
-        environment: pairs (name, value), later ones win.
+        remappings: pairs (from, to) in order of declaration, outer scopes first.
+        environment: pairs (name, value); later ones win.
         machine: the name of a `Machine`; empty for this computer.
-        launch_prefix: words put before the command, as written.
+        launch_prefix: words to put before the command, as written.
     """
 
     package: str
@@ -96,7 +96,7 @@ class Node:
 
 @dataclass(frozen=True, slots=True)
 class Test:
-    """A `<test>`: a process that reports results and ends. roslaunch leaves tests out; rostest runs them."""
+    """A `<test>`: a process that reports results and ends. roslaunch ignores tests; rostest runs them."""
 
     node: Node
     test_name: str
@@ -106,11 +106,11 @@ class Test:
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A computer to start nodes on, through ssh unless it is this one.
+    """A computer to start nodes on, by ssh unless it is this one.
 
     Attributes:
         env_loader: a script on that computer that sets up ROS and runs its arguments.
-        is_default: whether nodes that name no machine and come later go there.
+        is_default: whether later nodes without a machine run there.
     """
 
     name: str
@@ -131,7 +131,7 @@ class ParameterAction(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class ParameterCommand:
-    """A `<rosparam>` that acts on the running parameter server, before any parameter is set."""
+    """A `<rosparam>` that dumps or deletes parameters of the running server, before any is set."""
 
     action: ParameterAction
     key: str
@@ -140,7 +140,7 @@ class ParameterCommand:
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """An `<arg>` of a file: fixed when it has a value, optional when it has a default, else required."""
+    """An `<arg>`: fixed when it has a value, optional when it has a default, else required."""
 
     name: str
     default: str | None = None
@@ -154,14 +154,14 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class Launch:
-    """Everything that a set of launch files asks for.
+    """The contents of a set of launch files.
 
     Attributes:
-        files: the files that were read, in that order.
-        params: full names to values, as they are to be uploaded.
+        files: the files in the order they were read.
+        params: full names to values, in the order to set them.
         clear_params: namespaces to delete before that, each with a trailing slash.
-        arguments: the `<arg>`s of the files that were named, not those of includes.
-        warnings: what a person should know and what stops nothing.
+        arguments: the `<arg>`s of the files themselves, not those of includes.
+        warnings: mistakes that do not prevent the launch.
     """
 
     files: tuple[str, ...] = ()

@@ -1,7 +1,7 @@
-"""What the far side of a launch tells the roslaunch that ordered it: one call after another, in order.
+"""The reports of a launch child to its parent, the roslaunch that ordered it: calls in order, one at a time.
 
-A thread of its own makes the calls, so that a parent that hangs or is cut off delays no node. While there
-is nothing to tell, it asks now and then whether the parent is still there.
+A thread makes the calls, so that a parent that hangs or is disconnected delays no node. When there is nothing
+to report, it checks once a second that the parent is still there.
 """
 
 from __future__ import annotations
@@ -17,18 +17,20 @@ from typing import Any
 
 from pipros.errors import PiprosError
 from pipros.launch.model import LaunchError
-from pipros.net.rpc import RpcClient
+from pipros.net.rpc_client import RpcClient
+from pipros.net.this_machine import has_address, user_listening
+from pipros.wire.uri import split_uri
 from pipros.wire.xmlrpc import Fault
 
 _INFO, _ERROR = 2, 8
 """Levels as in rosgraph_msgs/Log."""
 
 _CALL_TIMEOUT_S = 5.0
-_ASK_EVERY_S = 1.0
-_LAST_WORDS_S = 1.0
+_CHECK_EVERY_S = 1.0
+_LAST_CALLS_S = 1.0
 
-# A computer that says that nobody listens there is believed when it says so again; one that is silent may
-# be out of reach for a while, as robots are.
+# The parent has ended when its port refuses connections that often. A computer that does not answer at all
+# may be out of reach for a while, as robots are.
 _REFUSALS = 3
 
 
@@ -46,12 +48,14 @@ class ParentLink:
             on_lost: called once, from another thread, when the parent has ended.
 
         Raises:
-            LaunchError: the URI is none.
+            LaunchError: the URI is invalid.
         """
         try:
             self._client = RpcClient(uri, timeout_s=_CALL_TIMEOUT_S)
         except ValueError as error:
-            raise LaunchError(f"the URI of the roslaunch parent [{uri}] is none: {error}") from None
+            raise LaunchError(f"invalid URI of the roslaunch parent [{uri}]: {error}") from None
+        self._port = split_uri(uri)[1]
+        self._user_id: int | None = None
         self._name = name
         self._uri = uri
         self._on_lost = on_lost
@@ -62,11 +66,27 @@ class ParentLink:
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="roslaunch parent", daemon=True)
 
+    @property
+    def addresses(self) -> tuple[str, ...]:
+        """The IP addresses of the parent; empty before `register`."""
+        return self._client.server_addresses
+
+    @property
+    def user_id(self) -> int:
+        """The user of a parent on this machine; ours when it is elsewhere or unknown.
+
+        Looked up once: when the parent has ended, its port may be taken by another user.
+        """
+        if self._user_id is None:
+            for host in filter(has_address, self.addresses):
+                self._user_id = user_listening(host, self._port)
+        return os.geteuid() if self._user_id is None else self._user_id
+
     def register(self, uri: str) -> None:
-        """Tells the parent where this side answers, and begins to tell it more.
+        """Registers the URI of this side with the parent, and starts reporting.
 
         Raises:
-            LaunchError: the parent is not there, or does not know this side.
+            LaunchError: the parent does not answer, or refuses this child.
         """
         try:
             code, text, _ = self._client.call("register", self._name, uri)
@@ -88,18 +108,18 @@ class ParentLink:
         self._calls.put(("process_died", process, exit_code))
 
     def close(self) -> None:
-        """Tells what is left to tell, within a second, and disconnects."""
+        """Makes the pending calls, within a second, and disconnects."""
         self._closing.set()
         self._calls.put(None)
         if self._thread.ident is not None:
-            self._thread.join(_LAST_WORDS_S)
+            self._thread.join(_LAST_CALLS_S)
         self._client.close()
 
     def _run(self) -> None:
         while True:
             call: tuple[Any, ...] | None = ("get_pid",)
             with suppress(Empty):
-                call = self._calls.get(timeout=_ASK_EVERY_S)
+                call = self._calls.get(timeout=_CHECK_EVERY_S)
             if call is None:
                 return
             if not self._is_lost:
@@ -109,7 +129,7 @@ class ParentLink:
         try:
             self._client.call(method, *params)
         except Fault:
-            self._refusals = 0  # it is there, and has no such method
+            self._refusals = 0  # it is there, without this method
         except PiprosError as error:
             is_refused = isinstance(error.__cause__, ConnectionRefusedError)
             self._refusals = self._refusals + 1 if is_refused else 0
@@ -117,12 +137,12 @@ class ParentLink:
                 self._is_lost = True
                 self._on_lost()
             elif is_refused:
-                self._closing.wait(_ASK_EVERY_S)
+                self._closing.wait(_CHECK_EVERY_S)
         else:
             self._refusals = 0
 
     def _watch_input(self) -> None:
-        """Takes note of the end of standard input, when that is a connection: it is the end of ssh's."""
+        """Waits for the end of standard input, when that is a connection: it means that ssh has ended."""
         with suppress(OSError, ValueError, AttributeError):
             number = sys.stdin.fileno()
             mode = os.fstat(number).st_mode

@@ -1,4 +1,4 @@
-"""One running process of a launch: started in a group of its own, watched, and ended step by step."""
+"""One process of a launch: started in a group of its own, watched, and ended step by step."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ import threading
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from pathlib import Path
+from typing import IO
 
 from pipros.launch.command import CannotLaunch, CannotStart, Command
 from pipros.launch.guardian import Guardian
-from pipros.launch.labels import LabelledOutput
+from pipros.launch.output_prefix import PrefixedOutput
+from pipros.log_file import open_to_write
 from pipros.workspace.interpreter import has_windows_line_ends, why_not_startable
 
 _ON_WINDOWS = os.name == "nt"
@@ -23,11 +25,11 @@ SIGKILL: signal.Signals = getattr(signal, "SIGKILL", signal.SIGTERM)
 
 
 class NodeProcess:
-    """A process that was started. A thread waits for its end and calls `on_exit` with it.
+    """A started process. A thread waits for its end and then calls `on_exit`.
 
     Attributes:
-        name: how it is called in messages: `talker-2`.
-        pid: its number, which is that of its group, too.
+        name: as in messages: `talker-2`.
+        pid: its process id, which is also that of its group.
     """
 
     def __init__(
@@ -40,15 +42,15 @@ class NodeProcess:
         guardian: Guardian,
         on_exit: Callable[[NodeProcess], None],
         restarts: bool = False,
-        label: int | None = None,
+        colour: int | None = None,
     ) -> None:
         """Starts the process.
 
         Args:
-            stdout_log, stderr_log: where its standard output and error go; None for the launcher's own.
-            restarts: whether it is the same node again, so that its output is added to the files.
-            label: gives its lines on our terminal its name in the colour of this number; None leaves
-                our output to it as it is.
+            stdout_log, stderr_log: files for its standard output and error; None for those of the launcher.
+            restarts: whether this restarts a node, so that its output is appended to the files.
+            colour: prefixes its lines on the terminal with its name in the colour of this number; None
+                passes the terminal on.
 
         Raises:
             CannotLaunch, CannotStart: the operating system refuses, with what to try.
@@ -60,8 +62,8 @@ class NodeProcess:
         self._guardian = guardian
         self._on_exit = on_exit
         self._exited = threading.Event()
-        self._label = None if label is None else LabelledOutput(name, label)
-        self._popen = _start(command, (stdout_log, stderr_log), self._label, is_again=restarts)
+        self._prefixed = None if colour is None else PrefixedOutput(name, colour)
+        self._popen = _start(command, (stdout_log, stderr_log), self._prefixed, is_again=restarts)
         self.pid = self._popen.pid
         self._has_group = True
         guardian.started(self.pid)
@@ -69,18 +71,18 @@ class NodeProcess:
 
     @property
     def exit_code(self) -> int | None:
-        """The exit code; negative for the signal that ended it; None while it runs."""
+        """The exit code, negative for the signal that ended it; None while it runs."""
         return self._popen.returncode if self._exited.is_set() else None
 
     @property
     def has_group(self) -> bool:
-        """Whether the process, or anything that it started in its group, still runs."""
+        """Whether the process, or something that it started in its group, still runs."""
         if not self._has_group or _ON_WINDOWS:
             return not self._exited.is_set()
         return _is_group_alive(self.pid)
 
     def send_signal(self, number: signal.Signals) -> None:
-        """Sends a signal to the process and all of its group; nothing happens when they have ended."""
+        """Sends a signal to the process and its group; does nothing when they have ended."""
         if not self._has_group:
             return
         with suppress(OSError):
@@ -91,22 +93,22 @@ class NodeProcess:
                 os.killpg(self.pid, number)
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Waits for the end of the process; False when the time was over first."""
+        """Waits for the end of the process; False when the time was over before."""
         return self._exited.wait(timeout_s)
 
     def release(self) -> None:
-        """Kills what the ended process left running in its group, and forgets the group."""
+        """Kills what the ended process has left running in its group, and forgets the group."""
         if self._has_group and self._exited.is_set():
             self.send_signal(SIGKILL)
             self._forget_group()
 
     def _wait(self) -> None:
         self._popen.wait()
-        if self._label is not None:
-            self._label.finish()
+        if self._prefixed is not None:
+            self._prefixed.finish()
         self._exited.set()
-        # As long as somebody is in the group, its number cannot be given to another process, and
-        # it stays guarded: a script may have left the real node running in the background.
+        # A group with a process left stays guarded, and its number cannot be used again: a script may have
+        # started the real node in the background.
         if not self.has_group:
             self._forget_group()
         self._on_exit(self)
@@ -117,16 +119,21 @@ class NodeProcess:
 
 
 def _start(
-    command: Command, logs: tuple[Path | None, Path | None], label: LabelledOutput | None, *, is_again: bool
+    command: Command,
+    logs: tuple[Path | None, Path | None],
+    prefixed: PrefixedOutput | None,
+    *,
+    is_again: bool,
 ) -> subprocess.Popen[bytes]:
     sys.stdout.flush()
-    ours = None if label is None else label.write_end
+    ours = None if prefixed is None else prefixed.write_end
     try:
         _check_first_line(command)
         command.folder.mkdir(parents=True, exist_ok=True)
         with ExitStack() as files:
-            mode = "ab" if is_again else "wb"
-            stdout, stderr = [ours if log is None else files.enter_context(log.open(mode)) for log in logs]
+            stdout, stderr = [
+                ours if log is None else files.enter_context(_opened(log, append=is_again)) for log in logs
+            ]
             return subprocess.Popen(  # noqa: S603
                 command.argv,
                 env=dict(command.environment),
@@ -140,24 +147,28 @@ def _start(
         what = error.filename or command.argv[0]
         raise CannotStart(f"Unable to launch [{' '.join(command.argv)}]: {what}: {error.strerror}") from None
     finally:
-        if label is not None:
-            label.started()
+        if prefixed is not None:
+            prefixed.started()
+
+
+def _opened(log: Path, *, append: bool) -> IO[bytes]:
+    return open(open_to_write(log, append=append), "wb")
 
 
 def _check_first_line(command: Command) -> None:
-    """Explains what is wrong with a script before its interpreter does so in words that help nobody."""
+    """Checks the shebang of a script first, because the interpreter's own error is unhelpful."""
     program = Path(command.argv[0])
     reason = why_not_startable(program) if program.is_file() else None
     if reason is not None:
-        # `env` starts, and ends at once, where a line end is wrong: no more than one node is lost then.
+        # With a wrong line end in the shebang, `env` would start and fail: only this node is lost then.
         kind = CannotLaunch if has_windows_line_ends(program) else CannotStart
         raise kind(f"Unable to launch [{' '.join(command.argv)}]: {reason}")
 
 
 def _is_group_alive(group: int) -> bool:
-    """Whether a process of the group runs. The dead that nobody buried count as members, but do not run.
+    """Whether a process of the group runs. Zombies are members of the group, but do not run.
 
-    They stay where the first process of the system does not collect orphans, as in many containers.
+    They stay when the init process does not reap orphans, as in many containers.
     """
     try:
         os.killpg(group, 0)
@@ -176,7 +187,7 @@ def _is_group_alive(group: int) -> bool:
 
 
 def last_lines(file: Path, count: int = 5, limit_bytes: int = 4096) -> list[str]:
-    """The last lines of a log file that are not blank."""
+    """The last non-blank lines of a log file."""
     try:
         with file.open("rb") as log:
             log.seek(0, os.SEEK_END)

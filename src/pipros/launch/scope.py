@@ -1,6 +1,6 @@
-"""What one place in a launch file inherits: namespace, arguments, remappings, environment, private names.
+"""What an element of a launch file inherits: namespace, arguments, remappings, environment, private names.
 
-`<group>` and `<include>` open a scope of their own; what is declared in it does not leak out.
+`<group>` and `<include>` open a new scope; what is declared in it has no effect outside.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from pipros.launch.substitute import Substitution
 
 
 @dataclass(slots=True)
-class Scope:
-    """The state of the loader at one element.
+class LaunchScope:
+    """The scope of an element.
 
     Attributes:
         namespace: with a leading and a trailing slash.
-        file: the file being read, as it is shown in messages.
+        file: the file being read, as shown in messages.
         substitution: with the arguments of this scope.
-        declared: the names of the `<arg>`s seen so far in this file.
-        given: the arguments that came from outside and may not be overridden by a `value`.
-        passed_all: whether outer arguments give way to a `value`, as under `pass_all_args`.
-        remappings: (from, to), later ones of the same `from` replace earlier ones.
+        declared: the names of the `<arg>`s read so far in this file.
+        given: the arguments from the command line or the `<include>`, which a `value` may not override.
+        passed_all: whether a `value` may override them all the same, as under `pass_all_args`.
+        remappings: (from, to); a later one of the same `from` replaces an earlier one.
         environment: (name, value) in order.
-        private_params: `~name` of `<param>`s outside of nodes; every later node gets them.
-        default_machine: where nodes go that name no machine.
+        private_params: `~name` of `<param>`s outside of nodes, which every later node gets.
+        default_machine: the machine of nodes without a `machine` attribute.
     """
 
     namespace: str
@@ -43,11 +43,11 @@ class Scope:
 
     @property
     def arguments(self) -> dict[str, str | None]:
-        """The values that `$(arg x)` has here; None for those declared without one."""
+        """The values of `$(arg x)`; None for arguments declared without a value."""
         return self.substitution.arguments
 
-    def child(self, namespace: str = "") -> Scope:
-        """A scope below this one, which sees everything and changes nothing here."""
+    def child(self, namespace: str = "") -> LaunchScope:
+        """A scope that inherits everything from this one, and does not change it."""
         return replace(
             self,
             namespace=self._below(namespace),
@@ -60,8 +60,8 @@ class Scope:
 
     def included(
         self, namespace: str, file: str, folder: str | None, given: dict[str, str | None], *, passed_all: bool
-    ) -> Scope:
-        """The scope of an included file: a child, but with the arguments given and nothing declared yet."""
+    ) -> LaunchScope:
+        """The scope of an included file: a child with only the given arguments, and nothing declared yet."""
         scope = self.child(namespace)
         scope.file = file
         scope.declared = set()
@@ -71,10 +71,10 @@ class Scope:
         return scope
 
     def declare(self, argument: Argument) -> None:
-        """Takes note of an `<arg>` and gives it the value that its rules lead to.
+        """Declares an `<arg>` and sets its value.
 
         Raises:
-            ValueError: when it was declared before, or would override a value.
+            ValueError: it was declared before, or would override a given value.
         """
         name = argument.name
         if name in self.declared:
@@ -88,10 +88,10 @@ class Scope:
             self.arguments[name] = argument.default
 
     def remap(self, source: str, target: str) -> None:
-        """Adds a remapping for all nodes that follow in this scope.
+        """Adds a remapping for all later nodes in this scope.
 
         Raises:
-            ValueError: for an empty or illegal name.
+            ValueError: a name is empty or illegal.
         """
         source, target = names.canonicalize(source), names.canonicalize(target)
         if not source or not target:
@@ -103,7 +103,7 @@ class Scope:
         self.remappings.append((source, target))
 
     def resolve_param(self, name: str) -> str:
-        """The full name of a parameter that is written here; `~name` stays as it is."""
+        """The full name of a parameter in this scope; `~name` is left as it is."""
         if names.is_private(name):
             return names.canonicalize(name)
         return names.canonicalize(names.join(self.namespace, name)) or "/"

@@ -1,4 +1,4 @@
-"""The XML-RPC server by which other programs can ask a running roslaunch for its processes."""
+"""The XML-RPC server through which other programs can ask a running roslaunch for its processes."""
 
 from __future__ import annotations
 
@@ -8,31 +8,32 @@ from typing import Any
 
 from pipros.env import Environment
 from pipros.errors import PiprosError
+from pipros.launch.managed_node import ProcessInfo
 from pipros.launch.model import LaunchError
-from pipros.launch.report import ProcessReport
 from pipros.net import address
 from pipros.net.loop import BackgroundLoop
-from pipros.net.rpc import RpcClient
+from pipros.net.rpc_client import RpcClient
 from pipros.net.rpc_server import Method, RpcServer
+from pipros.net.this_machine import Caller
 
 
 class LaunchServer:
-    """Answers what Noetic's roslaunch answers to tools: its process number, its processes, its nodes."""
+    """Offers the methods of Noetic's roslaunch for tools: its process id, its processes, its nodes."""
 
     def __init__(
         self,
         environment: Environment,
-        processes: Callable[[], Sequence[ProcessReport]],
+        processes: Callable[[], Sequence[ProcessInfo]],
         methods: Mapping[str, Method] | None = None,
         *,
-        admits: Callable[[str], bool] | None = None,
+        admits: Callable[[Caller], bool] | None = None,
     ) -> None:
         """Nothing is opened yet.
 
         Args:
-            processes: gives the processes of the moment; another thread calls it.
-            methods: what is answered besides.
-            admits: decides by its IP address whether a peer may connect; by default all may.
+            processes: returns the current processes; called from another thread.
+            methods: additional methods.
+            admits: whether a caller may connect; by default all may.
         """
         self._environment = environment
         self._processes = processes
@@ -62,10 +63,10 @@ class LaunchServer:
         return f"/roslaunch/uris/host_{host}__{self._rpc.port}"
 
     def start(self) -> None:
-        """Opens a free port and answers.
+        """Opens a free port; the server answers when this returns.
 
         Raises:
-            OSError: no port, or no such address on this computer.
+            OSError: there is no free port, or the address is not of this computer.
         """
         self._loop.start()
         try:
@@ -75,10 +76,10 @@ class LaunchServer:
             raise
 
     def check_address(self, timeout_s: float) -> None:
-        """Makes sure of the address that this computer tells others: with a wrong one nothing works.
+        """Checks the address that is advertised to others: with a wrong one nothing works.
 
         Raises:
-            LaunchError: we do not reach ourselves by it.
+            LaunchError: the server cannot be reached at it from here.
         """
         try:
             with RpcClient(self.uri, timeout_s=timeout_s) as client:
@@ -86,7 +87,7 @@ class LaunchServer:
         except (PiprosError, ValueError) as error:
             raise LaunchError(
                 f"Unable to contact my own server at [{self.uri}].\n{error}.\n"
-                "By that address others are told to reach this computer. Set ROS_HOSTNAME or ROS_IP to a "
+                "Other computers are told to use this address. Set ROS_HOSTNAME or ROS_IP to a "
                 "name or an address that this computer has, or neither of them."
             ) from None
 
@@ -95,7 +96,7 @@ class LaunchServer:
         self._loop.stop()
 
     def _list_processes(self) -> list[Any]:
-        """Names with how often each was started: first of those that run, then of those that ended."""
+        """Names and spawn counts: first of the running processes, then of those that ended."""
         lists: tuple[list[Any], list[Any]] = ([], [])
         for process in self._processes():
             lists[0 if process.is_alive else 1].append([process.name, process.spawn_count])

@@ -1,8 +1,8 @@
 """Starts nodes on other computers through the system's ssh client.
 
-The remote command is `[env-loader] env VARIABLE=value… rosrun package type argument…`: any ROS 1
-installation understands it. The client asks for a terminal on the other side, so that the end of the
-connection, however it comes about, is a hang-up for the node.
+The remote command is `[env-loader] env VARIABLE=value… rosrun package type argument…`, which any ROS 1
+installation can run. The client requests a terminal on the other side, so that the node gets a hang-up when
+the connection ends, whatever the reason.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ def remote_command(
 ) -> list[str]:
     """The command line of the ssh client that runs a node on a machine.
 
-    Passwords stay in the launch file: no ssh client takes them from a command line, and one that could be
-    read there by everybody would be none. A key, or an agent, lets roslaunch in.
+    The password of a machine is not used: an ssh client does not take one from the command line, where every
+    user could read it. A key or an agent has to log roslaunch in.
     """
     prefix = ["--prefix", node.launch_prefix] if node.launch_prefix else []
     remote = [

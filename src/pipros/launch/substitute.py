@@ -1,6 +1,6 @@
 """Substitution arguments: `$(find pkg)`, `$(arg x)`, `$(env X)`, `$(anon x)`, `$(eval …)` and the rest.
 
-Text in, text out. What the world knows (packages, environment) comes in through `Surroundings`.
+Text in, text out. Packages and environment are passed in, see `LoadContext`.
 Rules: http://wiki.ros.org/roslaunch/XML#substitution_args, details as Noetic has them.
 """
 
@@ -13,23 +13,23 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from pipros.errors import NotFound, PiprosError
-from pipros.launch.values import convert
+from pipros.launch.param_types import convert
 from pipros.safe.expr import ExpressionError, evaluate
 
 COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
 
 _SUBSTITUTION = re.compile(r"\$\(([^()$]*)\)")
 _EVAL = re.compile(r"\$\(eval (.*)\)", re.DOTALL)
-# What follows `$(find pkg)` up to a blank or the next substitution is a path below the package.
+# After `$(find pkg)`, the text up to a blank or the next substitution is a path below the package.
 _FIND = re.compile(r"\$\( *find +([^ ()$]+) *\)([^ $]*)")
 
 
 class SubstitutionError(PiprosError, ValueError):
-    """A substitution is malformed, or names what does not exist."""
+    """A substitution is malformed, or refers to something that does not exist."""
 
 
 class UnsetArgument(SubstitutionError):
-    """`$(arg x)` of an argument that was declared or named, but never given a value."""
+    """`$(arg x)` of an argument without a value."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -37,25 +37,25 @@ class UnsetArgument(SubstitutionError):
 
 
 class FindResource(Protocol):
-    """Where a package, or a file that it promises, is on this computer."""
+    """Finds a package, or a file in it, on this computer."""
 
     def __call__(self, package: str, path: str) -> str:
         """The full path of `path` in the package; of the package's folder when `path` is empty.
 
         Raises:
-            NotFound: for an unknown package.
+            NotFound: the package is unknown.
         """
 
 
 @dataclass(slots=True)
 class Substitution:
-    """Everything that substitutions of one file may refer to.
+    """The substitutions of one file, and what they may refer to.
 
     Attributes:
-        arguments: values of `<arg>`; None for those declared without a value.
+        arguments: the values of `<arg>`s; None for those without a value.
         folder: the folder of the file, for `$(dirname)`; None for text from standard input.
-        anonymous: the names that `$(anon x)` got so far in this file.
-        unset_as: what unset arguments become; None to refuse them.
+        anonymous: the names made for `$(anon x)` so far in this file.
+        unset_as: the value of unset arguments; None to refuse them.
     """
 
     find: FindResource
@@ -70,9 +70,9 @@ class Substitution:
         """The text with all substitutions made.
 
         Raises:
-            SubstitutionError: for an unknown command, a wrong number of words, an unset variable or argument.
-            ExpressionError: for a bad `$(eval …)`.
-            NotFound: for an unknown package.
+            SubstitutionError: an unknown command, a wrong number of words, an unset variable or argument.
+            ExpressionError: an invalid `$(eval …)`.
+            NotFound: an unknown package.
         """
         if "$(" not in text:
             return text

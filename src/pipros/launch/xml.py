@@ -1,7 +1,7 @@
 """Loads launch files: the XML language of http://wiki.ros.org/roslaunch/XML, as Noetic understands it.
 
-Files in, a `Launch` out. Elements are carried out in the order in which they stand, each in the scope
-that it stands in. Nothing is started here, and no parameter server is asked.
+Files in, a `Launch` out. Elements are processed in document order, each in its scope. Nothing is started
+here, and the parameter server is not contacted.
 """
 
 from __future__ import annotations
@@ -10,40 +10,42 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 
 from pipros import names
-from pipros.launch.attributes import Attributes
-from pipros.launch.draft import Draft
-from pipros.launch.model import Argument, Launch, LaunchError, Place
-from pipros.launch.nodes import open_namespace, read_env, read_machine, read_node, read_remap, read_test
-from pipros.launch.parameters import read_param, read_rosparam
-from pipros.launch.scope import Scope
+from pipros.launch.builder import LaunchBuilder
+from pipros.launch.load_context import LoadContext
+from pipros.launch.model import Launch, LaunchError, Place
+from pipros.launch.read_machines import read_machine
+from pipros.launch.read_nodes import read_node, read_test
+from pipros.launch.read_params import read_param, read_rosparam
+from pipros.launch.read_scope import read_arg, read_env, read_included_arguments, read_remap
+from pipros.launch.reader import ElementReader
+from pipros.launch.scope import LaunchScope
 from pipros.launch.substitute import Substitution
-from pipros.launch.surroundings import Surroundings
 from pipros.safe.xml import Element, XmlError, parse
 
 INCLUDE_LIMIT = 60
-"""Files within files; more than that is a file that includes itself."""
+"""Maximum nesting of includes; a deeper one means that a file includes itself."""
 
 
 def load(
     files: Sequence[str],
     arguments: Mapping[str, str] | None = None,
     *,
-    surroundings: Surroundings | None = None,
+    context: LoadContext | None = None,
     texts: Sequence[str] = (),
     unset_as: str | None = None,
 ) -> Launch:
-    """What the files ask for, together.
+    """Loads launch files into one `Launch`.
 
     Args:
-        arguments: `name:=value` from outside, seen by every file.
-        texts: launch files that were read from elsewhere, such as standard input; they come after the files.
-        unset_as: what arguments that nobody set become, for tools that only want to know
-            about the file; by default they are an error.
+        arguments: `name:=value` of the command line, for every file.
+        texts: contents of launch files, such as standard input; they come after the files.
+        unset_as: the value of arguments that are not set, for tools that only inspect the file; by default
+            such arguments are an error.
 
     Raises:
         LaunchError: with file, line and element, for everything that Noetic refuses.
     """
-    loader = Loader(surroundings or Surroundings.here(), arguments or {}, unset_as=unset_as)
+    loader = Loader(context or LoadContext.of_process(), arguments or {}, unset_as=unset_as)
     for file in files:
         loader.load_file(file)
     for text in texts:
@@ -52,19 +54,19 @@ def load(
 
 
 class Loader:
-    """Carries out launch files one after another into one draft.
+    """Processes launch files one after another, for one `Launch`.
 
     Attributes:
-        arguments: what the next file is given from outside.
+        arguments: the command line arguments for the next file.
     """
 
     def __init__(
-        self, surroundings: Surroundings, arguments: Mapping[str, str], *, unset_as: str | None = None
+        self, context: LoadContext, arguments: Mapping[str, str], *, unset_as: str | None = None
     ) -> None:
-        self._surroundings = surroundings
+        self._context = context
         self.arguments: dict[str, str | None] = dict(arguments)
         self._unset_as = unset_as
-        self._draft = Draft()
+        self._builder = LaunchBuilder()
         self._depth = 0
 
     def load_file(self, file: str) -> None:
@@ -73,33 +75,33 @@ class Loader:
 
     def load_text(self, text: str) -> None:
         scope = self._root_scope("<stdin>", None)
-        self._carry_out_root(_parse(text, "<stdin>"), scope)
+        self._process_root(_parse(text, "<stdin>"), scope)
 
     def finish(self) -> Launch:
-        return self._draft.finish()
+        return self._builder.finish()
 
-    def _root_scope(self, file: str, folder: str | None) -> Scope:
+    def _root_scope(self, file: str, folder: str | None) -> LaunchScope:
         substitution = Substitution(
-            self._surroundings.find,
-            self._surroundings.environment,
-            self._surroundings.make_anonymous,
+            self._context.find,
+            self._context.environment,
+            self._context.make_anonymous,
             arguments=dict(self.arguments),
             folder=folder,
             unset_as=self._unset_as,
         )
-        namespace = (self._surroundings.environment.get("ROS_NAMESPACE") or "").strip("/")
+        namespace = (self._context.environment.get("ROS_NAMESPACE") or "").strip("/")
         root = f"/{namespace}/" if namespace else "/"
-        return Scope(root, file, substitution, given=frozenset(self.arguments))
+        return LaunchScope(root, file, substitution, given=frozenset(self.arguments))
 
-    def _load(self, file: str, scope: Scope) -> None:
+    def _load(self, file: str, scope: LaunchScope) -> None:
         try:
-            content = self._surroundings.read_file(file)
+            content = self._context.read_file(file)
         except OSError as error:
             raise LaunchError(f"cannot read [{file}]: {error.strerror or error}") from None
-        self._draft.add_file(file)
-        self._carry_out_root(_parse(content, file), scope)
+        self._builder.add_file(file)
+        self._process_root(_parse(content, file), scope)
 
-    def _carry_out_root(self, root: Element, scope: Scope) -> None:
+    def _process_root(self, root: Element, scope: LaunchScope) -> None:
         if root.tag != "launch":
             raise LaunchError(
                 "Invalid roslaunch XML syntax: no root <launch> tag",
@@ -107,153 +109,98 @@ class Loader:
                 f"<{root.tag}>",
             )
         if "deprecated" in root.attributes:
-            self._draft.warn(f"[{scope.file}] DEPRECATED: {root.attributes['deprecated']}")
-        self._carry_out(root, scope)
+            self._builder.warn(f"[{scope.file}] DEPRECATED: {root.attributes['deprecated']}")
+        self._process(ElementReader(root, scope, self._builder, self._context))
 
-    def _carry_out(self, parent: Element, scope: Scope) -> None:
-        for element in parent.children:
-            carry_out = _ELEMENTS.get(element.tag)
-            attributes = Attributes(element, scope)
-            if carry_out is None:
-                self._draft.warn(f"unrecognized tag {element.tag} in {attributes.place}")
-            elif attributes.is_wanted():
-                carry_out(self, element, scope)
+    def _process(self, parent: ElementReader) -> None:
+        for reader in parent.children():
+            process = _ELEMENTS.get(reader.tag)
+            if process is None:
+                reader.warn(f"unrecognized tag {reader.tag} in {reader.place}")
+            elif reader.is_wanted():
+                process(self, reader)
 
-    def _node(self, element: Element, scope: Scope) -> None:
-        read_node(element, scope, self._draft, self._surroundings)
+    def _param(self, reader: ElementReader) -> None:
+        name, value = read_param(reader)
+        _set(reader, reader.scope.resolve_param(name), value)
 
-    def _test(self, element: Element, scope: Scope) -> None:
-        read_test(element, scope, self._draft, self._surroundings)
+    def _rosparam(self, reader: ElementReader) -> None:
+        for key, value in read_rosparam(reader).items():
+            _set(reader, key, value)
 
-    def _machine(self, element: Element, scope: Scope) -> None:
-        read_machine(element, scope, self._draft)
+    def _master(self, reader: ElementReader) -> None:
+        reader.warn(f"ignoring defunct <master /> tag in {reader.place}")
 
-    def _remap(self, element: Element, scope: Scope) -> None:
-        read_remap(element, scope, self._draft)
-
-    def _env(self, element: Element, scope: Scope) -> None:
-        read_env(element, scope, self._draft)
-
-    def _param(self, element: Element, scope: Scope) -> None:
-        name, value = read_param(element, scope, self._draft, self._surroundings)
-        self._set(scope, scope.resolve_param(name), value)
-
-    def _rosparam(self, element: Element, scope: Scope) -> None:
-        for key, value in read_rosparam(element, scope, self._draft, self._surroundings).items():
-            self._set(scope, key, value)
-
-    def _set(self, scope: Scope, key: str, value: object) -> None:
-        if names.is_private(key):
-            scope.private_params[key] = value
-        else:
-            self._draft.add_param(key, value)
-
-    def _master(self, element: Element, scope: Scope) -> None:
-        self._draft.warn(f"ignoring defunct <master /> tag in {Attributes(element, scope).place}")
-
-    def _group(self, element: Element, scope: Scope) -> None:
-        attributes = Attributes(element, scope)
-        self._draft.warn(*attributes.unknown(("ns", "clear_params")))
-        inner = open_namespace(attributes, element, scope)
-        self._clear(attributes, element, inner)
-        self._carry_out(element, inner)
-        # A default machine is the one thing that outlives its group.
-        scope.default_machine = inner.default_machine
-
-    def _clear(self, attributes: Attributes, element: Element, inner: Scope) -> None:
-        if not attributes.text("clear_params") or not attributes.flag("clear_params"):
-            return
-        if "ns" not in element.attributes:
-            raise attributes.error("'ns' attribute must be set in order to use 'clear_params'")
-        if inner.namespace == "/":
-            raise attributes.error("'clear_params' of the namespace / would delete every parameter there is")
-        self._draft.clear_params(inner.namespace)
-
-    def _arg(self, element: Element, scope: Scope) -> None:
-        attributes = Attributes(element, scope)
-        self._draft.warn(*attributes.unknown(("name", "value", "default", "doc")))
-        try:
-            if "value" in element.attributes and "default" in element.attributes:
-                raise attributes.error("<arg> tag must have one and only one of value/default.")
-            argument = Argument(
-                attributes.required("name"),
-                attributes.text("default"),
-                attributes.text("value"),
-                element.attributes.get("doc", ""),
-            )
-            scope.declare(argument)
-        except LaunchError as error:
-            raise LaunchError(f"Invalid <arg> tag: {error.reason}", error.places, error.element) from None
-        except ValueError as error:
-            raise attributes.error(f"Invalid <arg> tag: {error}.") from None
+    def _arg(self, reader: ElementReader) -> None:
+        argument = read_arg(reader)
         if self._depth == 0:
-            self._draft.add_argument(argument)
+            self._builder.add_argument(argument)
 
-    def _include(self, element: Element, scope: Scope) -> None:
-        attributes = Attributes(element, scope)
-        self._draft.warn(*attributes.unknown(("file", "ns", "clear_params", "pass_all_args")))
-        file = attributes.required("file")
-        inner = open_namespace(attributes, element, scope)
-        self._clear(attributes, element, inner)
-        pass_all = attributes.flag("pass_all_args")
+    def _group(self, reader: ElementReader) -> None:
+        reader.allow("ns", "clear_params")
+        inner = reader.open_namespace()
+        _clear_params(reader, inner)
+        self._process(reader.inside(inner))
+        # Unlike everything else, a default machine stays set after its group, as in Noetic.
+        reader.scope.default_machine = inner.default_machine
+
+    def _include(self, reader: ElementReader) -> None:
+        reader.allow("file", "ns", "clear_params", "pass_all_args")
+        file = reader.required("file")
+        inner = reader.open_namespace()
+        _clear_params(reader, inner)
+        pass_all = reader.flag("pass_all_args")
         outer = inner.child()
-        given = self._included_arguments(element, outer)
+        given = read_included_arguments(reader.inside(outer))
         passed = {**inner.arguments, **given} if pass_all else given
         folder = os.path.dirname(os.path.abspath(file))
         included = outer.included("", file, folder, passed, passed_all=pass_all)
         if self._depth >= INCLUDE_LIMIT:
-            raise attributes.error(
-                f"files are included more than {INCLUDE_LIMIT} deep; does one include itself?"
-            )
+            raise reader.error(f"files are included more than {INCLUDE_LIMIT} deep; does one include itself?")
         self._depth += 1
         try:
             self._load(file, included)
         except LaunchError as error:
-            reason = error.reason
-            chain = [*error.places, attributes.place]
-            raise LaunchError(reason, _shortened(chain), error.element) from error.__cause__
+            chain = [*error.places, reader.place]
+            raise LaunchError(error.reason, _shortened(chain), error.element) from error.__cause__
         finally:
             self._depth -= 1
         unused = [name for name in given if name not in included.declared]
         if unused and not pass_all:
-            raise attributes.error(f"unused args [{', '.join(unused)}] for include of [{file}]")
-        scope.default_machine = included.default_machine
-
-    def _included_arguments(self, element: Element, scope: Scope) -> dict[str, str | None]:
-        """The arguments that stand inside of an `<include>`; its `<env>`s go to the scope."""
-        given: dict[str, str | None] = {}
-        for child in element.children:
-            attributes = Attributes(child, scope)
-            if child.tag not in ("arg", "env"):
-                self._draft.warn(f"unrecognized '{child.tag}' tag in <include> tag in {attributes.place}")
-            elif not attributes.is_wanted():
-                continue
-            elif child.tag == "env":
-                read_env(child, scope, self._draft)
-            else:
-                name = attributes.required("name")
-                value, default = attributes.text("value"), attributes.text("default")
-                if value is not None and default is not None:
-                    raise attributes.error("<arg> tag must have one and only one of value/default.")
-                if value is None and default is None:
-                    raise attributes.error("include args must have declared values")
-                given[name] = value if value is not None else default
-        return given
+            raise reader.error(f"unused args [{', '.join(unused)}] for include of [{file}]")
+        reader.scope.default_machine = included.default_machine
 
 
-_ELEMENTS: Mapping[str, Callable[[Loader, Element, Scope], None]] = {
+_ELEMENTS: Mapping[str, Callable[[Loader, ElementReader], object]] = {
     "arg": Loader._arg,
-    "env": Loader._env,
+    "env": lambda _, reader: read_env(reader),
     "group": Loader._group,
     "include": Loader._include,
-    "machine": Loader._machine,
+    "machine": lambda _, reader: read_machine(reader),
     "master": Loader._master,
-    "node": Loader._node,
+    "node": lambda _, reader: read_node(reader),
     "param": Loader._param,
-    "remap": Loader._remap,
+    "remap": lambda _, reader: read_remap(reader),
     "rosparam": Loader._rosparam,
-    "test": Loader._test,
+    "test": lambda _, reader: read_test(reader),
 }
+
+
+def _set(reader: ElementReader, key: str, value: object) -> None:
+    if names.is_private(key):
+        reader.scope.private_params[key] = value
+    else:
+        reader.builder.add_param(key, value)
+
+
+def _clear_params(reader: ElementReader, inner: LaunchScope) -> None:
+    if not reader.text("clear_params") or not reader.flag("clear_params"):
+        return
+    if not reader.has("ns"):
+        raise reader.error("'ns' attribute must be set in order to use 'clear_params'")
+    if inner.namespace == "/":
+        raise reader.error("'clear_params' of the namespace / would delete all parameters")
+    reader.builder.clear_params(inner.namespace)
 
 
 def _parse(content: bytes | str, file: str) -> Element:
@@ -267,5 +214,5 @@ def _parse(content: bytes | str, file: str) -> Element:
 
 
 def _shortened(chain: list[Place]) -> list[Place]:
-    """A chain of includes without its middle, when it is a long one."""
+    """A long chain of includes without its middle."""
     return chain if len(chain) <= 6 else [*chain[:3], *chain[-2:]]

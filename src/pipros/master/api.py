@@ -1,8 +1,8 @@
 """The Master API and the Parameter Server API: arguments in, `[code, text, value]` out.
 
-http://wiki.ros.org/ROS/Master_API and http://wiki.ros.org/ROS/Parameter%20Server%20API say what
-there is; texts, checks and odd corners are those of genuine rosmaster, found by asking it (the
-differential test in tests/interop keeps asking). Nothing here waits or touches a socket.
+http://wiki.ros.org/ROS/Master_API and http://wiki.ros.org/ROS/Parameter%20Server%20API describe the
+methods; texts, checks and corner cases are those of genuine rosmaster, found by calling it (the
+differential test in tests/interop repeats that). Nothing here waits or touches a socket.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ from collections.abc import Callable, Iterable
 from typing import Any, Final
 
 from pipros import names
-from pipros.master import arguments
-from pipros.master.arguments import CALLER_ERROR, INTERNAL, SUCCESS, Answer
-from pipros.master.params import NotATree, NotSet, ParamTree, TooDeep, changes_for
-from pipros.master.registry import Notice, Registry, Role, param_updates
+from pipros.limits import Limits, process_limits
+from pipros.master.arguments import CALLER_ERROR, INTERNAL, SUCCESS, Answer, Arguments
+from pipros.master.param_notices import param_notices
+from pipros.master.params import NotATree, NotSet, ParamsFull, ParamTree, TooDeep
+from pipros.master.registry import Notice, Registry, Role
 
 _log = logging.getLogger("rosmaster.master")
 
@@ -31,8 +32,8 @@ _LOGGED_AS: Final = {
 class MasterApi:
     """Answers the calls of nodes and tools out of the registry and the parameter tree.
 
-    `methods` is the table for an `RpcServer`. The notices that a call gives rise to are handed to
-    `notify`, in order, before the call is answered; they need not be taken at once.
+    `methods` is the table for an `RpcServer`. The notices that a call causes are passed to `notify`, in
+    order, before the call is answered; they need not be consumed at once.
     """
 
     def __init__(
@@ -42,20 +43,21 @@ class MasterApi:
         *,
         notify: Callable[[Iterable[Notice]], None],
         shutdown: Callable[[str], bool],
+        limits: Limits | None = None,
     ) -> None:
         """
         Args:
-            registry: the books.
-            params: the parameters.
             notify: delivers notices.
-            shutdown: ends the master, given the reason; returns False when the caller may not.
+            shutdown: ends the master, given the reason; returns False when the caller may not do that.
+            limits: by default those of the process.
         """
         self.uri = ""
+        self.arguments = Arguments((limits or process_limits()).name_characters)
         self._registry = registry
         self._params = params
         self._notify = notify
         self._shutdown = shutdown
-        # name: (what answers, the value that goes with an error)
+        # name: (method, value of an error answer)
         table: dict[str, tuple[Callable[..., Answer], Any]] = {
             "getPid": (self._get_pid, -1),
             "getUri": (self._get_uri, ""),
@@ -81,7 +83,7 @@ class MasterApi:
             "unsubscribeParam": (self._unsubscribe_param, 0),
         }
         self.methods = {
-            name: arguments.guarded(name, method, value) for name, (method, value) in table.items()
+            name: self.arguments.guarded(name, method, value) for name, (method, value) in table.items()
         }
 
     # ---- the master itself
@@ -100,31 +102,31 @@ class MasterApi:
     # ---- registrations
 
     def _register_publisher(self, caller: str, topic: Any, type_name: Any, api: Any) -> Answer:
-        topic = arguments.topic(topic, caller)
-        type_name = arguments.topic_type(type_name)
-        api = arguments.api_uri("caller_api", api)
+        topic = self.arguments.topic(topic, caller)
+        type_name = self.arguments.topic_type(type_name)
+        api = self.arguments.api_uri("caller_api", api)
         self._notify(self._registry.register_publisher(caller, topic, type_name, api))
         self._log_entry(Role.PUBLISHER, topic, caller, api)
         subscribers = self._registry.apis_of(Role.SUBSCRIBER, topic)
         return [SUCCESS, f"Registered [{caller}] as publisher of [{topic}]", subscribers]
 
     def _unregister_publisher(self, caller: str, topic: Any, api: Any) -> Answer:
-        return self._unregister(Role.PUBLISHER, caller, arguments.topic(topic, caller), api)
+        return self._unregister(Role.PUBLISHER, caller, self.arguments.topic(topic, caller), api)
 
     def _register_subscriber(self, caller: str, topic: Any, type_name: Any, api: Any) -> Answer:
-        topic = arguments.topic(topic, caller)
-        type_name = arguments.topic_type(type_name)
-        api = arguments.api_uri("caller_api", api)
+        topic = self.arguments.topic(topic, caller)
+        type_name = self.arguments.topic_type(type_name)
+        api = self.arguments.api_uri("caller_api", api)
         self._notify(self._registry.register_subscriber(caller, topic, type_name, api))
         self._log_entry(Role.SUBSCRIBER, topic, caller, api)
         publishers = self._registry.apis_of(Role.PUBLISHER, topic)
         return [SUCCESS, f"Subscribed to [{topic}]", publishers]
 
     def _unregister_subscriber(self, caller: str, topic: Any, api: Any) -> Answer:
-        return self._unregister(Role.SUBSCRIBER, caller, arguments.topic(topic, caller), api)
+        return self._unregister(Role.SUBSCRIBER, caller, self.arguments.topic(topic, caller), api)
 
     def _unregister(self, role: Role, caller: str, key: str, api: Any) -> Answer:
-        api = arguments.api_uri("caller_api", api)
+        api = self.arguments.api_uri("caller_api", api)
         if self._registry.api_of(caller) is None:
             return [SUCCESS, f"[{caller}] is not a registered node", 0]
         was_there, notices = self._registry.unregister(role, caller, key, api)
@@ -137,23 +139,29 @@ class MasterApi:
     def _log_entry(self, role: Role, key: str, caller: str, api: str) -> None:
         kind = _LOGGED_AS[role]
         if self._registry.api_of(caller) != api:
-            _log.info("%s [%s] of %s %s left out, it is about to shut down", kind, key, caller, api)
+            _log.info(
+                "%s [%s] of %s %s ignored: that process was replaced",
+                kind,
+                key,
+                caller,
+                api,
+            )
         elif role is Role.PARAM_SUBSCRIBER:
             _log.info("+%s [%s] by %s", kind, key, caller)
         else:
             _log.info("+%s [%s] %s %s", kind, key, caller, api)
 
     def _register_service(self, caller: str, service: Any, service_api: Any, api: Any) -> Answer:
-        service = arguments.service(service, caller)
-        service_api = arguments.api_uri("service_api", service_api)
-        api = arguments.api_uri("caller_api", api)
+        service = self.arguments.service(service, caller)
+        service_api = self.arguments.api_uri("service_api", service_api)
+        api = self.arguments.api_uri("caller_api", api)
         self._notify(self._registry.register_service(caller, service, service_api, api))
         self._log_entry(Role.SERVICE, service, caller, api)
         return [SUCCESS, f"Registered [{caller}] as provider of [{service}]", 1]
 
     def _unregister_service(self, caller: str, service: Any, service_api: Any) -> Answer:
-        service = arguments.service(service, caller)
-        service_api = arguments.api_uri("service_api", service_api)
+        service = self.arguments.service(service, caller)
+        service_api = self.arguments.api_uri("service_api", service_api)
         if self._registry.api_of(caller) is None:
             return [SUCCESS, f"[{caller}] is not a registered node", 0]
         if self._registry.unregister_service(caller, service, service_api):
@@ -165,14 +173,14 @@ class MasterApi:
     # ---- the graph
 
     def _lookup_node(self, caller: str, node: Any) -> Answer:
-        node = arguments.resolved("node", node, caller)
+        node = self.arguments.resolved("node", node, caller)
         api = self._registry.api_of(node)
         if api is None:
             return [CALLER_ERROR, f"unknown node [{node}]", ""]
         return [SUCCESS, "node api", api]
 
     def _lookup_service(self, caller: str, service: Any) -> Answer:
-        api = self._registry.service_api_of(arguments.service(service, caller))
+        api = self._registry.service_api_of(self.arguments.service(service, caller))
         if api is None:
             return [CALLER_ERROR, "no provider", ""]
         return [SUCCESS, f"rosrpc URI: [{api}]", api]
@@ -181,7 +189,7 @@ class MasterApi:
         return [SUCCESS, "current system state", [list(pair) for pair in self._registry.topic_types.items()]]
 
     def _get_published_topics(self, caller: str, subgraph: Any) -> Answer:
-        below = arguments.subgraph(subgraph, caller)
+        below = self.arguments.subgraph(subgraph, caller)
         types = self._registry.topic_types
         return [
             SUCCESS,
@@ -200,44 +208,38 @@ class MasterApi:
     # ---- parameters
 
     def _get_param(self, caller: str, key: Any) -> Answer:
-        key = arguments.param_key(key, caller)
+        key = self.arguments.param_key(key, caller)
         try:
             return [SUCCESS, f"Parameter [{key}]", self._params.get(key)]
         except NotSet:
             return [CALLER_ERROR, f"Parameter [{key}] is not set", 0]
 
     def _set_param(self, caller: str, key: Any, value: Any) -> Answer:
-        key = arguments.param_key(key, caller)
+        key = self.arguments.param_key(key, caller)
         try:
             self._params.set(key, value)
-        except (NotATree, TooDeep) as error:
+        except (NotATree, TooDeep, ParamsFull) as error:
             return [CALLER_ERROR, f"Error: invalid arguments: {error}", 0]
         _log.info("+PARAM [%s] by %s", key, caller)
-        self._announce(key, value, caller)
+        self._notify(param_notices(self._registry, key, value, except_node=caller))
         return [SUCCESS, f"parameter {key} set", 0]
 
     def _delete_param(self, caller: str, key: Any) -> Answer:
-        key = arguments.param_key(key, caller)
+        key = self.arguments.param_key(key, caller)
         try:
             self._params.delete(key)
         except NotSet:
             return [CALLER_ERROR, f"parameter [{key}] is not set", 0]
         _log.info("-PARAM [%s] by %s", key, caller)
-        self._announce(key, {}, caller)
+        self._notify(param_notices(self._registry, key, {}, except_node=caller))
         return [SUCCESS, f"parameter {key} deleted", 0]
 
-    def _announce(self, key: str, value: Any, caller: str) -> None:
-        keys = self._registry.param_keys_around(key)
-        if keys:
-            changes = changes_for(keys, key, value)
-            self._notify(param_updates(self._registry, changes, except_node=caller))
-
     def _has_param(self, caller: str, key: Any) -> Answer:
-        key = arguments.param_key(key, caller)
+        key = self.arguments.param_key(key, caller)
         return [SUCCESS, key, self._params.has(key)]
 
     def _search_param(self, caller: str, key: Any) -> Answer:
-        arguments.param_key(key, caller)
+        self.arguments.param_key(key, caller)
         if names.is_private(key):
             return [INTERNAL, "Internal failure: invalid key", 0]
         if not names.is_global(caller):
@@ -251,8 +253,8 @@ class MasterApi:
         return [SUCCESS, "Parameter names", self._params.names()]
 
     def _subscribe_param(self, caller: str, api: Any, key: Any) -> Answer:
-        api = arguments.api_uri("caller_api", api)
-        key = arguments.param_key(key, caller)
+        api = self.arguments.api_uri("caller_api", api)
+        key = self.arguments.param_key(key, caller)
         self._notify(self._registry.subscribe_param(caller, key, api))
         self._log_entry(Role.PARAM_SUBSCRIBER, key, caller, api)
         try:
@@ -262,8 +264,8 @@ class MasterApi:
         return [SUCCESS, f"Subscribed to parameter [{key}]", value]
 
     def _unsubscribe_param(self, caller: str, api: Any, key: Any) -> Answer:
-        api = arguments.api_uri("caller_api", api)
-        key = arguments.param_key(key, caller)
+        api = self.arguments.api_uri("caller_api", api)
+        key = self.arguments.param_key(key, caller)
         if self._registry.unregister(Role.PARAM_SUBSCRIBER, caller, key, api)[0]:
             _log.info("-CACHEDPARAM [%s] by %s", key, caller)
         return [SUCCESS, f"Unsubscribe to parameter [{key}]", 1]

@@ -1,50 +1,48 @@
-"""Who of the registered nodes is still there.
+"""Finds out which of the registered nodes are still there.
 
-Theory of operation: every node is asked for its process id now and then, and at once when a notice
-could not be delivered to it. What comes of it decides:
+Theory of operation: every node is probed (asked for its process id) now and then, and at once when a notice
+could not be delivered to it. The result decides:
 
 - it answers: it is there, and its process id is remembered;
-- the connection is refused, or the answer comes from another process than before, although the
-  node has not registered anything since: it is asked again, and when that gave the same
-  `CONFIRMATIONS` times in a row, it is gone;
-- no answer in time, or no way to its host: it is kept, and shown as unreachable. A node that
-  hangs, is being debugged or lost its network for a while is not forgotten for that.
+- the connection is refused, or another process than before answers although the node has not registered
+  anything since: the node is a suspect and is probed again; after `CONFIRMATIONS` such results in a row it
+  is gone;
+- no answer in time, or no route to its host: it stays registered and is listed as unreachable. A node that
+  hangs, is being debugged or has lost its network for a while is not removed.
 
-A node that was never met is kept and shown as unreachable whatever comes of asking it: it may be one
-in a container whose address means something only there, and others may well reach it.
+A node that has never answered stays and is listed as unreachable, whatever the result: it may run in a
+container whose address is valid only there, and other nodes may well reach it.
 """
 
 from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
 from enum import Enum
 from typing import Any, Final
 
 from pipros.errors import PiprosError, Unreachable
+from pipros.master.options import Probing
 from pipros.master.registry import MASTER_ID, Registry
-from pipros.net.rpc_async import call_async
+from pipros.net.rpc_async_client import call_async
 from pipros.wire.xmlrpc import Fault
 
 _log = logging.getLogger("rosmaster.master")
 
-ROUND_S: Final = 3.0
-"""How often every node is asked, as long as that makes no more than `ASKED_PER_S` questions."""
-ASKED_PER_S: Final = 100
-NEWCOMERS_S: Final = 0.3
-"""How soon a node is asked for the first time."""
-ANSWER_S: Final = 3.0
-"""How long a node may take to answer."""
-SLOW_S: Final = 0.1
-"""After this time without an answer the next node in line is asked."""
+PROBES_PER_S: Final = 100
 CONFIRMATIONS: Final = 3
-CONFIRMATION_PAUSE_S: Final = 0.5
-ASKED_AT_A_TIME: Final = 20
+PROBES_AT_A_TIME: Final = 20
+SLOW_S: Final = 0.1
+"""A probe that takes longer no longer counts towards `PROBES_AT_A_TIME`."""
 
 
-class Presence(Enum):
-    """What asking a node came to."""
+Ask = Callable[[str, str, float], Awaitable[Any]]
+"""Calls a method of an API within a time; gives the value of the answer, see `ask_node`."""
+
+
+class ProbeResult(Enum):
+    """The result of a probe."""
 
     THERE = "there"
     REFUSED = "refused"
@@ -53,26 +51,37 @@ class Presence(Enum):
 
 
 class Liveness:
-    """Asks nodes, on the loop that it was started on.
+    """Probes nodes, on the event loop that it was started on."""
 
-    `gone` is called with the name and the API of each node that is found to have gone.
-    """
-
-    def __init__(self, registry: Registry, gone: Callable[[str, str], None]) -> None:
+    def __init__(
+        self,
+        registry: Registry,
+        on_gone: Callable[[str, str], None],
+        probing: Probing | None = None,
+        *,
+        ask: Ask | None = None,
+    ) -> None:
+        """
+        Args:
+            on_gone: called with the name and the API of each node that has gone.
+            ask: `ask_node`, unless a test has nodes of its own.
+        """
         self._registry = registry
-        self._gone = gone
+        self._on_gone = on_gone
+        self._probing = probing or Probing()
+        self._ask = ask or ask_node
         self._pids: dict[tuple[str, str], tuple[int, int]] = {}
-        self._asked: set[tuple[str, str]] = set()
+        self._probed: set[tuple[str, str]] = set()
         self._met: set[tuple[str, str]] = set()
         self._unreachable: set[str] = set()
         self._suspects: set[str] = set()
         self._tasks: set[asyncio.Task[None]] = set()
-        self._places = _Places(ASKED_AT_A_TIME)
+        self._slots = _ProbeSlots(PROBES_AT_A_TIME)
         self._is_stopped = False
 
     @property
     def unreachable(self) -> list[str]:
-        """The nodes that did not answer when they were asked last."""
+        """The nodes that did not answer the last probe."""
         return sorted(name for name in self._unreachable if name in self._registry.nodes)
 
     @property
@@ -80,175 +89,186 @@ class Liveness:
         """How many of the nodes have ever answered."""
         return sum(self._is_current(*key) for key in self._met)
 
+    @property
+    def suspects(self) -> frozenset[str]:
+        """The nodes that are being probed until it is certain whether they have gone."""
+        return frozenset(self._suspects)
+
     def start(self) -> None:
-        self._spawn(self._ask_rounds())
+        self._spawn(self._probe_in_rounds())
 
     def stop(self) -> None:
-        """Ends all asking, for good."""
+        """Ends all probes, for good."""
         self._is_stopped = True
         for task in self._tasks:
             task.cancel()
 
     def suspect(self, node: str) -> None:
-        """Asks a node now, because something could not be delivered to it."""
+        """Probes a node now, because something could not be delivered to it."""
         if node not in self._suspects and node in self._registry.nodes and not self._is_stopped:
             self._suspects.add(node)
-            self._spawn(self._ask_until_sure(node))
+            self._spawn(self._probe_until_certain(node))
 
     def note_reached(self, node: str) -> None:
-        """The node answered somebody."""
+        """To be called when the node has answered a call."""
         self._unreachable.discard(node)
         api = self._registry.api_of(node)
         if api is not None:
             self._met.add((node, api))
 
     async def is_at(self, node: str, api: str) -> bool:
-        """True when `api` still belongs to the node of that name, as far as can be found out.
+        """Whether `api` still belongs to the node of that name, as far as can be found out.
 
-        False when nobody answers there, when another registered node has that API by now, when who answers
-        has another name (only Python nodes tell theirs) or another process id than the node had.
+        False when nothing answers there, when another registered node has that API by now, or when the
+        answer has another name (only Python nodes give one) or another process id than the node had.
         """
         if any(entry.api == api and entry.name != node for entry in self._registry.nodes.values()):
             return False
         try:
-            name = await _ask(api, "getName")
+            name = await self._ask(api, "getName", self._probing.answer_s)
         except Fault:
-            name = None  # roscpp nodes do not tell
+            name = None  # roscpp nodes do not have this method
         except PiprosError:
             return False
         if isinstance(name, str) and name:
             return name == node
-        return await self._presence(node, api) is Presence.THERE
+        return await self._probe(node, api) is ProbeResult.THERE
 
     def _spawn(self, coroutine: Coroutine[Any, Any, None]) -> None:
         task = asyncio.get_running_loop().create_task(coroutine)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _ask_rounds(self) -> None:
+    async def _probe_in_rounds(self) -> None:
         loop = asyncio.get_running_loop()
         next_round = loop.time()
         while True:
-            await asyncio.sleep(NEWCOMERS_S)
+            await asyncio.sleep(self._probing.newcomers_s)
             if loop.time() >= next_round:
-                next_round = loop.time() + max(ROUND_S, len(self._registry.nodes) / ASKED_PER_S)
+                next_round = loop.time() + max(
+                    self._probing.round_s, len(self._registry.nodes) / PROBES_PER_S
+                )
                 self._forget_the_gone()
-                self._asked.clear()
-            nodes = {(entry.name, entry.api) for entry in self._registry.nodes.values()} - self._asked
-            self._asked |= nodes
+                self._probed.clear()
+            nodes = {(entry.name, entry.api) for entry in self._registry.nodes.values()} - self._probed
+            self._probed |= nodes
             for node, api in nodes:
                 if node not in self._suspects and self._is_current(node, api):
-                    self._spawn(self._ask_once(node, api, await self._places.take()))
+                    self._spawn(self._probe_once(node, api, await self._slots.take()))
 
     def _forget_the_gone(self) -> None:
         self._pids = {key: pid for key, pid in self._pids.items() if self._is_current(*key)}
         self._met = {key for key in self._met if self._is_current(*key)}
         self._unreachable &= set(self._registry.nodes)
 
-    async def _ask_once(self, node: str, api: str, leave_place: Callable[[], None]) -> None:
-        presence = await self._presence(node, api)
-        leave_place()
-        if presence in (Presence.REFUSED, Presence.REPLACED):
+    async def _probe_once(self, node: str, api: str, release: Callable[[], None]) -> None:
+        result = await self._probe(node, api)
+        release()
+        if result in (ProbeResult.REFUSED, ProbeResult.REPLACED):
             self.suspect(node)
 
-    async def _ask_until_sure(self, node: str) -> None:
+    async def _probe_until_certain(self, node: str) -> None:
         try:
             api = self._registry.api_of(node)
             for count in range(CONFIRMATIONS):
                 if count:
-                    await asyncio.sleep(CONFIRMATION_PAUSE_S)
+                    await asyncio.sleep(self._probing.confirmation_pause_s)
                 if api is None or not self._is_current(node, api):
                     return
-                leave_place = await self._places.take()
-                presence = await self._presence(node, api)
-                leave_place()
-                if presence in (Presence.THERE, Presence.SILENT):
+                release = await self._slots.take()
+                result = await self._probe(node, api)
+                release()
+                if result in (ProbeResult.THERE, ProbeResult.SILENT):
                     return
             if (node, api) not in self._met:
                 self._unreachable.add(node)
             elif api and self._is_current(node, api):
-                _log.info("%s at %s has gone without a word (%s)", node, api, presence.value)
-                self._gone(node, api)
+                _log.info("%s at %s has gone without unregistering (%s)", node, api, result.value)
+                self._on_gone(node, api)
         finally:
             self._suspects.discard(node)
 
     def _is_current(self, node: str, api: str) -> bool:
         return self._registry.api_of(node) == api
 
-    async def _presence(self, node: str, api: str) -> Presence:
+    async def _probe(self, node: str, api: str) -> ProbeResult:
         try:
-            pid = await _ask(api, "getPid")
+            pid = await self._ask(api, "getPid", self._probing.answer_s)
         except Unreachable as error:
             if isinstance(error.__cause__, ConnectionRefusedError):
-                return Presence.REFUSED
+                return ProbeResult.REFUSED
             self._unreachable.add(node)
-            return Presence.SILENT
+            return ProbeResult.SILENT
         except Fault:
             self._met.add((node, api))
-            return Presence.THERE  # a node that does not tell its process id
+            return ProbeResult.THERE  # a node without this method
         except PiprosError:
-            return Presence.REPLACED  # something that is no ROS node answers there
+            return ProbeResult.REPLACED  # something else than a ROS node answers there
         self._unreachable.discard(node)
         self._met.add((node, api))
         if type(pid) is not int or pid <= 0:
-            return Presence.THERE
+            return ProbeResult.THERE
         entry = self._registry.nodes.get(node)
-        heard = entry.heard if entry else 0
-        known_pid, known_heard = self._pids.get((node, api), (pid, heard))
-        if pid != known_pid and heard == known_heard:
-            return Presence.REPLACED
-        self._pids[node, api] = (pid, heard)  # a node that came again to the same port has registered again
-        return Presence.THERE
+        count = entry.registration_count if entry else 0
+        known_pid, known_count = self._pids.get((node, api), (pid, count))
+        if pid != known_pid and count == known_count:
+            return ProbeResult.REPLACED
+        self._pids[node, api] = (
+            pid,
+            count,
+        )  # a node that was restarted on the same port has registered again
+        return ProbeResult.THERE
 
 
-class _Places:
-    """How many nodes are asked at a time, so that calls are answered meanwhile.
+class _ProbeSlots:
+    """Bounds the probes under way, so that calls are answered meanwhile.
 
-    A place is kept for `SLOW_S` at most: silent nodes do not keep others from being asked.
+    A slot is held for `SLOW_S` at most, so that silent nodes do not delay the probes of others.
     """
 
     def __init__(self, count: int) -> None:
         self._free = asyncio.Semaphore(count)
 
     async def take(self) -> Callable[[], None]:
-        """Waits for a free place. Returns what gives it back; that may be called twice."""
+        """Waits for a free slot. Returns the function that releases it; calling that twice is harmless."""
         await self._free.acquire()
-        is_taken = True
+        is_held = True
 
-        def give_back() -> None:
-            nonlocal is_taken
-            if is_taken:
-                is_taken = False
+        def release() -> None:
+            nonlocal is_held
+            if is_held:
+                is_held = False
                 self._free.release()
 
-        asyncio.get_running_loop().call_later(SLOW_S, give_back)
-        return give_back
+        asyncio.get_running_loop().call_later(SLOW_S, release)
+        return release
 
 
-async def _ask(api: str, method: str) -> Any:
-    """The value of a node's answer; None when it is no answer of the ROS kind.
+async def ask_node(api: str, method: str, timeout_s: float) -> Any:
+    """Calls a method without arguments; None when the answer is not `[1, text, value]`.
 
-    Raises what `call_async` raises.
+    Raises:
+        Unreachable, ProtocolError, Fault: as `call_async`.
     """
     try:
-        answer = await call_async(api, method, MASTER_ID, timeout_s=ANSWER_S)
+        answer = await call_async(api, method, MASTER_ID, timeout_s=timeout_s)
     except ValueError as error:
         raise Unreachable(api, str(error)) from None
     return answer[2] if isinstance(answer, list) and len(answer) == 3 and answer[0] == 1 else None
 
 
-async def who_answers(nodes: dict[str, str], timeout_s: float) -> set[str]:
-    """Which of the nodes (name to API) are to be taken over from before a crash of the master.
+async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask = ask_node) -> set[str]:
+    """Which of the nodes (name to API) of a previous run of the master to keep.
 
-    Those that answer, unless under another name, and those that give no answer in time; not those
-    whose connection is refused.
+    Those that answer, unless under another name, and those that do not answer in time; not those that
+    refuse connections.
     """
-    places = asyncio.Semaphore(ASKED_AT_A_TIME * 5)
+    slots = asyncio.Semaphore(PROBES_AT_A_TIME * 5)
 
     async def is_there(node: str, api: str) -> bool:
-        async with places:
+        async with slots:
             try:
-                name = await asyncio.wait_for(_ask(api, "getName"), timeout_s)
+                name = await asyncio.wait_for(ask(api, "getName", timeout_s), timeout_s)
             except Fault:
                 return True
             except asyncio.TimeoutError:

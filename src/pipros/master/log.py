@@ -1,7 +1,7 @@
-"""The log of a master: who registered what, who set which parameter, who was refused, who has gone.
+"""The log file of a master: registrations, parameter changes, refused peers and nodes that have gone.
 
-It is written by Python's loggers `rosmaster.…` and, for what peers were refused, `pipros.rpc`, in the
-words of Noetic's `master.log`. Lines that tell of each call, and of each notice, are at level DEBUG.
+It records Python's loggers `rosmaster.…` and, for refused peers, `pipros.rpc`, in the words of Noetic's
+`master.log`. Single calls and notices are logged at level DEBUG.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ import logging
 import queue
 import threading
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
+from pipros.limits import Limits
+from pipros.log_file import LogFile
+from pipros.printable import printable
+
 LEVELS: Final = ("debug", "info", "warn", "error", "fatal")
 LOGGERS: Final = ("rosmaster", "pipros.rpc")
-FILE_LIMIT_BYTES: Final = 50_000_000
-FILES_KEPT: Final = 4
-"""The sizes of Noetic: `master.log` and four older ones, `master.log.1` the youngest."""
 MESSAGE_LIMIT: Final = 2_000
 PAUSE_S: Final = 0.1
 
@@ -27,27 +27,35 @@ _FORMAT: Final = "[%(name)s][%(levelname)s] %(asctime)s: %(message)s"
 
 
 class MasterLog(logging.Handler):
-    """A file that gets the log of the masters of this process, until `close`.
+    """Writes the log of all masters of this process to a file, until `close`.
 
-    A thread of its own writes what came every `PAUSE_S`: to write each line at once would take a call that
-    sets a parameter half as long again.
+    A thread writes what has come in every `PAUSE_S`: writing each line at once would make a call that sets a
+    parameter take half as long again.
     """
 
-    def __init__(self, file: Path, level: str | None = None, loggers: Sequence[str] = LOGGERS) -> None:
-        """Makes the file and its folder, or appends.
+    def __init__(
+        self,
+        file: Path,
+        level: str | None = None,
+        loggers: Sequence[str] = LOGGERS,
+        *,
+        limits: Limits | None = None,
+    ) -> None:
+        """Opens the file; creates it and its folder when they do not exist.
 
         Args:
-            level: one of `LEVELS`, for what the master itself says; by default `info`.
-            loggers: the loggers to listen to, with those below them; "" are all of the process.
+            level: one of `LEVELS`, for the master's own messages; by default `info`.
+            loggers: the loggers to record, with those below them; "" is all of the process.
+            limits: `log_bytes` and `log_files` bound the file and its predecessors `x.log.1`, …; by default
+                the limits of the process.
 
         Raises:
-            OSError: the folder or the file cannot be made.
+            OSError: the folder or the file cannot be created.
         """
         super().__init__()
         file.parent.mkdir(parents=True, exist_ok=True)
-        self._path = file
-        self._file = file.open("a", encoding="utf-8")
-        self._waiting: queue.SimpleQueue[logging.LogRecord | None] = queue.SimpleQueue()
+        self._file = LogFile(file, limits)
+        self._pending: queue.SimpleQueue[logging.LogRecord | None] = queue.SimpleQueue()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._write, name="master log", daemon=True)
         self._thread.start()
@@ -62,21 +70,21 @@ class MasterLog(logging.Handler):
             master.setLevel(level.upper())
         elif level:
             logging.getLogger("rosmaster.main").error(
-                "master logger level [%s] is none of %s", level, ", ".join(LEVELS)
+                "master logger level must be one of %s, got [%s]", ", ".join(LEVELS), level
             )
 
     def emit(self, record: logging.LogRecord) -> None:
-        self._waiting.put(record)
+        self._pending.put(record)
 
     def close(self) -> None:
-        """Writes what is left to write, and closes the file. Harmless when repeated."""
+        """Writes all pending lines and closes the file. Harmless when repeated."""
         for logger in self._loggers:
             logger.removeHandler(self)
         if not self._closing.is_set():
             for logger, level in self._levels_before:
                 logger.setLevel(level)
             self._closing.set()
-            self._waiting.put(None)
+            self._pending.put(None)
             self._thread.join()
             self._file.close()
         super().close()
@@ -84,37 +92,24 @@ class MasterLog(logging.Handler):
     def _write(self) -> None:
         is_open = True
         while is_open:
-            batch = [self._waiting.get()]
+            batch = [self._pending.get()]
             with contextlib.suppress(queue.Empty):
                 while True:
-                    batch.append(self._waiting.get_nowait())
+                    batch.append(self._pending.get_nowait())
             is_open = None not in batch
-            try:
-                self._append("".join(f"{self.format(record)}\n" for record in batch if record))
-            except OSError:  # the disk is full, say; others go on
-                continue
-            finally:
-                self._closing.wait(PAUSE_S)
+            self._file.write("".join(f"{self._line(record)}\n" for record in batch if record))
+            self._closing.wait(PAUSE_S)
 
-    def _append(self, text: str) -> None:
-        if self._file.tell() + len(text) > FILE_LIMIT_BYTES:
-            self._put_aside()
-        self._file.write(text)
-        self._file.flush()
-
-    def _put_aside(self) -> None:
-        self._file.close()
-        names = [self._path.name, *(f"{self._path.name}.{number}" for number in range(1, FILES_KEPT + 1))]
-        for younger, older in reversed(list(pairwise(names))):
-            with contextlib.suppress(FileNotFoundError):
-                self._path.with_name(younger).replace(self._path.with_name(older))
-        self._file = self._path.open("a", encoding="utf-8")
+    def _line(self, record: logging.LogRecord) -> str:
+        try:
+            return self.format(record)
+        except Exception as error:  # the arguments do not fit; the other lines of the batch must not be lost
+            return f"[{record.name}][{record.levelname}] cannot be shown: {record.msg!r:.200} ({error})"
 
 
 class _Lines(logging.Formatter):
-    """One line for each message, whatever the names have in them that peers chose."""
+    """Formats each message as one line, whatever characters peers put into names."""
 
     def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802  # the name in Python
-        message = record.message[:MESSAGE_LIMIT]
-        record.message = message if message.isprintable() else repr(message)[1:-1]
+        record.message = printable(record.message, MESSAGE_LIMIT)
         return super().formatMessage(record)

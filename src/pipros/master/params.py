@@ -1,29 +1,36 @@
 """The parameter tree, without any IO.
 
-A parameter is any value that XML-RPC carries. Dictionaries are namespaces: a key is a path
-through them. Keys come in resolved (`/a/b`); doubled and trailing slashes do not matter.
+A parameter is any value that XML-RPC carries. Dictionaries are namespaces: a key is a path through them.
+Keys must be resolved (`/a/b`); doubled and trailing slashes do not matter.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any, Final, Protocol
 
 from pipros import names
 from pipros.errors import PiprosError
+from pipros.limits import process_limits
+from pipros.master.param_weight import VALUE_BYTES, entry_weight, weigh
 
 Tree = dict[str, Any]
 
 LEVELS_LIMIT: Final = 90
-"""Parts of a key: with them and the depth that a value may have, the whole tree can still be told."""
+"""Maximum components of a key. With the nesting limit of values, the whole tree still fits in one answer."""
 
 
 class NotATree(PiprosError, ValueError):
-    """The root was to be set to something that is no dictionary."""
+    """The root can only be set to a dictionary."""
 
 
 class TooDeep(PiprosError, ValueError):
-    """A key has more parts than the tree may have levels."""
+    """A key has more than `LEVELS_LIMIT` components."""
+
+
+class ParamsFull(PiprosError, ValueError):
+    """A value would take all parameters together above their limit."""
 
 
 class NotSet(PiprosError, KeyError):
@@ -31,7 +38,7 @@ class NotSet(PiprosError, KeyError):
 
 
 class ParamJournal(Protocol):
-    """Is told of every change of the tree, in order. Must not block."""
+    """Receives every change of a parameter tree, in order. Its methods must not block."""
 
     def param_set(self, key: str, value: Any) -> None: ...
 
@@ -39,51 +46,99 @@ class ParamJournal(Protocol):
 
 
 class ParamTree:
-    """The parameters of one master. Not for use from several threads at once.
+    """The parameters of one master. Not thread-safe.
 
-    Values are never changed, only replaced: `set` and `delete` copy the dictionaries on the way to
-    the key. So what `get` returned stays what it was, and may be read by another thread. The other
-    half of the bargain: whoever hands a value in or gets one out must not change it either.
+    Values are never changed, only replaced: `set` and `delete` copy the dictionaries on the way to the key.
+    So a value that `get` returned stays as it was, and other threads may read it. In return, callers must
+    not change a value that they passed in or got out.
+
+    Attributes:
+        held_bytes: the weight of all parameters together, keys included (see `param_weight`).
     """
 
-    def __init__(self, tree: Tree | None = None) -> None:
+    def __init__(self, tree: Tree | None = None, *, limit_bytes: int | None = None) -> None:
+        """`limit_bytes` bounds the weight of all parameters; by default `parameter_bytes` of the process."""
         self._root: Tree = {} if tree is None else tree
+        self._limit_bytes = process_limits().parameter_bytes if limit_bytes is None else limit_bytes
+        self._known_weights: Mapping[int, int] = {}
+        self.held_bytes = self._weight_of(self._root)
         self.journal: ParamJournal | None = None
 
     def get(self, key: str) -> Any:
-        """A value, or the dictionary of a namespace; of `/` everything.
+        """A value, or the dictionary of a namespace; `/` gives the whole tree.
 
         Raises:
-            NotSet: when there is none.
+            NotSet: the parameter is not set.
         """
-        value = _below(self._root, key, _NOTHING)
+        value = value_below(self._root, key, _NOTHING)
         if value is _NOTHING:
             raise NotSet(key)
         return value
 
     def has(self, key: str) -> bool:
-        return _below(self._root, key, _NOTHING) is not _NOTHING
+        return value_below(self._root, key, _NOTHING) is not _NOTHING
 
     def set(self, key: str, value: Any) -> None:
-        """Sets a value; what stood there, be it a whole namespace, is gone.
+        """Sets a value. It replaces the former value, also a whole namespace.
 
-        Values on the way to it give way to namespaces.
+        Plain values on the way to the key become namespaces.
 
         Raises:
-            NotATree: for another value than a dictionary at `/`.
-            TooDeep: the key has more than `LEVELS_LIMIT` parts.
+            NotATree: the key is `/` and the value is not a dictionary.
+            TooDeep: the key has more than `LEVELS_LIMIT` components.
+            ParamsFull: all parameters together would exceed their limit. Nothing was changed.
         """
         parts = _parts(key)
         if len(parts) > LEVELS_LIMIT:
             raise TooDeep(f"a key of {len(parts)} parts; the limit is {LEVELS_LIMIT}")
-        if not parts:
-            if type(value) is not dict:
-                raise NotATree("cannot set root of parameter tree to non-dictionary")
-            self._root = value
-        else:
+        if not parts and type(value) is not dict:
+            raise NotATree("cannot set root of parameter tree to non-dictionary")
+        former, missing = self._place(parts)
+        growth = self._weight_of(value) + sum(map(entry_weight, missing)) + VALUE_BYTES * len(missing[1:])
+        if former is not _NOTHING:
+            growth -= self._weight_of(former)
+            growth += VALUE_BYTES if missing else 0  # it becomes a namespace
+        if growth > 0 and self.held_bytes + growth > self._limit_bytes:
+            raise ParamsFull(
+                f"{key} would bring the parameters to {self.held_bytes + growth} bytes; "
+                f"the limit is {self._limit_bytes}"
+            )
+        self.held_bytes += growth
+        if parts:
             self._put(parts, value)
+        else:
+            self._root = value
         if self.journal:
             self.journal.param_set(key, value)
+
+    def former(self, key: str) -> Any:
+        """The value that setting `key` would replace: its own, or a plain one on the way to it; else None."""
+        former = self._place(_parts(key))[0]
+        return None if former is _NOTHING else former
+
+    @contextmanager
+    def weights_known(self, weights: Mapping[int, int]) -> Iterator[None]:
+        """Within the block, `weights` (by `id` of the value) are used instead of weighing those values."""
+        self._known_weights = weights
+        try:
+            yield
+        finally:
+            self._known_weights = {}
+
+    def _weight_of(self, value: Any) -> int:
+        known = self._known_weights.get(id(value))
+        return weigh(value) if known is None else known
+
+    def _place(self, parts: list[str]) -> tuple[Any, list[str]]:
+        """The value that one at this path would replace, and the components of the path that do not exist."""
+        value: Any = self._root
+        for count, part in enumerate(parts):
+            if type(value) is not dict:
+                return value, parts[count:]
+            if part not in value:
+                return _NOTHING, parts[count:]
+            value = value[part]
+        return value, []
 
     def _put(self, parts: list[str], value: Any) -> None:
         tree = self._root = self._root.copy()
@@ -97,11 +152,12 @@ class ParamTree:
         """Deletes a value or a whole namespace.
 
         Raises:
-            NotSet: when there is none; also for `/`, which always is.
+            NotSet: the parameter is not set, or `key` is `/`: the root cannot be deleted.
         """
         parts = _parts(key)
         if not parts or not self.has(key):
             raise NotSet(key)
+        self.held_bytes -= self._weight_of(self.get(key)) + entry_weight(parts[-1])
         tree = self._root = self._root.copy()
         for part in parts[:-1]:
             tree[part] = below = tree[part].copy()
@@ -111,7 +167,7 @@ class ParamTree:
             self.journal.param_deleted(key)
 
     def names(self) -> list[str]:
-        """The full names of all values, in the order they were set. An empty namespace has none."""
+        """The full names of all values, in the order they were set. Empty namespaces are left out."""
         found: list[str] = []
         stack = [("/", iter(self._root.items()))]
         while stack:
@@ -127,10 +183,10 @@ class ParamTree:
         return found
 
     def search(self, ns: str, key: str) -> str | None:
-        """Looks for `key` in the namespace `ns` (`/a/node`) and upwards; None when it is nowhere.
+        """Searches `key` in the namespace `ns` (`/a/node`) and upwards; None when it is not found.
 
-        Only the first component of the key is looked for: with `/a/x` set, `x/y` is found as
-        `/a/x/y` whether or not it is set. That is how ROS searches.
+        As in ROS, only the first component of the key has to exist: with `/a/x` set, the result for `x/y` is
+        `/a/x/y`, whether or not that is set.
         """
         if names.is_global(key):
             return key if self.has(key) else None
@@ -155,34 +211,10 @@ def _parts(key: str) -> list[str]:
     return [part for part in key.split("/") if part]
 
 
-def _below(value: Any, key: str, default: Any) -> Any:
-    """What stands in `value` under `key`."""
+def value_below(value: Any, key: str, default: Any) -> Any:
+    """The value under `key` in a tree; `default` when there is none."""
     for part in _parts(key):
         if type(value) is not dict or part not in value:
             return default
         value = value[part]
     return value
-
-
-def changes_for(subscribed_keys: Iterable[str], key: str, value: Any) -> Iterator[tuple[str, str, Any]]:
-    """What subscribers are told when `key` became `value` (`{}` when it was deleted).
-
-    A subscriber at or above the key is told the key and its value; one below is told its own part
-    of the value, `{}` when there is none.
-
-    Yields:
-        `(subscribed key, key to announce, value to announce)` for each one concerned; announced
-        keys end with a slash.
-    """
-    changed = as_namespace(key)
-    for subscribed in subscribed_keys:
-        own = as_namespace(subscribed)
-        if changed.startswith(own):
-            yield subscribed, changed, value
-        elif own.startswith(changed):
-            yield subscribed, own, _below(value, own[len(changed) :], {})
-
-
-def as_namespace(key: str) -> str:
-    """A key with a slash behind: what every key below it begins with."""
-    return key if key.endswith("/") else key + "/"

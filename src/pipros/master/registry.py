@@ -1,34 +1,39 @@
-"""Who publishes, subscribes and serves what: the master's books, without any IO.
+"""Which node publishes, subscribes to and serves what: the registrations of a master, without any IO.
 
-A node is known by its name, and has one API (the URI of its XML-RPC server) at a time. It exists
-in the books as long as it has at least one registration. A call that changes something returns
-the `Notice`s that the change calls for; somebody else delivers them.
+A node is known by its name, and has one API (the URI of its XML-RPC server) at a time. It is registered
+as long as it has at least one registration. A method that changes something returns the `Notice`s that
+the change calls for; the `Notifier` delivers them.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_left, insort
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
-from pipros.master.params import as_namespace
+from pipros import names
+from pipros.errors import PiprosError
+from pipros.limits import Limits, process_limits
+from pipros.master.unused_types import UnusedTypes
 
 ANY_TYPE = "*"
 MASTER_ID = "/master"
 REPLACED = "new node registered with same name"
+REGISTRATION_BYTES: Final = 256
+"""What a registration weighs besides its texts."""
 
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """One call that a node's API is to get.
+    """One call that is to be made to a node.
 
     Attributes:
         node: the name of the node.
-        api: where to call it; a node that has moved since is not called there any more.
+        api: the URI to call; the notice is dropped when the node has another one by then.
         method: `publisherUpdate`, `paramUpdate` or `shutdown`.
-        params: the parameters, the master's own caller_id first.
+        params: the arguments of the call, the master's own caller_id first.
     """
 
     node: str
@@ -37,8 +42,12 @@ class Notice:
     params: tuple[Any, ...]
 
 
+class RegistryFull(PiprosError, ValueError):
+    """A registration would take the registrations of the master above `registration_bytes`."""
+
+
 class Role(Enum):
-    """In which of the three tables a registration stands."""
+    """What a node is registered as."""
 
     PUBLISHER = "publisher"
     SUBSCRIBER = "subscriber"
@@ -48,15 +57,17 @@ class Role(Enum):
 
 @dataclass(slots=True)
 class NodeEntry:
-    """What one node has registered. The sets are ordered (dictionaries without values).
+    """What one node has registered.
 
     Attributes:
-        heard: how often the node has registered something, known or new.
+        registration_count: how many registrations came from the node, repeated ones included.
+        names: the topics, services and parameter keys of each role, in order of registration. (A dictionary
+            without values is an ordered set.)
     """
 
     name: str
     api: str
-    heard: int = 0
+    registration_count: int = 0
     names: dict[Role, dict[str, None]] = field(default_factory=lambda: {role: {} for role in Role})
 
     @property
@@ -65,41 +76,55 @@ class NodeEntry:
 
 
 class RegistryJournal(Protocol):
-    """Is told of every change of the books, in order. Must not block."""
+    """Receives every change of a registry, in order. Its methods must not block."""
 
     def registered(self, role: Role, node: str, key: str, api: str, service_api: str | None) -> None: ...
 
     def unregistered(self, role: Role, node: str, key: str) -> None: ...
 
-    def typed(self, topic: str, type_name: str) -> None: ...
+    def type_set(self, topic: str, type_name: str) -> None: ...
+
+    def type_forgotten(self, topic: str) -> None: ...
 
 
 class Registry:
-    """The books of one master. Not for use from several threads at once.
+    """The registrations of one master. Not thread-safe.
 
-    Names of topics, services and nodes come in resolved and checked; they are keys here, no more.
+    Names of topics, services and nodes must be resolved and checked by the caller.
 
-    A process whose name went to a newer one is `leaving` until it was told to shut down. Meanwhile nothing
-    that it registers is entered: a roscpp node subscribes to a parameter when it logs that it was told, and
-    would so take its name back and end its successor.
+    A node that registers under a name that another process has takes the name over. The other process is
+    `replaced` until its `shutdown` notice is done, and what it registers meanwhile is ignored: a roscpp node
+    subscribes to a parameter when it logs that it was asked to shut down, and would so take its name back
+    and end its successor.
+
+    The type of a topic is kept after its last publisher and subscriber have gone, as in genuine masters, but
+    only for as many such topics as the limits allow: the one that has been unused longest is forgotten.
+
+    The methods that register raise `RegistryFull`, and change nothing, when all registrations together would
+    exceed `registration_bytes`.
 
     Attributes:
-        leaving: name and API of the processes that were replaced and have not been told yet.
+        replaced: name and API of the processes that lost their name and have not been shut down yet.
+        held_bytes: approximate memory of all registrations and topic types.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, limits: Limits | None = None) -> None:
+        """`limits` defaults to those of the process."""
+        self._limits = limits or process_limits()
+        self.held_bytes = 0
+        self._unused_types = UnusedTypes(self._limits)
         self.journal: RegistryJournal | None = None
         self.nodes: dict[str, NodeEntry] = {}
-        self.leaving: set[tuple[str, str]] = set()
+        self.replaced: set[tuple[str, str]] = set()
         self.topic_types: dict[str, str] = {}
         self._tables: dict[Role, dict[str, dict[str, None]]] = {role: {} for role in Role}
         self._service_apis: dict[str, str] = {}
-        self._param_namespaces: list[str] = []  # the subscribed keys, each with a slash behind, sorted
+        self._param_namespaces: list[str] = []  # the subscribed keys, each with a trailing slash, sorted
 
     # ---- reading
 
     def api_of(self, node: str) -> str | None:
-        """The API of a node; None when it has nothing registered."""
+        """The API of a node; None when it is not registered."""
         entry = self.nodes.get(node)
         return entry.api if entry else None
 
@@ -108,7 +133,7 @@ class Registry:
         return self._service_apis.get(service)
 
     def names_of(self, role: Role, key: str) -> list[str]:
-        """The nodes that stand under a topic, service or parameter key, first come first."""
+        """The nodes registered for a topic, service or parameter key, in order of registration."""
         return list(self._tables[role].get(key, ()))
 
     def apis_of(self, role: Role, key: str) -> list[str]:
@@ -116,30 +141,31 @@ class Registry:
         return [self.nodes[name].api for name in self._tables[role].get(key, ())]
 
     def keys_of(self, role: Role) -> Iterator[str]:
-        """The topics, services or parameter keys that have somebody."""
+        """The topics, services or parameter keys with at least one node."""
         return iter(self._tables[role])
 
     def param_keys_around(self, key: str) -> list[str]:
-        """The parameter keys at, above and below `key` that somebody has subscribed to."""
+        """The subscribed parameter keys at, above and below `key`."""
         subscribed = self._tables[Role.PARAM_SUBSCRIBER]
         if not subscribed:
             return []
         parts = key.rstrip("/").split("/")
         above = ("/".join(parts[:count]) or "/" for count in range(1, len(parts)))
-        namespace = as_namespace(key)
+        namespace = names.as_namespace(key)
         start = bisect_left(self._param_namespaces, namespace)
         end = bisect_left(self._param_namespaces, namespace[:-1] + "0", start)  # "0" comes after "/"
         below = (found.rstrip("/") or "/" for found in self._param_namespaces[start:end])
         return [*(found for found in above if found in subscribed), *below]
 
     def table(self, role: Role) -> list[list[Any]]:
-        """`[key, [node, …]]` for every key, as `getSystemState` has it."""
+        """`[key, [node, …]]` for every key, as in the answer of `getSystemState`."""
         return [[key, list(names)] for key, names in self._tables[role].items()]
 
     # ---- changing
 
     def register_publisher(self, node: str, topic: str, type_name: str, api: str) -> list[Notice]:
-        """Enters a publisher; tells the subscribers, also when it was there before."""
+        """Registers a publisher; notifies the subscribers, also when it was registered before."""
+        self._check_room(Role.PUBLISHER, node, topic, api, type_name, self.topic_types.get(topic))
         notices = self._enter(Role.PUBLISHER, node, topic, api)
         if type_name != ANY_TYPE or topic not in self.topic_types:
             self._set_type(topic, type_name)
@@ -147,16 +173,18 @@ class Registry:
         return notices
 
     def register_subscriber(self, node: str, topic: str, type_name: str, api: str) -> list[Notice]:
-        """Enters a subscriber. Its type is noted only when none is known yet."""
+        """Registers a subscriber. Its type counts only when the topic has none yet."""
+        self._check_room(Role.SUBSCRIBER, node, topic, api, type_name, self.topic_types.get(topic))
         notices = self._enter(Role.SUBSCRIBER, node, topic, api)
         if type_name != ANY_TYPE and topic not in self.topic_types:
             self._set_type(topic, type_name)
         return notices
 
     def register_service(self, node: str, service: str, service_api: str, api: str) -> list[Notice]:
-        """Enters the one provider of a service; an earlier provider silently loses it."""
-        if (node, api) in self.leaving:
+        """Registers the provider of a service; an earlier provider silently loses it."""
+        if (node, api) in self.replaced:
             return []
+        self._check_room(Role.SERVICE, node, service, api, service_api, self._service_apis.get(service))
         notices = self._enter(Role.SERVICE, node, service, api, service_api)
         for former in self.names_of(Role.SERVICE, service):
             if former != node:
@@ -164,18 +192,19 @@ class Registry:
         return notices
 
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
-        """Enters a node that wants to hear of changes at and below a parameter key."""
+        """Registers a node for changes at, above and below a parameter key."""
+        self._check_room(Role.PARAM_SUBSCRIBER, node, key, api)
         return self._enter(Role.PARAM_SUBSCRIBER, node, key, api)
 
     def unregister(self, role: Role, node: str, key: str, api: str) -> tuple[bool, list[Notice]]:
-        """Takes one registration out. Nothing happens when `api` is not the node's present one."""
+        """Removes one registration, if `api` is the API of the node. Returns whether there was one."""
         if self.api_of(node) != api or node not in self._tables[role].get(key, ()):
             return False, []
         self._remove(role, node, key)
         return True, self._publisher_updates(key) if role is Role.PUBLISHER else []
 
     def unregister_service(self, node: str, service: str, service_api: str) -> bool:
-        """Takes a service out. Nothing happens when it has moved to another provider meanwhile."""
+        """Removes a service, unless another provider has taken it over. Returns whether there was one."""
         if self._service_apis.get(service) != service_api:
             return False
         if node not in self._tables[Role.SERVICE].get(service, ()):
@@ -184,7 +213,7 @@ class Registry:
         return True
 
     def remove_node(self, node: str) -> list[Notice]:
-        """Takes all registrations of a node out, and tells the subscribers of its topics."""
+        """Removes all registrations of a node, and notifies the subscribers of its topics."""
         entry = self.nodes.get(node)
         if entry is None:
             return []
@@ -194,65 +223,108 @@ class Registry:
                 self._remove(role, node, key)
         return [notice for topic in published for notice in self._publisher_updates(topic)]
 
-    def dealt_with(self, notice: Notice) -> None:
-        """A notice was delivered, or is not going to be."""
+    def notice_done(self, notice: Notice) -> None:
+        """To be called when a notice was delivered, or will not be."""
         if notice.method == "shutdown":
-            self.leaving.discard((notice.node, notice.api))
+            self.replaced.discard((notice.node, notice.api))
 
     def restore(self, role: Role, node: str, key: str, api: str, service_api: str | None) -> None:
-        """Enters what was known before a crash of the master. Nobody needs to be told."""
+        """Restores a registration of a previous run of the master. No node is notified."""
         self._enter(role, node, key, api, service_api)
 
     def restore_type(self, topic: str, type_name: str) -> None:
-        """The type of a topic that was known before a crash."""
+        """Restores the type of a topic from a previous run."""
         self._set_type(topic, type_name)
 
     def _set_type(self, topic: str, type_name: str) -> None:
-        if self.journal and self.topic_types.get(topic) != type_name:
-            self.journal.typed(topic, type_name)
+        former = self.topic_types.get(topic)
+        if former == type_name:
+            return
+        if self.journal:
+            self.journal.type_set(topic, type_name)
+        self.held_bytes += len(type_name) - len(former or "")
         self.topic_types[topic] = type_name
+        self._note_unused(topic)
+
+    def _check_room(
+        self, role: Role, node: str, key: str, api: str, detail: str = "", former: str | None = None
+    ) -> None:
+        """Raises `RegistryFull` when a registration would exceed the limit.
+
+        Args:
+            detail: the type or URI that comes with it.
+            former: the type or URI that `detail` replaces.
+        """
+        growth = len(detail) - len(former or "")
+        entry = self.nodes.get(node)
+        if not entry or entry.api != api or key not in entry.names[role]:
+            growth += _weight(node, key, api)
+        if growth > 0 and self.held_bytes + growth > self._limits.registration_bytes:
+            raise RegistryFull(
+                f"it would bring the registrations of the master to {self.held_bytes + growth} bytes; "
+                f"the limit is {self._limits.registration_bytes}"
+            )
+
+    def _note_unused(self, topic: str) -> None:
+        """Puts a topic that no node has any more on the list of those whose types may be forgotten."""
+        type_name = self.topic_types.get(topic)
+        if type_name is None or any(topic in self._tables[role] for role in _ROLES_WITH_TYPES):
+            return
+        for forgotten in self._unused_types.add(topic, type_name):
+            self.held_bytes -= len(self.topic_types.pop(forgotten))
+            if self.journal:
+                self.journal.type_forgotten(forgotten)
 
     def _enter(
         self, role: Role, node: str, key: str, api: str, service_api: str | None = None
     ) -> list[Notice]:
         notices: list[Notice] = []
-        if (node, api) in self.leaving:
+        if (node, api) in self.replaced:
             return notices
         entry = self.nodes.get(node)
         if entry and entry.api != api:
             reason = f"[{node}] Reason: {REPLACED}"
             notices.append(Notice(node, entry.api, "shutdown", (MASTER_ID, reason)))
-            self.leaving.add((node, entry.api))
+            self.replaced.add((node, entry.api))
             notices += self.remove_node(node)
             entry = None
         if entry is None:
             entry = self.nodes[node] = NodeEntry(node, api)
-        entry.heard += 1
-        if self.journal and (key not in entry.names[role] or role is Role.SERVICE):
+        entry.registration_count += 1
+        is_new = key not in entry.names[role]
+        if self.journal and (is_new or role is Role.SERVICE):
             self.journal.registered(role, node, key, api, service_api)
-        entry.names[role][key] = None
+        if is_new:
+            self.held_bytes += _weight(node, key, api)
+            entry.names[role][key] = None
+            if role in _ROLES_WITH_TYPES:
+                self._unused_types.remove(key)
         if role is Role.PARAM_SUBSCRIBER and key not in self._tables[role]:
-            insort(self._param_namespaces, as_namespace(key))
+            insort(self._param_namespaces, names.as_namespace(key))
         self._tables[role].setdefault(key, {})[node] = None
         if service_api is not None:
+            self.held_bytes += len(service_api) - len(self._service_apis.get(key, ""))
             self._service_apis[key] = service_api
         return notices
 
     def _remove(self, role: Role, node: str, key: str) -> None:
-        nodes_here = self._tables[role][key]
-        del nodes_here[node]
-        if not nodes_here:
+        nodes = self._tables[role][key]
+        del nodes[node]
+        if not nodes:
             del self._tables[role][key]
             if role is Role.SERVICE:
-                del self._service_apis[key]
+                self.held_bytes -= len(self._service_apis.pop(key))
             elif role is Role.PARAM_SUBSCRIBER:
-                del self._param_namespaces[bisect_left(self._param_namespaces, as_namespace(key))]
+                del self._param_namespaces[bisect_left(self._param_namespaces, names.as_namespace(key))]
         if self.journal:
             self.journal.unregistered(role, node, key)
         entry = self.nodes[node]
         del entry.names[role][key]
+        self.held_bytes -= _weight(node, key, entry.api)
         if entry.is_empty:
             del self.nodes[node]
+        if not nodes and role in _ROLES_WITH_TYPES:
+            self._note_unused(key)
 
     def _publisher_updates(self, topic: str) -> list[Notice]:
         subscribers = self._tables[Role.SUBSCRIBER].get(topic)
@@ -262,15 +334,9 @@ class Registry:
         return [Notice(name, self.nodes[name].api, "publisherUpdate", params) for name in subscribers]
 
 
-def param_updates(
-    registry: Registry, changes: Iterable[tuple[str, str, Any]], *, except_node: str
-) -> Iterator[Notice]:
-    """The notices for changed parameters, as `params.changes_for` lists them, one's own changes left out.
+_ROLES_WITH_TYPES: Final = (Role.PUBLISHER, Role.SUBSCRIBER)
 
-    They are made as they are taken, and tell who stands in the books then.
-    """
-    for subscribed, key, value in changes:
-        params = (MASTER_ID, key, value)  # one for all, so that it is encoded once
-        for name in registry.names_of(Role.PARAM_SUBSCRIBER, subscribed):
-            if name != except_node:
-                yield Notice(name, registry.nodes[name].api, "paramUpdate", params)
+
+def _weight(node: str, key: str, api: str) -> int:
+    """Approximate bytes of a registration: its texts, and the dictionary entries for them."""
+    return REGISTRATION_BYTES + len(node) + len(key) + len(api)

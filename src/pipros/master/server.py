@@ -1,187 +1,187 @@
-"""A running master, as others in the process hold it."""
+"""Puts the parts of a master together on one asyncio loop."""
 
 from __future__ import annotations
 
-import contextlib
-import gc
-import ipaddress
-import os
-import sys
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+import asyncio
+import logging
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Final
 
-from pipros.env import DEFAULT_MASTER_PORT, Environment
-from pipros.master.serving import MasterServer
+from pipros import names
+from pipros.limits import process_limits
+from pipros.master import statistics
+from pipros.master.api import MasterApi
+from pipros.master.liveness import Liveness, find_live_nodes
+from pipros.master.notifier import Notifier
+from pipros.master.options import MasterOptions
+from pipros.master.param_weight import is_small, weigh
+from pipros.master.params import ParamTree
+from pipros.master.recipients import RegisteredNodes
+from pipros.master.registry import Registry
+from pipros.master.store import Store, restore_params, restore_registrations
 from pipros.net import address
-from pipros.net.loop import BackgroundLoop
-from pipros.net.rpc_server import RpcLimits, connections_that_fit
+from pipros.net.rpc_server import RpcServer, current_caller
+from pipros.net.this_machine import Caller
+from pipros.printable import printable
 
-_DESCRIPTORS: Final = 65536
+_log = logging.getLogger("rosmaster.master")
 
-Network = ipaddress.IPv4Network | ipaddress.IPv6Network
+RESUME_ANSWER_S: Final = 1.0
+"""How long the nodes of a previous run have to answer."""
 
 
-class Master:
-    """A ROS master with its parameter server, in a thread of its own.
-
-    Several may run in one process. A context manager: starts on the way in, stops on the way out.
-
-    >>> with Master(port=0) as master:                             # doctest: +SKIP
-    ...     print(master.uri)
-    http://127.0.0.1:40123/
-
-    Attributes:
-        host: the address it listens on; `127.0.0.1` is for this machine only.
-    """
+class MasterServer:
+    """A master on the event loop that `start()` is awaited on. Only the constructor may run elsewhere."""
 
     def __init__(
         self,
+        options: MasterOptions,
         *,
-        host: str | None = None,
-        port: int = DEFAULT_MASTER_PORT,
-        advertised_host: str | None = None,
-        environment: Environment | None = None,
-        allow: Sequence[str] = (),
-        parameters: Mapping[str, Any] | None = None,
-        limits: RpcLimits | None = None,
-        notice_timeout_s: float | None = None,
-        store: Path | None = None,
-        on_shutdown: Callable[[str], None] | None = None,
+        hosts: Sequence[str],
+        advertised_host: str,
+        admits: Callable[[Caller], bool] | None,
     ) -> None:
-        """Nothing is opened yet.
-
-        Args:
-            host: the address to listen on; by default what the environment says, which is loopback
-                as long as everything is local (see `pipros.net.address`).
-            port: the port; 0 is a free one.
-            advertised_host: the host in `uri`; by default what the environment says.
-            environment: by default that of this process.
-            allow: networks that may connect, besides loopback: `10.0.0.0/8`, `192.168.1.7`. Empty allows all.
-            parameters: keys and values to set before anybody can ask.
-            limits: what one peer may cost.
-            notice_timeout_s: how long a node may take over a `publisherUpdate` and the like.
-            store: a file to keep parameters and registrations in, and to begin with what is in it.
-            on_shutdown: called, in the master's thread, when a peer on this machine asks for the end by
-                the `shutdown` method; the owner then calls `stop()`.
-
-        Raises:
-            ValueError: when `allow` has something that is no network.
         """
-        environment = environment or Environment.from_os()
-        self.host = host or address.bind_host(environment)
-        self._hosts = [self.host]
-        if self.host == address.LOOPBACK_IPV6 and not (host or environment.hostname or environment.ip):
-            self._hosts.append(address.LOOPBACK)  # whatever the localhost of ROS_MASTER_URI means here
-        self._networks: list[Network] = [ipaddress.ip_network(network, strict=False) for network in allow]
-        self._loop = BackgroundLoop("master")
-        self._server = MasterServer(
-            hosts=self._hosts,
-            port=port,
-            advertised_host=advertised_host or _advertised_host(host, environment),
-            admits=self._admits if self._networks else None,
-            parameters=parameters or {},
+        Args:
+            hosts: the addresses to listen on.
+            advertised_host: the host in the URI.
+            admits: whether a caller may connect; by default all may.
+        """
+        self._options = options
+        self._advertised_host = advertised_host
+        self._store: Store | None = None
+        self._limits = limits = options.limits or process_limits()
+        self.registry = Registry(limits)
+        self.params = ParamTree(limit_bytes=limits.parameter_bytes)
+        self.liveness = Liveness(self.registry, self._remove_node, options.probing)
+        self.notifier = Notifier(RegisteredNodes(self.registry, self.liveness), limits)
+        self._api = MasterApi(
+            self.registry,
+            self.params,
+            notify=self.notifier.notify,
+            shutdown=self._shut_down,
             limits=limits,
-            notice_timeout_s=notice_timeout_s,
-            store=store,
-            on_shutdown=on_shutdown,
         )
-        self._is_running = False
-
-    @property
-    def port(self) -> int:
-        """The port; valid from `start()` on when it was given as 0."""
-        return self._server.rpc.port
+        methods: dict[str, Callable[..., Any]] = {
+            **self._api.methods,
+            "getParamNames": self._get_param_names,
+            "setParam": partial(self._change_param, "setParam"),
+            "deleteParam": partial(self._change_param, "deleteParam"),
+            statistics.METHOD: self._statistics,
+        }
+        self.rpc = RpcServer(methods, host=hosts, port=options.port, limits=limits, admits=admits)
+        self._rate = statistics.CallRate()
+        self._started_at = 0.0
 
     @property
     def uri(self) -> str:
-        """What nodes set as `ROS_MASTER_URI`; valid from `start()` on."""
-        return self._server.uri
+        return self._api.uri
 
-    @property
-    def binding(self) -> str:
-        """Who can connect, in words: `listens on 127.0.0.1, for this computer only`."""
-        listens = f"listens on {' and '.join(self._hosts)}"
-        if address.is_loopback(self.host):
-            return f"{listens}, for this computer only"
-        if self._networks:
-            return f"{listens}, open to {', '.join(map(str, self._networks))}"
-        return f"{listens}, open to everybody who can reach this computer"
-
-    def start(self) -> None:
-        """Opens the port; the master answers when this returns.
+    async def start(self) -> None:
+        """Restores what the store has, sets the parameters, then opens the port.
 
         Raises:
-            OSError: when the port is taken, the address is not of this machine or the store cannot be made.
+            OSError: the port is taken, the address is not of this machine, or the store cannot be made.
         """
-        self._loop.start()
+        if self._options.store:
+            self._store = await asyncio.to_thread(Store, self._options.store)
+            await self._resume(self._store)
+        for key, value in self._options.parameters.items():
+            self.params.set(key, value)
         try:
-            self._loop.run(self._server.start())
+            await self.rpc.start()
         except BaseException:
-            self._loop.stop()
+            await self.stop()
             raise
-        self._is_running = True
+        self._api.uri = address.uri(self._advertised_host, self.rpc.port)
+        _log.info("Master initialized: port[%d], uri[%s]", self.rpc.port, self._api.uri)
+        self.liveness.start()
+        self._started_at = asyncio.get_running_loop().time()
+        self._sample()
 
-    def stop(self) -> None:
-        """Closes the port and all connections. Harmless when repeated."""
-        if not self._is_running:
-            return
-        self._is_running = False
-        self._loop.run(self._server.stop())
-        self._loop.stop()
+    async def stop(self) -> None:
+        """Closes the port and all connections, and writes out the store."""
+        self.liveness.stop()
+        self.notifier.close()
+        await self.rpc.stop()
+        if self._store:
+            await asyncio.to_thread(self._store.close)
 
-    def __enter__(self) -> Master:
-        if not self._is_running:
-            self.start()
-        return self
+    async def _resume(self, store: Store) -> None:
+        stored = store.restored
+        restore_params(self.params, stored)
+        nodes = {found.node: found.api for found in stored.registrations}
+        alive = await find_live_nodes(nodes, RESUME_ANSWER_S)
+        store.forget_registrations()
+        self.registry.journal = store
+        self.params.journal = store
+        restore_registrations(self.registry, stored, alive)
+        for node in alive:
+            self.liveness.note_reached(node)
+        if stored.parameters or nodes:
+            _log.info("resumed from %s: %d of %d nodes are still there", store.file, len(alive), len(nodes))
 
-    def __exit__(self, *_: object) -> None:
-        self.stop()
+    def _remove_node(self, node: str, api: str) -> None:
+        if self.registry.api_of(node) == api:
+            self.notifier.notify(self.registry.remove_node(node))
 
-    def _admits(self, peer: str) -> bool:
-        try:
-            ip = ipaddress.ip_address(peer)
-        except ValueError:
+    def _shut_down(self, reason: str) -> bool:
+        if not self._options.on_shutdown or not current_caller.get().is_here:
             return False
-        return ip.is_loopback or any(ip in network for network in self._networks)
+        # Shortly after the answer was sent.
+        asyncio.get_running_loop().call_later(0.05, self._options.on_shutdown, printable(reason))
+        return True
 
+    async def _get_param_names(self, *params: Any) -> Any:
+        """Runs in a thread: walking a large tree takes long. The tree it walks is never changed."""
+        answer = self._api.methods["getParamNames"]
+        return await asyncio.get_running_loop().run_in_executor(self.rpc.large_values, answer, *params)
 
-def devote_process() -> None:
-    """Fits the process out to be a master before all else. For commands, not for libraries.
+    def _change_param(self, method: str, *params: Any) -> Any:
+        """Sets or deletes a parameter; returns an awaitable when the new or the replaced value is large."""
+        value, former = params[2] if len(params) > 2 else None, self._former(params)
+        if is_small(value) and is_small(former):
+            return self._api.methods[method](*params)
+        return self._change_large_param(method, params)
 
-    As many descriptors as it may have, because a robot has many nodes. Threads that take turns more
-    quickly, so that a large value that is decoded in one does not slow the answers to others. And a
-    garbage collector that does not stop everything to look through that value: a master makes no
-    reference cycles but those of connections, which are found while they are young. (It takes 10 ms to look
-    through 100,000 objects; ten thousand connections that come and go are 127 ms of garbage in one go.)
-    """
-    sys.setswitchinterval(0.0005)
-    gc.set_threshold(2_000, 10, 10_000)
-    try:
-        import resource
-    except ImportError:  # Windows, where sockets do not count as files
-        return
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    wanted = _DESCRIPTORS if hard == resource.RLIM_INFINITY else min(hard, _DESCRIPTORS)
-    if soft != resource.RLIM_INFINITY and soft < wanted:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
-    _make_room_for_descriptors(min(wanted, connections_that_fit() * 2))
+    async def _change_large_param(self, method: str, params: tuple[Any, ...]) -> Any:
+        """Weighs large values in a thread. Meanwhile another call may replace the former value."""
+        loop = asyncio.get_running_loop()
+        weighed: list[Any] = []  # keeps the values alive, so that each `id` stays unique
+        weights: dict[int, int] = {}
+        while waiting := [
+            value for value in (*params[2:3], self._former(params)) if id(value) not in weights
+        ]:
+            for value in waiting:
+                weights[id(value)] = await loop.run_in_executor(self.rpc.large_values, weigh, value)
+            weighed += waiting
+        with self.params.weights_known(weights):
+            return self._api.methods[method](*params)
 
+    def _former(self, params: tuple[Any, ...]) -> Any:
+        """The value that a call would replace; None also when the arguments are invalid."""
+        if len(params) < 2 or type(params[0]) is not str or type(params[1]) is not str:
+            return None
+        if not params[1] or max(map(len, params[:2])) > self._limits.name_characters:
+            return None
+        return self.params.former(names.resolve(params[1], params[0]))
 
-def _make_room_for_descriptors(count: int) -> None:
-    """Lets the system's table of our descriptors grow to its size now.
+    def _sample(self) -> None:
+        loop = asyncio.get_running_loop()
+        self._rate.sample(loop.time(), sum(self.rpc.calls.values()))
+        loop.call_later(1.0, self._sample)
 
-    It doubles when it is full, and on Linux a process that has threads stands still for 10 to 20 ms at that.
-    """
-    import fcntl
-
-    with contextlib.suppress(OSError), open(os.devnull, "rb") as any_file:
-        os.close(fcntl.fcntl(any_file.fileno(), fcntl.F_DUPFD_CLOEXEC, count - 1))
-
-
-def _advertised_host(host: str | None, environment: Environment) -> str:
-    if host is None or host in (address.ANY, address.ANY_IPV6):
-        if host and not (environment.hostname or environment.ip) and address.is_master_local(environment):
-            return address.own_name(environment)
-        return address.advertised_host(environment)
-    return host
+    async def _statistics(self, _caller_id: str) -> list[Any]:
+        loop = asyncio.get_running_loop()
+        param_names = await loop.run_in_executor(self.rpc.large_values, self.params.names)
+        figures = statistics.collect(
+            uptime_s=loop.time() - self._started_at,
+            registry=self.registry,
+            param_count=len(param_names),
+            rpc=self.rpc,
+            notifier=self.notifier,
+            liveness=self.liveness,
+            rate=self._rate,
+        )
+        return [1, "statistics", figures]

@@ -1,4 +1,4 @@
-"""What a master says about itself, as a value for XML-RPC and as a text for people."""
+"""The statistics of a master, as a value for XML-RPC and as a text."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from pipros.master.registry import Registry, Role
 from pipros.net.rpc_server import RpcServer
 
 METHOD: Final = "pipros.getStatistics"
-"""What the method is called by which a master tells them; genuine masters have none."""
+"""The XML-RPC method that returns them; genuine masters do not have it."""
 
 _RATE_OVER_S: Final = 10
 
 
 class CallRate:
-    """Calls a second over the last ten seconds; `sample` is to be called once a second."""
+    """Calls per second over the last ten seconds. `sample` must be called once a second."""
 
     def __init__(self) -> None:
         self._samples: deque[tuple[float, int]] = deque(maxlen=_RATE_OVER_S + 1)
@@ -43,7 +43,7 @@ def collect(
     liveness: Liveness,
     rate: CallRate,
 ) -> dict[str, Any]:
-    """The figures as a dictionary that XML-RPC carries. Counts are floats, because they may pass 32 bits."""
+    """The figures as a dictionary for XML-RPC. Counts that may exceed 32 bits are floats."""
     return {
         "uptime_s": uptime_s,
         "nodes": len(registry.nodes),
@@ -70,14 +70,14 @@ def collect(
 
 
 def describe(uri: str, figures: dict[str, Any]) -> str:
-    """The figures as lines in the manner of `rosnode info`."""
+    """The figures as text, in the layout of `rosnode info`."""
     lines = [
         "-" * 80,
         f"Master [{uri}], up for {figures['uptime_s']:.0f} s",
         f"Nodes: {figures['nodes']}, topics published: {figures['topics_published']}, "
         f"subscribed: {figures['topics_subscribed']}, services: {figures['services']}, "
         f"parameters: {figures['parameters']}",
-        f"Calls: {figures['calls']:.0f}, of late {figures['calls_per_s']:.1f} a second",
+        f"Calls: {figures['calls']:.0f}, recently {figures['calls_per_s']:.1f} a second",
         *_listed("By method", {name: f"{count:.0f}" for name, count in figures["calls_by_method"].items()}),
         f"Connections: {figures['connections']} open, {figures['connections_accepted']:.0f} so far, "
         f"{figures['connections_closed_for_room']:.0f} closed to make room",

@@ -1,19 +1,19 @@
-"""What the master knows, kept in a file, so that it can go on after a crash.
+"""The state of a master in a file, from which it is restored after a crash.
 
-An SQLite database in WAL mode: a process that is killed at any moment loses at most what it did in
-the last `PAUSE_S`, and leaves no half of anything. Parameters are kept as the calls that set
-them, in order; a call removes those that it makes superfluous, so the file does not grow with time.
+An SQLite database in WAL mode: a process that is killed loses at most the changes of the last `PAUSE_S`, and
+leaves no partial change. Parameters are stored as the calls that set them, in order; a call deletes those
+that it supersedes, so the file does not grow with time.
 
-The file is written by a thread of its own: at once when little happens, else every `PAUSE_S` what
-came meanwhile. Callers never wait for it. Nothing waits for the disk itself either: what was written is
-safe from the end of the process; when the computer loses its power the file stays whole, and its last
-moments may be missing.
+A thread writes the file: at once when little happens, else every `PAUSE_S`. Callers never wait for it, and
+nothing waits for the disk: what was written survives the end of the process; when the computer loses its
+power the file stays intact, but the last changes may be missing.
 """
 
 from __future__ import annotations
 
 import contextlib
 import logging
+import os
 import queue
 import sqlite3
 import threading
@@ -21,10 +21,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+from stat import S_ISLNK
 from typing import Any, Final
 
+from pipros.cache_files import Untrusted, check_owner
 from pipros.errors import PiprosError
-from pipros.master.params import ParamTree
+from pipros.master.params import ParamsFull, ParamTree
 from pipros.master.registry import Registry, Role
 from pipros.wire.xmlrpc import decode_response, encode_response
 
@@ -32,7 +34,7 @@ _log = logging.getLogger("rosmaster.master")
 
 PAUSE_S: Final = 0.02
 APPLICATION_ID: Final = 0x70697072
-"""`pipr`; by it a store is told from any other SQLite file."""
+"""`pipr`; marks the SQLite files that are stores."""
 FORMAT: Final = 1
 
 _SCHEMA: Final = """
@@ -48,7 +50,7 @@ CREATE TABLE topic_types (topic TEXT PRIMARY KEY, type TEXT NOT NULL);
 
 @dataclass(frozen=True, slots=True)
 class Registration:
-    """One registration as it was kept."""
+    """A registration in the store."""
 
     role: Role
     node: str
@@ -58,11 +60,11 @@ class Registration:
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
-    """What a store had when it was opened.
+class StoredState:
+    """The contents of a store when it was opened.
 
     Attributes:
-        parameters: key and value in the order to set them; or what became of the key without a value.
+        parameters: keys and values in the order to set them; an `Absence` stands for a missing value.
         registrations: in the order they were made.
         topic_types: topic to type.
     """
@@ -72,43 +74,48 @@ class Kept:
     topic_types: dict[str, str]
 
 
-class Fate(Enum):
-    """Stands for a value where there is none."""
+class Absence(Enum):
+    """Stands for the value of a key that has none."""
 
     DELETED = "deleted, below a namespace that was set as a whole"
     NAMESPACE = "a namespace, in which there may be nothing"
+
+
+class StoreUntrusted(PiprosError):
+    """Another user could have written the file of a store."""
 
 
 class Store:
     """The journal of a registry and a parameter tree (`RegistryJournal`, `ParamJournal`) in a file.
 
     Attributes:
-        kept: what was in the file when it was opened.
-        set_aside: where a file was moved that could not be used; None when there was none.
+        restored: the contents of the file when it was opened.
+        set_aside: where an unusable file was moved to; None when the file was usable or new.
     """
 
     def __init__(self, file: Path) -> None:
-        """Opens or makes the file. One that is torn or of other making is set aside, not changed.
+        """Opens or creates the file. A damaged or foreign file is moved aside unchanged.
 
         Raises:
-            OSError: the folder cannot be made or the unusable file cannot be moved.
+            OSError: the folder cannot be created or the unusable file cannot be moved.
+            StoreUntrusted: another user could have written the file.
         """
         self.file = file
         self.set_aside: Path | None = None
-        file.parent.mkdir(parents=True, exist_ok=True)
+        _make_private(file)
         try:
-            self._database, self.kept = _open(file)
+            self._database, self.restored = _open(file)
         except (sqlite3.Error, PiprosError, ValueError, KeyError) as error:
             self.set_aside = _move_aside(file)
-            _log.error("%s is no store of a master (%s); moved to %s", file, error, self.set_aside)
-            self._database, self.kept = _open(file)
+            _log.error("%s is not a usable store of a master (%s); moved to %s", file, error, self.set_aside)
+            self._database, self.restored = _open(file)
         self._changes: queue.SimpleQueue[tuple[str, tuple[Any, ...]] | None] = queue.SimpleQueue()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._write, name="master store", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Writes what is left to write and closes the file."""
+        """Writes all pending changes and closes the file."""
         self._closing.set()
         self._changes.put(None)
         self._thread.join()
@@ -124,14 +131,14 @@ class Store:
         self._supersede(key)
         parts = key.split("/")[1:-1]
         above = ["/", *("/" + "/".join(parts[: count + 1]) for count in range(len(parts)))]
-        # The deletion itself is kept only below a namespace that was set as a whole.
+        # The deletion itself is stored only below a namespace that was set as a whole.
         one_of = ", ".join("?" * len(above))
         statement = (
             "INSERT INTO parameters (key, value) SELECT ?, NULL "  # noqa: S608  # only question marks
             f"WHERE EXISTS (SELECT 1 FROM parameters WHERE value != x'' AND key IN ({one_of}))"
         )
         self._changes.put((statement, (key, *above)))
-        if parts:  # the namespace stays, though nothing may be left in it
+        if parts:  # the namespace stays, even when it is empty
             statement = (
                 "INSERT INTO parameters (key, value) SELECT ?, x'' "
                 "WHERE NOT EXISTS (SELECT 1 FROM parameters WHERE key = ? AND value = x'')"
@@ -148,11 +155,14 @@ class Store:
         self._changes.put((statement, (role.name, node, key)))
 
     def forget_registrations(self) -> None:
-        """Strikes all registrations out; those that are still good are entered again."""
+        """Deletes all registrations; those that are still valid are restored afterwards."""
         self._changes.put(("DELETE FROM registrations", ()))
 
-    def typed(self, topic: str, type_name: str) -> None:
+    def type_set(self, topic: str, type_name: str) -> None:
         self._changes.put(("INSERT OR REPLACE INTO topic_types VALUES (?, ?)", (topic, type_name)))
+
+    def type_forgotten(self, topic: str) -> None:
+        self._changes.put(("DELETE FROM topic_types WHERE topic = ?", (topic,)))
 
     def _supersede(self, key: str) -> None:
         if key == "/":
@@ -199,7 +209,35 @@ def _plain(item: Any) -> Any:
     return encode_response(item.value) if isinstance(item, _Value) else item
 
 
-def _open(file: Path) -> tuple[sqlite3.Connection, Kept]:
+def _make_private(file: Path) -> None:
+    """Creates or checks the file, so that no other user can read or set the parameters: some are secrets.
+
+    SQLite gives its auxiliary files the same permissions.
+    """
+    file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if not hasattr(os, "getuid"):
+        return
+    try:
+        _check_not_planted(file.parent)
+        try:
+            os.close(os.open(file, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600))
+        except FileExistsError:
+            _check_not_planted(file)
+            file.chmod(0o600)
+    except Untrusted as error:
+        raise StoreUntrusted(
+            f"cannot keep parameters in [{file}]: {error}. Fix that, or set ROS_HOME to a folder of your own"
+        ) from None
+
+
+def _check_not_planted(path: Path) -> None:
+    link = os.lstat(path)
+    if S_ISLNK(link.st_mode) and link.st_uid != os.getuid():
+        raise Untrusted(f"{path} is a link of another user")
+    check_owner(os.stat(path), str(path))
+
+
+def _open(file: Path) -> tuple[sqlite3.Connection, StoredState]:
     is_new = not file.exists() or not file.stat().st_size
     database = sqlite3.connect(file, check_same_thread=False)
     try:
@@ -221,25 +259,25 @@ def _open(file: Path) -> tuple[sqlite3.Connection, Kept]:
 def _check(database: sqlite3.Connection) -> None:
     [application] = database.execute("PRAGMA application_id").fetchone()
     if application != APPLICATION_ID:
-        raise PiprosError("an SQLite database of another program")
+        raise PiprosError("it is an SQLite database of another program")
     [version] = database.execute("PRAGMA user_version").fetchone()
     if version != FORMAT:
-        raise PiprosError(f"of format {version}; this pipros knows format {FORMAT}")
+        raise PiprosError(f"its format must be {FORMAT}, got {version}")
     [verdict] = database.execute("PRAGMA quick_check(1)").fetchone()
     if verdict != "ok":
-        raise PiprosError(f"damaged: {verdict}")
+        raise PiprosError(f"it is damaged: {verdict}")
 
 
-def _read(database: sqlite3.Connection) -> Kept:
+def _read(database: sqlite3.Connection) -> StoredState:
     def parameters() -> Iterator[tuple[str, Any]]:
         for key, value in database.execute("SELECT key, value FROM parameters ORDER BY number"):
             if value:
                 yield key, decode_response(value)
             else:
-                yield key, Fate.DELETED if value is None else Fate.NAMESPACE
+                yield key, Absence.DELETED if value is None else Absence.NAMESPACE
 
     rows = database.execute("SELECT role, node, key, api, service_api FROM registrations ORDER BY number")
-    return Kept(
+    return StoredState(
         parameters=tuple(parameters()),
         registrations=tuple(Registration(Role[role], *rest) for role, *rest in rows),
         topic_types=dict(database.execute("SELECT topic, type FROM topic_types")),
@@ -257,22 +295,29 @@ def _move_aside(file: Path) -> Path:
     return aside
 
 
-def restore_params(params: ParamTree, kept: Kept) -> None:
-    """Sets the kept parameters in the order they were set."""
-    for key, value in kept.parameters:
-        if value is Fate.NAMESPACE:
-            if not (params.has(key) and isinstance(params.get(key), dict)):
-                params.set(key, {})
-        elif value is not Fate.DELETED:
-            params.set(key, value)
-        elif params.has(key):
-            params.delete(key)
+def restore_params(params: ParamTree, state: StoredState) -> None:
+    """Sets the stored parameters in their order; logs those that exceed the limit."""
+    for key, value in state.parameters:
+        try:
+            _restore(params, key, value)
+        except ParamsFull as error:
+            _log.error("%s was not restored: %s", key, error)
 
 
-def restore_registrations(registry: Registry, kept: Kept, nodes: set[str]) -> None:
-    """Enters the kept registrations of `nodes` and all topic types. Nobody is notified: they know."""
-    for topic, type_name in kept.topic_types.items():
+def _restore(params: ParamTree, key: str, value: Any) -> None:
+    if value is Absence.NAMESPACE:
+        if not (params.has(key) and isinstance(params.get(key), dict)):
+            params.set(key, {})
+    elif value is not Absence.DELETED:
+        params.set(key, value)
+    elif params.has(key):
+        params.delete(key)
+
+
+def restore_registrations(registry: Registry, state: StoredState, nodes: set[str]) -> None:
+    """Restores the registrations of `nodes` and all topic types. The nodes know, and are not notified."""
+    for topic, type_name in state.topic_types.items():
         registry.restore_type(topic, type_name)
-    for found in kept.registrations:
+    for found in state.registrations:
         if found.node in nodes:
             registry.restore(found.role, found.node, found.key, found.api, found.service_api)

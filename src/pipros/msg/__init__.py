@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
+TYPE_CHECKING = False  # true for type checkers; importing `typing` would take milliseconds
 if TYPE_CHECKING:
     from typing import Any
 
-    from pipros.msg.load import load_message_class, load_service_class
-    from pipros.msg.spec import DefinitionError
+    from pipros.msg.importing.load import load_message_class, load_service_class
+    from pipros.msg.language.spec import DefinitionError
 
 __all__ = ["DefinitionError", "load_message_class", "load_service_class"]
 
 
 def __getattr__(name: str) -> Any:
-    # Imported late: this package lies on the way of every interpreter start.
+    # Imported late: every interpreter start imports this package.
     if name == "DefinitionError":
-        from pipros.msg.spec import DefinitionError
+        from pipros.msg.language.spec import DefinitionError
 
         return DefinitionError
     if name in __all__:
-        from pipros.msg import load
+        from pipros.msg.importing import load
 
         return getattr(load, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,4 +1,4 @@
-"""`Message`, the base of all message classes, with the surface that genpy gives it.
+"""`Message`, the base of all message classes, with the methods that genpy gives it.
 
 Generated classes (`compiler.py`) add the fields and the codec. Classes that genuine genpy
 generated derive from this one as well, through the `genpy` facade.
@@ -8,15 +8,12 @@ from __future__ import annotations
 
 import struct
 
-from pipros.errors import PiprosError
-
-TYPE_CHECKING = False  # as type checkers see it; `typing` would double the time of a first import
+TYPE_CHECKING = False  # true for type checkers; importing `typing` would double the time of a first import
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
     from typing import Any, ClassVar, Protocol, TypeVar
 
     AnyMessage = TypeVar("AnyMessage", bound="Message")
-    Reader = Callable[[Any, "Buffer", Any], None]
 
     class Writable(Protocol):
         def write(self, data: Any, /) -> object: ...
@@ -27,26 +24,8 @@ Buffer = bytes | memoryview
 struct_I = struct.Struct("<I")  # noqa: N816 # genuine generated modules import this name
 
 
-class MessageException(PiprosError):
-    """Something is wrong with a message."""
-
-    __module__ = "genpy.message"  # the name that people know it by, as for the classes below
-
-
-class SerializationError(MessageException):
-    """A field of a message holds what its type cannot carry."""
-
-    __module__ = "genpy.message"
-
-
-class DeserializationError(MessageException):
-    """Bytes are no message of the type that they should be."""
-
-    __module__ = "genpy.message"
-
-
 class Buffers(list[Buffer]):
-    """Takes what a message writes as separate buffers, for a transport that sends them uncopied."""
+    """Collects what a message writes as separate buffers, for a transport that sends them without a copy."""
 
     write = list.append
 
@@ -68,7 +47,7 @@ class Message:
 
         Raises:
             TypeError: for too few or too many values, and for values of both kinds.
-            AttributeError: for a name that is no field.
+            AttributeError: for a name that is not a field.
         """
         fields = self.__slots__
         if args:
@@ -99,12 +78,13 @@ class Message:
         """Finds the field that does not fit its type.
 
         Args:
-            exc: what went wrong when the message was serialized.
+            exc: the error that serializing the message raised.
 
         Raises:
             SerializationError: naming the field; or with the text of `exc` if all fields fit.
         """
         from pipros.msg.check import check_type
+        from pipros.msg.errors import SerializationError
 
         for name, type_name in zip(self.__slots__, self._get_types(), strict=True):
             check_type(name, type_name, getattr(self, name))
@@ -112,14 +92,14 @@ class Message:
             raise SerializationError(str(exc))
 
     def serialize(self, buff: Writable) -> None:
-        """Writes the message. Nothing is written when a field does not fit.
+        """Writes the message, or nothing at all if a field does not fit its type.
 
         Raises:
             SerializationError: naming the field.
         """
 
     def deserialize(self: AnyMessage, str: Buffer) -> AnyMessage:  # noqa: A002, ARG002 # genpy's name for it
-        """Reads all fields; bytes behind them are ignored.
+        """Reads all fields; bytes after them are ignored.
 
         Raises:
             DeserializationError: when there are too few bytes.
@@ -130,11 +110,11 @@ class Message:
         return self
 
     def serialize_numpy(self, buff: Writable, numpy: Any) -> None:  # noqa: ARG002 # serialize takes arrays
-        """As `serialize`, which takes numpy arrays without a copy."""
+        """As `serialize`, which takes numpy arrays without a copy anyway."""
         self.serialize(buff)
 
     def _to_buffers(self) -> list[Buffer]:
-        """The serialized message in pieces; large arrays stand among them uncopied.
+        """The serialized message in pieces, large arrays among them without a copy.
 
         Raises:
             SerializationError: naming the field that does not fit.
@@ -160,7 +140,7 @@ class Message:
     __str__ = __repr__
 
     def __eq__(self, other: object) -> bool:
-        """True for a message of the same class with equal fields; lists and tuples may be equal."""
+        """True for a message of the same class with equal fields; lists equal tuples of the same elements."""
         if not isinstance(other, self.__class__):
             return False
         for name in self.__slots__:
@@ -177,57 +157,4 @@ class Message:
     def __ne__(self, other: object) -> bool:
         return not self == other
 
-    __hash__ = None  # type: ignore[assignment] # messages change
-
-
-class CompiledMessage(Message):
-    """A message class made by `compiler.py`."""
-
-    __slots__ = ()
-
-    def deserialize_numpy(self: AnyMessage, str: Buffer, numpy: Any) -> AnyMessage:  # noqa: A002
-        """As `deserialize`, with numpy arrays that share the memory of `str` for arrays of numbers.
-
-        Octets are `bytes` and booleans a list, as in genpy.
-
-        Args:
-            numpy: the module numpy.
-        """
-        cls: Any = type(self)
-        if "_numpy_reader" not in vars(cls):
-            cls._numpy_reader = special_reader(cls, is_numpy=True)
-        return read_specially(cls._numpy_reader, self, str, numpy)
-
-    @classmethod
-    def _from_bytes(cls: type[AnyMessage], data: Buffer) -> AnyMessage:
-        return _new(cls).deserialize(data)
-
-
-_new = object.__new__
-
-
-def special_reader(cls: type[Message], *, is_numpy: bool) -> Reader:
-    """Compiles a reader that few messages need, from the full text of a compiled class."""
-    from pipros.msg.compiler import reader_source
-    from pipros.msg.dynamic import specs_from_text
-
-    specs = specs_from_text(cls._type, cls._full_text)
-    source = reader_source(specs[cls._type], specs.__getitem__, is_numpy=is_numpy)
-    compiled: Any = next(one for one in cls.__mro__ if CompiledMessage in one.__bases__)
-    names = dict(compiled.deserialize.__globals__)  # has the embedded classes
-    exec(compile(source, f"<reader of {cls._type}>", "exec"), names)  # noqa: S102 # made by our compiler
-    reader: Reader = names["read"]
-    return reader
-
-
-def read_specially(reader: Reader, message: AnyMessage, data: Buffer, numpy: Any) -> AnyMessage:
-    """Fills `message` by a reader that `special_reader` made.
-
-    Raises:
-        DeserializationError: when there are too few bytes.
-    """
-    try:
-        reader(message, data, numpy)
-    except struct.error as error:
-        raise DeserializationError(error) from None
-    return message
+    __hash__ = None  # type: ignore[assignment] # messages are mutable

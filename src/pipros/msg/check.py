@@ -1,14 +1,15 @@
-"""Says which field of a message does not fit its type, in genpy's words.
+"""Finds the field of a message that does not fit its type, and reports it in genpy's words.
 
-Only called after serializing went wrong, so it may take its time.
+Only called after a message could not be serialized, so it need not be fast.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from pipros.msg.base import Message, SerializationError
-from pipros.msg.spec import FLOATS, INTEGERS, OCTETS
+from pipros.msg.errors import SerializationError
+from pipros.msg.fields import HasFields, is_message
+from pipros.msg.language.spec import FLOATS, INTEGERS, OCTETS
 from pipros.msg.time import Duration, Time
 
 _BITS = {"b": 8, "h": 16, "i": 32, "q": 64}
@@ -19,7 +20,7 @@ _FLOAT_TYPE_NAMES = frozenset(
 
 
 def check_type(field_name: str, field_type: str, field_val: Any) -> None:
-    """Checks that `field_val` fits `field_type`, a type as a definition has it.
+    """Checks that `field_val` fits `field_type`, a type as written in definitions.
 
     Raises:
         SerializationError: naming the field, with `[]` for an element and `.` for a member.
@@ -46,11 +47,11 @@ def check_type(field_name: str, field_type: str, field_val: Any) -> None:
         _check_message(field_name, field_type, field_val)
 
 
-def check_lengths(name: str, message: Message) -> None:
-    """Checks that all arrays of a fixed length have it, also in embedded messages.
+def check_lengths(name: str, message: HasFields) -> None:
+    """Checks the lengths of all fixed arrays, also in embedded messages.
 
     Raises:
-        SerializationError: naming the field, behind `name`.
+        SerializationError: naming the field, with `name` in front.
     """
     for slot, slot_type in zip(message.__slots__, message._get_types(), strict=True):
         value, path = getattr(message, slot), f"{name}.{slot}"
@@ -58,7 +59,7 @@ def check_lengths(name: str, message: Message) -> None:
         if digits and len(value) != (length := int(digits)):
             raise SerializationError(f"Expecting {length} items but found {len(value)} when writing '{path}'")
         for element in value if isinstance(value, list | tuple) else (value,):
-            if isinstance(element, Message):
+            if is_message(element):
                 check_lengths(path, element)
 
 
@@ -97,7 +98,7 @@ def _check_array(name: str, base: str, value: Any) -> None:
 
 
 def _check_message(name: str, type_name: str, value: Any) -> None:
-    if not isinstance(value, Message):
+    if not is_message(value):
         raise SerializationError(f"field {name} must be of type [{type_name}]")
     if value._type in _HEADERS:
         if type_name not in ("Header", *_HEADERS):

@@ -1,77 +1,125 @@
-"""Message classes made at run time from a full text: of a connection header, of a bag."""
+"""Message classes made at run time from a full text: of a connection header, of a bag.
+
+Such a class is not in a module, so a pickle of its messages carries the full text, and unpickling makes the
+class from that: another process need not know the type. In the same process, the same class is used again.
+"""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
+from weakref import WeakValueDictionary
 
+from pipros.limits import Limits, process_limits
 from pipros.msg.base import Message
-from pipros.msg.compiler import message_source
-from pipros.msg.digest import SEPARATOR
-from pipros.msg.parse import parse_message
-from pipros.msg.pickling import make_picklable
-from pipros.msg.spec import HEADER, DefinitionError, MessageSpec
-
-TEXT_LIMIT_BYTES = 4 * 1024 * 1024
-TYPES_LIMIT = 1000
-"""Limits for a text that a stranger sends: real ones stay below 100 kB and 100 types."""
-
-_OLD_HEADER = "roslib/Header"  # what bags from the time before std_msgs/Header call it
+from pipros.msg.compile.compiler import message_source
+from pipros.msg.compile.layout import Layouts
+from pipros.msg.compile.run import run
+from pipros.msg.language.digest import check_nesting, embedded_types
+from pipros.msg.language.full_text import specs_from_text
+from pipros.msg.language.spec import DefinitionError, MessageSpec
 
 
-def specs_from_text(type_name: str, full_text: str) -> dict[str, MessageSpec]:
-    """The definitions in a full text by type name; the one of `type_name` comes first.
+def message_classes_from_text(
+    type_name: str, full_text: str, limits: Limits | None = None
+) -> dict[str, type[Message]]:
+    """Classes for all types in a full text. Packages with the same types do not matter.
 
-    Raises:
-        DefinitionError: for a broken definition, or a text with too much in it.
-    """
-    where = f"<definition of {type_name}>"
-    if len(full_text) > TEXT_LIMIT_BYTES:
-        raise DefinitionError(f"the text is longer than {TEXT_LIMIT_BYTES} characters", file=where)
-    full_text = full_text.replace("\r\n", "\n")  # as reading a file does
-    parts: dict[str, list[str]] = {}
-    current = parts[type_name] = []
-    expects_name = False
-    for line in full_text.split("\n"):
-        if expects_name:
-            if not line.startswith("MSG: "):
-                raise DefinitionError("expected MSG: package/Name behind a separator", file=where)
-            name = line.removeprefix("MSG: ").strip()
-            current = parts[HEADER if name == _OLD_HEADER else name] = []
-            expects_name = False
-        elif line.startswith(SEPARATOR):
-            expects_name = True
-        else:
-            current.append(line)
-    if len(parts) > TYPES_LIMIT:
-        raise DefinitionError(f"the text has more than {TYPES_LIMIT} types", file=where)
-    return {name: parse_message("\n".join(lines), name) for name, lines in parts.items()}
-
-
-def message_classes_from_text(type_name: str, full_text: str) -> dict[str, type[Message]]:
-    """Classes for all types in a full text, independent of any package.
+    Args:
+        limits: those of the process, if not given.
 
     Raises:
         DefinitionError: for a broken definition, an embedded type that the text lacks, or a text
-            with too much in it.
+            beyond the limits.
     """
-    specs = specs_from_text(type_name, full_text)
+    limits = limits or process_limits()
+    specs = specs_from_text(type_name, full_text, limits)
+    _check_together(specs, limits)
     classes: dict[str, type[Message]] = {}
 
     def make(name: str) -> type[Message]:
         if name not in classes:
-            source, embedded = message_source(specs[name], specs.__getitem__)
-            namespace = {alias: make(inner) for inner, alias in embedded.items()}
-            made = _execute(source, f"<message {name}>", namespace)[specs[name].name]
+            source, embedded = message_source(specs[name], specs.__getitem__, limits)
+            namespace: dict[str, Any] = {alias: make(inner) for inner, alias in embedded.items()}
+            namespace["__name__"] = __name__
+            made = run(source, namespace, f"<message {name}>")[specs[name].name]
             made.__name__ = made.__qualname__ = f"_{name.replace('/', '__')}"  # as genpy names it
-            classes[name] = make_picklable(made)
+            _classes().add(made)
+            classes[name] = made
         return classes[name]
 
     return {name: make(name) for name in specs}
 
 
-def _execute(source: str, file: str, namespace: Mapping[str, Any]) -> dict[str, Any]:
-    """Runs source made by `compiler.py` and gives its names."""
-    names: dict[str, Any] = {"__name__": __name__, **namespace}
-    exec(compile(source, file, "exec"), names)  # noqa: S102 # made by our compiler from checked names
-    return names
+def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
+    """Bounds what the classes of all types cost together: the code of each contains what it embeds.
+
+    Raises:
+        DefinitionError: see `message_classes_from_text`.
+    """
+    lookup = specs.__getitem__
+    check_nesting(specs.values(), lookup)
+    where = next(iter(specs.values())).file
+    layouts = Layouts(lookup)
+    if sum(layouts.of(spec).code_size for spec in specs.values()) > limits.definition_fields:
+        raise DefinitionError(
+            f"the types of the text have more than {limits.definition_fields} fields together", file=where
+        )
+    room = limits.definition_copies_bytes
+    for spec in specs.values():
+        room -= len(spec.text) + sum(len(inner.text) for inner in embedded_types(spec, lookup).values())
+        if room < 0:
+            raise DefinitionError(
+                f"the definitions of the text's types, each with what it embeds, are longer than "
+                f"{limits.definition_copies_bytes} bytes together",
+                file=where,
+            )
+
+
+class DynamicClasses:
+    """The classes made from texts that are in use, so that their messages can be copied and unpickled."""
+
+    def __init__(self) -> None:
+        self._in_use: WeakValueDictionary[tuple[str, str], type[Message]] = WeakValueDictionary()
+
+    def add(self, cls: type[Message]) -> None:
+        """Adds what `pickle` and `copy` need to the class. The class is not kept alive."""
+        self._in_use[cls._type, cls._full_text] = cls
+        added: Any = cls
+        added.__reduce_ex__ = _reduce
+        added.__copy__ = _copy
+        added.__deepcopy__ = _deepcopy
+
+    def get(self, type_name: str, full_text: str) -> type[Message]:
+        """The class for a full text, made if none is in use. Raises as `message_classes_from_text`."""
+        cls = self._in_use.get((type_name, full_text))
+        return cls or message_classes_from_text(type_name, full_text)[type_name]
+
+
+@cache
+def _classes() -> DynamicClasses:
+    """Those of this process. A pickle can refer to its class only through a module, so it must be global."""
+    return DynamicClasses()
+
+
+def _reduce(message: Message, _protocol: int) -> tuple[Any, ...]:
+    return _restore, (message._type, message._full_text), message.__getstate__()
+
+
+def _restore(type_name: str, full_text: str) -> Message:
+    return object.__new__(_classes().get(type_name, full_text))
+
+
+def _copy(message: Message) -> Message:
+    made = object.__new__(type(message))
+    made.__setstate__(message.__getstate__())
+    return made
+
+
+def _deepcopy(message: Message, memo: dict[int, Any]) -> Message:
+    made = object.__new__(type(message))
+    memo[id(message)] = made
+    made.__setstate__(copy.deepcopy(message.__getstate__(), memo))
+    return made

@@ -1,4 +1,4 @@
-"""What array fields take, for the stubs of message packages."""
+"""Types that array fields accept, for the stubs of message packages."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Element = TypeVar("Element")
 
 
 class SupportsArray(Protocol):
-    """A numpy array, or what gives itself as one."""
+    """A numpy array, or an object that can be converted to one."""
 
     def __array__(self) -> Any: ...
 

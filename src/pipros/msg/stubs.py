@@ -1,7 +1,7 @@
 """Type stubs (`.pyi`) for the messages and services of ROS packages, for editors and type checkers.
 
 A field of octets or numbers reads as what arrives (`bytes`, a sequence) and takes whatever the codec
-takes, numpy arrays among them.
+takes, numpy arrays among them. Comments of the definitions become docstrings, which editors show.
 """
 
 from __future__ import annotations
@@ -10,9 +10,10 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from pipros.msg.definitions import Definitions
-from pipros.msg.source import python_name
-from pipros.msg.spec import (
+from pipros.msg.compile.emitter import python_name
+from pipros.msg.language.comments import comments_of
+from pipros.msg.language.definitions import Definitions
+from pipros.msg.language.spec import (
     FLOATS,
     INTEGERS,
     NUMBERS,
@@ -22,6 +23,7 @@ from pipros.msg.spec import (
     MessageSpec,
     ServiceSpec,
 )
+from pipros.printable import printable_lines
 
 _IMPORTS = {
     "_Sequence": "from collections.abc import Sequence as _Sequence",
@@ -95,30 +97,44 @@ def _module(what: str, package: str, messages: Sequence[MessageSpec], services: 
 
 
 def _message(spec: MessageSpec, home: str) -> str:
-    lines = [f"class {spec.name}(_base.Message):"]
-    lines += [f"    {python_name(constant.name)}: _Final = {_value(constant)}" for constant in spec.constants]
+    comments = comments_of(spec.text)
+    lines = [f"class {spec.name}(_base.Message):", *_docstring(comments.head)]
+    for constant in spec.constants:
+        lines.append(f"    {python_name(constant.name)}: _Final = {_value(constant)}")
+        lines += _docstring(comments.of.get(constant.name, ""))
     arguments = ["self"]
     for field in spec.fields:
         name = python_name(field.name)
         read, written = _types(field.type, home)
+        comment = comments.of.get(field.name, "")
         arguments.append(f"{name}: {written} | None = ...")
         if read == written:
-            lines.append(f"    {name}: {read}")
+            lines += [f"    {name}: {read}", *_docstring(comment)]
         else:
-            lines += ["    @property", f"    def {name}(self) -> {read}: ..."]
+            body = [":", *_docstring(comment, "        ")] if comment else [": ..."]
+            lines += ["    @property", f"    def {name}(self) -> {read}{body[0]}", *body[1:]]
             lines += [f"    @{name}.setter", f"    def {name}(self, value: {written}) -> None: ..."]
     lines.append(f"    def __init__({', '.join(arguments)}) -> None: ...")
     return "\n".join((*lines, ""))
 
 
 def _service(spec: ServiceSpec) -> str:
-    return (
-        f"class {spec.type.partition('/')[2]}:\n"
-        "    _type: _ClassVar[str]\n"
-        "    _md5sum: _ClassVar[str]\n"
-        f"    _request_class: _ClassVar[type[{spec.request.name}]]\n"
-        f"    _response_class: _ClassVar[type[{spec.response.name}]]\n"
-    )
+    lines = [f"class {spec.type.partition('/')[2]}:", *_docstring(comments_of(spec.request.text).head)]
+    lines += [
+        "    _type: _ClassVar[str]",
+        "    _md5sum: _ClassVar[str]",
+        f"    _request_class: _ClassVar[type[{spec.request.name}]]",
+        f"    _response_class: _ClassVar[type[{spec.response.name}]]",
+    ]
+    return "\n".join((*lines, ""))
+
+
+def _docstring(comment: str, indent: str = "    ") -> list[str]:
+    """The lines of a docstring; none for an empty comment. Nothing in the comment can end it."""
+    if not comment:
+        return []
+    text = printable_lines(comment).replace("\\", "\\\\").replace('"', '\\"')
+    return [f"{indent}{line}".rstrip() for line in f'"""{text}"""'.split("\n")]
 
 
 def _types(kind: FieldType, home: str) -> tuple[str, str]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from pipros.msg.base import Message
+from pipros.msg.fields import HasFields, is_message
 from pipros.msg.time import Time, TVal
 
 FieldFilter = Callable[[Any], Iterable[str]]
 
 _PLAIN_LIMIT = 70
-"""YAML folds quoted strings at 80 columns; shorter ones stand as they are."""
+"""YAML folds quoted strings at 80 columns; shorter ones are left as they are."""
 
 
 def strify_message(
@@ -26,9 +26,9 @@ def strify_message(
 
     Args:
         val: what to show.
-        indent: stands before every line; with it, a value of several lines begins on a new line.
+        indent: put before every line; if given, a value of several lines begins on a new line.
         time_offset: times are shown as the duration since then.
-        field_filter: gives the names of the fields to show of a message.
+        field_filter: returns the names of the fields of a message that are shown.
         fixed_numeric_width: numbers are padded and cut to this width.
     """
     return _Text(time_offset, field_filter, fixed_numeric_width).of(val, indent)
@@ -52,7 +52,7 @@ class _Text:
             return self._time(value, indent)
         if kind in (list, tuple):
             return self._array(value, indent)
-        if isinstance(value, Message):
+        if is_message(value):
             return self._message(value, indent)
         return str(value)
 
@@ -86,7 +86,7 @@ class _Text:
             return _string_list(list(values), indent)
         return "\n" + "\n".join(f"{indent}- {self.of(value, indent + '  ')}" for value in values)
 
-    def _message(self, message: Message, indent: str) -> str:
+    def _message(self, message: HasFields, indent: str) -> str:
         shown = message.__slots__ if self._field_filter is None else list(self._field_filter(message))
         lines = [
             f"{indent}{name}: {self.of(_readable(getattr(message, name), kind), '  ' + indent)}"

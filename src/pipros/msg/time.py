@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # as type checkers see it; `typing` would double the time of a first import
+TYPE_CHECKING = False  # true for type checkers; importing `typing` would double the time of a first import
 if TYPE_CHECKING:
     from typing import Any, ClassVar, TypeVar, overload
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     DurationValue = TypeVar("DurationValue", bound="Duration")
     TimeValue = TypeVar("TimeValue", bound="Time")
 
-NANOSECONDS = 1_000_000_000
+NS_PER_S = 1_000_000_000
 
 
 def _is_integral(value: object) -> bool:
     """True for whole numbers, also those of numpy."""
     if isinstance(value, int | float):
         return isinstance(value, int)
-    import numbers  # of which most programs have no need
+    import numbers  # which most programs do not need
 
     return isinstance(value, numbers.Integral)
 
@@ -36,15 +36,15 @@ def _is_real(value: object) -> bool:
 
 
 class TVal:
-    """What a point in time and a span of time have in common."""
+    """The common base of points in time and spans of time."""
 
-    __module__ = "genpy.rostime"  # where pickles, here and on genuine ROS, look for it
+    __module__ = "genpy.rostime"  # where pickles look for it, also those of genuine ROS
 
     __slots__: ClassVar[list[str]] = ["secs", "nsecs"]  # noqa: RUF023 # the order of the wire
     _slot_types: ClassVar[list[str]] = ["int32", "int32"]
 
     _kind: ClassVar[type[TVal]]
-    """The class whose members compare with a value, whatever subclass the value is of."""
+    """The class whose instances can be compared with a value, whatever subclass the value has."""
 
     secs: int
     nsecs: int
@@ -53,7 +53,7 @@ class TVal:
         """Takes whole seconds and nanoseconds, or seconds with a fraction alone.
 
         Raises:
-            ValueError: for seconds that are no whole number by type, together with nanoseconds.
+            ValueError: for seconds of a type with fractions together with nanoseconds.
         """
         self.secs = int(secs)
         if type(secs) is int or _is_integral(secs):
@@ -61,14 +61,14 @@ class TVal:
         elif nsecs != 0:
             raise ValueError("if secs is a float, nsecs cannot be set")
         else:
-            self.nsecs = int((secs - self.secs) * NANOSECONDS)
-        if not 0 <= self.nsecs < NANOSECONDS:
+            self.nsecs = int((secs - self.secs) * NS_PER_S)
+        if not 0 <= self.nsecs < NS_PER_S:
             self.canon()
 
     @classmethod
     def from_sec(cls: type[Value], float_secs: float) -> Value:
         secs = int(float_secs)
-        return cls(secs, int((float_secs - secs) * NANOSECONDS))
+        return cls(secs, int((float_secs - secs) * NS_PER_S))
 
     def is_zero(self) -> bool:
         return self.secs == 0 and self.nsecs == 0
@@ -78,15 +78,15 @@ class TVal:
         self.nsecs = nsecs
 
     def canon(self) -> None:
-        """Carries what `nsecs` has too much or too little over to `secs`."""
-        carry, self.nsecs = divmod(self.nsecs, NANOSECONDS)
+        """Brings `nsecs` into its range and carries the rest over to `secs`."""
+        carry, self.nsecs = divmod(self.nsecs, NS_PER_S)
         self.secs += carry
 
     def to_sec(self) -> float:
         return float(self.secs) + float(self.nsecs) / 1e9
 
     def to_nsec(self) -> int:
-        return self.secs * NANOSECONDS + self.nsecs
+        return self.secs * NS_PER_S + self.nsecs
 
     def __getstate__(self) -> list[int]:
         return [self.secs, self.nsecs]
@@ -112,7 +112,7 @@ class TVal:
         """-1, 0 or 1.
 
         Raises:
-            TypeError: for a value of another kind; instants and spans do not compare.
+            TypeError: for a value of another kind; a point in time does not compare with a span.
         """
         if not isinstance(other, self._kind):
             raise TypeError(f"Cannot compare to non-{self._kind.__name__}")
@@ -155,7 +155,7 @@ class Time(TVal):
     __slots__: ClassVar[list[str]] = ["secs", "nsecs"]  # noqa: RUF023 # the order of the wire
 
     def __init__(self, secs: Any = 0, nsecs: Any = 0) -> None:
-        if secs.__class__ is int and nsecs.__class__ is int and 0 <= nsecs < NANOSECONDS and secs >= 0:
+        if secs.__class__ is int and nsecs.__class__ is int and 0 <= nsecs < NS_PER_S and secs >= 0:
             self.secs = secs
             self.nsecs = nsecs
             return
@@ -192,7 +192,7 @@ class Time(TVal):
 
 
 class Duration(TVal):
-    """A span of time, negative too: -0.1 s is secs -1, nsecs 900000000."""
+    """A span of time, which may be negative: -0.1 s is secs -1, nsecs 900000000."""
 
     __module__ = "genpy.rostime"
 

@@ -1,12 +1,12 @@
-"""Which address to bind, and which to tell others.
+"""Which address to bind, and which to advertise.
 
-Genuine ROS binds every interface unless `ROS_IP` or `ROS_HOSTNAME` says loopback. Here it is the
-other way round as long as everything is on one machine: with a local `ROS_MASTER_URI` and neither
-variable set, loopback is bound, and a stranger on the same network finds nothing to talk to.
+Genuine ROS binds every interface unless `ROS_IP` or `ROS_HOSTNAME` is a loopback address. pipros does the
+opposite as long as everything is on one machine: with a local `ROS_MASTER_URI` and neither variable set,
+it binds loopback, and nothing can be reached from the network.
 
-With `ROS_IPV6=on` the same holds of IPv6: `::1`, or `::` when it is opened, which takes IPv4 as well.
-Genuine nodes understand names that mean an IPv6 address, but roscpp no URI with such an address in it, and
-rospy none of a service; so a name is advertised wherever there is one.
+With `ROS_IPV6=on` the same holds for IPv6: `::1`, or `::` when it is opened, which takes IPv4 as well.
+Genuine nodes understand names that resolve to an IPv6 address. But roscpp does not understand a URI with
+such an address in it, nor does rospy in the URI of a service; so a name is advertised where there is one.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import socket
 
 from pipros.env import Environment, split_master_uri
 from pipros.errors import PiprosError
+from pipros.net.lookup import process_lookups
 from pipros.wire.uri import host_and_port as host_and_port
 from pipros.wire.uri import split_uri as split_uri
 
@@ -56,32 +57,32 @@ def is_master_local(environment: Environment) -> bool:
 
 
 def bind_host(environment: Environment) -> str:
-    """The address to listen on: loopback, or every interface when the environment opens it.
+    """The address to listen on: a loopback address, or every interface when the environment opens it.
 
     It is opened by a `ROS_HOSTNAME` or `ROS_IP` that is not loopback, and, when neither is set, by
     a `ROS_MASTER_URI` on another machine.
     """
-    told = environment.hostname or environment.ip
-    if not (is_loopback(told) if told else is_master_local(environment)):
-        return ANY_IPV6 if environment.ipv6 or ":" in (told or "") else ANY
-    if not told:
+    configured = environment.hostname or environment.ip
+    if not (is_loopback(configured) if configured else is_master_local(environment)):
+        return ANY_IPV6 if environment.ipv6 or ":" in (configured or "") else ANY
+    if not configured:
         is_ipv6 = environment.ipv6
-    elif _is_address(told):
-        is_ipv6 = ":" in told
+    elif _is_address(configured):
+        return configured.strip("[]")  # of all the loopback addresses, the one that is advertised
     else:
-        is_ipv6 = environment.ipv6 and _means_ipv6_loopback(told)
+        is_ipv6 = environment.ipv6 and _means_ipv6_loopback(configured)
     return LOOPBACK_IPV6 if is_ipv6 else LOOPBACK
 
 
 def advertised_host(environment: Environment) -> str:
-    """The host name or address that others are given: `ROS_HOSTNAME`, else `ROS_IP`, else the best known.
+    """The host name or address that is advertised: `ROS_HOSTNAME`, else `ROS_IP`, else the best known.
 
     The best known is loopback while only loopback is bound, else the name of this machine, else
     (when it has no name of its own) the address by which it would reach the master.
     """
-    told = environment.hostname or environment.ip
-    if told:
-        return told
+    configured = environment.hostname or environment.ip
+    if configured:
+        return configured
     if not is_master_local(environment):
         return own_name(environment)
     if environment.ipv6:
@@ -95,7 +96,7 @@ def _is_address(host: str) -> bool:
 
 def _means_ipv6_loopback(name: str) -> bool:
     try:
-        found = socket.getaddrinfo(name, None, socket.AF_INET6)
+        found = process_lookups().find(name, None, family=socket.AF_INET6)
     except OSError:
         return False
     return any(address[0] == LOOPBACK_IPV6 for *_, address in found)
@@ -113,7 +114,7 @@ def address_towards(master_uri: str, *, prefers_ipv6: bool = False) -> str:
     """This machine's own address on the way to the master. Nothing is sent: UDP only picks the route."""
     try:
         host, port = split_master_uri(master_uri)
-        found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
+        found = process_lookups().find(host, port, type=socket.SOCK_DGRAM)
         if prefers_ipv6:
             found.sort(key=lambda entry: entry[0] != socket.AF_INET6)
         family, kind, protocol, _, address = found[0]

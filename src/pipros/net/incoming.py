@@ -1,8 +1,8 @@
 """The receiving end of one TCPROS topic link: a thread that reads, keeps the newest, delivers.
 
 Theory of operation. One thread a link receives large chunks, cuts all complete frames and calls
-`deliver` for each itself, so that the common message has no hand-over at all. Frames that still
-wait are kept undecoded. Whenever a delivery took a while, the thread looks at the socket again
+`deliver` for each itself, so that the common message is not handed over between threads. Frames that still
+wait are kept undecoded. Whenever a delivery took a while, the thread reads the socket again
 before the next one and keeps only the newest `queue_size` frames: a slow callback with
 queue_size=1 sees the newest message, however large it is and whatever the socket holds
 (ros_comm#536, ros_comm#1901).
@@ -14,19 +14,19 @@ import socket
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from pipros.errors import ProtocolError
 from pipros.net import sockets
-from pipros.net.lookout import Lookout, Trial
-from pipros.wire.frames import FRAME_LIMIT_BYTES, FrameBuffer
+from pipros.net.busy_poll import AdaptiveBackoff, PollingReceiver
+from pipros.wire.frames import FrameBuffer
 
-#: A delivery longer than this is followed by a look at the socket. Less would cost fast callbacks.
+#: After a delivery longer than this the socket is read again. A smaller value would cost fast callbacks.
 SLOW_DELIVERY_S = 0.001
 
-#: So long a link may deliver before the others of its topic have a turn. (To pass it on after each message
-#: would cost more than the messages.)
+#: How long a link may deliver before the others of its topic have a turn. (Passing the lock on after each
+#: message would cost more than the messages.)
 TURN_S = 0.001
 
 #: A nap, which is as long as the system's timers make it (some 60 microseconds on Linux), pays when so
@@ -34,13 +34,17 @@ TURN_S = 0.001
 NAP_S = 1e-6
 NAP_FRAMES = 8
 
-#: How long one look at the socket may go on when the peer sends faster than we can read.
+#: How long reading on may last when the peer sends faster than we can read.
 DRAIN_LIMIT_S = 0.1
 
 #: A socket that held this much had its window closed: the peer's side holds more, and sends it at
-#: once; the look goes on until nothing has come for QUIET_S.
+#: once; reading goes on until nothing has come for QUIET_S.
 BACKLOG_BYTES = 64 * 1024
 QUIET_S = 0.002
+
+
+#: A link that was silent for so long gives the memory of its large messages back.
+KEEP_LARGE_S = 5.0
 
 
 @dataclass(slots=True)
@@ -52,11 +56,11 @@ class ReceiveStatistics:
     dropped: int = 0
 
 
-class Turn:
+class DeliveryLock:
     """Lets the links of one topic deliver one after the other.
 
-    Who has just had a turn comes after those that wait already: they hold the gate. With one lock alone
-    a link with a backlog takes it again before the one that is woken up gets there.
+    A link that has just had its turn comes after those that wait already: they hold the gate. With a
+    single lock a link with a backlog takes it again before the one that is woken up gets there.
     """
 
     __slots__ = ("_gate", "_lock", "release")
@@ -68,7 +72,7 @@ class Turn:
 
     @property
     def is_wanted(self) -> bool:
-        """Whether somebody waits for it."""
+        """Whether another link waits for it."""
         return self._gate.locked()
 
     def take(self) -> bool:
@@ -99,11 +103,13 @@ class IncomingLink:
         *,
         name: str,
         deliver: Callable[[memoryview | bytes], object],
-        turn: Turn,
+        turn: DeliveryLock,
         queue_size: int | None,
         on_closed: Callable[[IncomingLink, Exception | None], object],
-        limit_bytes: int = FRAME_LIMIT_BYTES,
+        limit_bytes: int | None = None,
+        received: bytes = b"",
     ) -> None:
+        """Nothing is read until `start`; `received` is what came behind the handshake already."""
         sock.setblocking(True)
         self.peer = sockets.peer_name(sock)
         self.queue_size = queue_size
@@ -113,14 +119,17 @@ class IncomingLink:
         self._turn = turn
         self._on_closed = on_closed
         self._buffer = FrameBuffer(limit_bytes)
-        self._between = Lookout()  # waits for a frame to begin
-        self._within = Lookout()  # waits for the rest of one
+        self._between = PollingReceiver()  # waits for a frame to begin
+        self._within = PollingReceiver()  # waits for the rest of one
         self._waiting: deque[memoryview | bytes] = deque()
-        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread = threading.Thread(target=self._run, args=(received,), name=name, daemon=True)
 
-    def start(self, first: bytes = b"") -> None:
-        """Starts reading; `first` is what came behind the handshake already."""
-        self._first = first
+    def start(self) -> None:
+        """Starts reading.
+
+        Raises:
+            RuntimeError: the system gives no thread.
+        """
         self._thread.start()
 
     def close(self) -> None:
@@ -132,17 +141,17 @@ class IncomingLink:
         if self._thread is not threading.current_thread():
             self._thread.join(timeout_s)
 
-    def _run(self) -> None:
+    def _run(self, received: bytes) -> None:
         error: Exception | None = None
         try:
-            self._accept_first()
-            statistics, nap, has_napped = self.statistics, Trial(), False
+            self._accept_first(received)
+            statistics, nap, has_napped = self.statistics, AdaptiveBackoff(), False
             while count := self._receive():
                 if has_napped:
                     sockets.acknowledge(self._sock)
                 before = statistics.frames + statistics.dropped
                 if self.queue_size:
-                    self._accept(count)
+                    self._accept(count, self._buffer.received(count))
                     self._deliver_waiting()
                 else:
                     self._deliver_all(count)
@@ -158,10 +167,17 @@ class IncomingLink:
             self._on_closed(self, error)
 
     def _receive(self) -> int:
-        """Waits for the next bytes, with more hope when a frame has begun: its rest is on the way."""
+        """Waits for the next bytes. Within a frame polling is learned apart: the rest is on its way."""
         room = self._buffer.room()
-        lookout = self._within if self._buffer.is_within else self._between
-        return lookout.receive_into(self._sock, room)
+        if self._buffer.is_within:
+            return self._within.receive_into(self._sock, room)
+        if self._buffer.is_large:
+            count = self._between.receive_into_within(self._sock, room, KEEP_LARGE_S)
+            if count is not None:
+                return count
+            self._buffer.trim()
+            room = self._buffer.room()
+        return self._between.receive_into(self._sock, room)
 
     def _deliver_all(self, count: int) -> None:
         """Delivers the frames that `count` received bytes complete, straight from the buffer."""
@@ -179,22 +195,15 @@ class IncomingLink:
         finally:
             turn.release()
 
-    def _accept_first(self) -> None:
-        first = memoryview(self._first)
-        while first:
-            room = self._buffer.room()
-            count = min(len(room), len(first))
-            room[:count] = first[:count]
-            first = first[count:]
-            self._accept(count)
-            self._keep_waiting()
+    def _accept_first(self, received: bytes) -> None:
+        self._accept(len(received), self._buffer.feed(received))
         self._deliver_waiting()
 
-    def _accept(self, count: int) -> None:
-        """Takes over `count` received bytes; the frames they complete wait as views of the buffer."""
+    def _accept(self, count: int, frames: Iterable[memoryview]) -> None:
+        """Lets the frames that `count` received bytes complete wait, as views of the buffer."""
         self.statistics.bytes += count
         waiting = self._waiting
-        waiting.extend(self._buffer.received(count))
+        waiting.extend(frames)
         if self.queue_size:
             while len(waiting) > self.queue_size:
                 waiting.popleft()
@@ -206,16 +215,16 @@ class IncomingLink:
             waited = turn.take()
             try:
                 if waited:
-                    self._look_again()
+                    self._take_available()
                 before = time.monotonic()
                 self._deliver(waiting.popleft())
             finally:
                 turn.release()
             statistics.frames += 1
             if self.queue_size and time.monotonic() - before > SLOW_DELIVERY_S:
-                self._look_again()
+                self._take_available()
 
-    def _look_again(self) -> None:
+    def _take_available(self) -> None:
         """Takes what the socket holds by now, so that only the newest frames wait."""
         end = time.monotonic() + DRAIN_LIMIT_S
         before = self.statistics.bytes
@@ -229,8 +238,8 @@ class IncomingLink:
                     continue
                 return
             if not count:
-                return  # the stream has ended; the next blocking read tells
-            self._accept(count)
+                return  # the stream has ended, as the next blocking read finds
+            self._accept(count, self._buffer.received(count))
 
     def _keep_waiting(self) -> None:
         """Copies the waiting frames out of the buffer, which is about to be used again."""

@@ -5,9 +5,13 @@ from __future__ import annotations
 import asyncio
 import concurrent.futures
 import contextlib
+import selectors
 import threading
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
+
+from pipros.net.lookup import Lookups, process_lookups
+from pipros.net.workers import Workers
 
 T = TypeVar("T")
 
@@ -20,17 +24,28 @@ class BackgroundLoop:
     """Runs an event loop in a thread of its own, for threads that want to block.
 
     Every method but `start` and `stop` may be called from any thread except the loop's own.
-    Tasks still running at `stop` are cancelled and awaited.
+    Tasks still running at `stop` are cancelled and awaited. Host names, and what is run "in an executor"
+    without naming one, have daemon threads: neither `stop` nor the end of the interpreter waits for them.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, lookups: Lookups | None = None) -> None:
+        """`lookups` look up host names; by default those of the process."""
         self._name = name
+        self._lookups = lookups or process_lookups()
         self._thread: threading.Thread | None = None
         self.asyncio: asyncio.AbstractEventLoop
 
     def start(self) -> None:
+        """Returns when the loop runs.
+
+        Raises:
+            OSError: there are no descriptors left for it.
+        """
+        # A selector loop on every system: links are watched by their file descriptors.
+        self.asyncio = _Loop(f"{self._name}: blocking", self._lookups)
         started = threading.Event()
-        self._thread = threading.Thread(target=self._run, args=(started,), name=self._name, daemon=True)
+        self.asyncio.call_soon(started.set)
+        self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
         self._thread.start()
         started.wait()
 
@@ -56,11 +71,9 @@ class BackgroundLoop:
         if thread is not threading.current_thread():
             thread.join()
 
-    def _run(self, started: threading.Event) -> None:
-        # A selector loop on every system: links are watched by their file descriptors.
-        self.asyncio = loop = asyncio.SelectorEventLoop()
+    def _run(self) -> None:
+        loop = self.asyncio
         asyncio.set_event_loop(loop)
-        loop.call_soon(started.set)
         try:
             loop.run_forever()
             left = asyncio.all_tasks(loop)
@@ -71,3 +84,84 @@ class BackgroundLoop:
                 loop.run_until_complete(asyncio.sleep(0))
         finally:
             loop.close()
+
+
+class _Loop(asyncio.SelectorEventLoop):
+    """An event loop whose blocking work is done by daemon threads.
+
+    asyncio's own executor is joined when the interpreter ends, so that one look-up of a name that no
+    server answers for would keep the process for half a minute.
+    """
+
+    def __init__(self, name: str, lookups: Lookups) -> None:
+        self._lookups = lookups
+        self._workers = Workers(name)
+        selector = selectors.DefaultSelector()
+        try:
+            super().__init__(selector)
+        except OSError:  # half a loop does not know how to close itself
+            selector.close()
+            asyncio.BaseEventLoop.close(self)
+            raise
+
+    async def getaddrinfo(self, host: Any, port: Any, **wanted: Any) -> list[Any]:
+        answer = self._lookups.ask(host, **wanted)
+        done = self.create_future()
+        answer.when_done(lambda: _settle(self, done, lambda: done.set_result(None)))
+        await done
+        return answer.addresses(port)
+
+    def run_in_executor(self, executor: Any, function: Callable[..., T], *args: Any) -> asyncio.Future[T]:  # type: ignore[override]
+        if executor is not None:
+            return super().run_in_executor(executor, function, *args)
+        return _outcome(self, self._workers.run, function, *args)
+
+    def close(self) -> None:
+        self._workers.close()
+        super().close()
+
+
+def in_daemon_thread(function: Callable[..., T], *args: Any) -> asyncio.Future[T]:
+    """Calls a function in a thread of its own, for the running event loop, whichever it is.
+
+    Neither the end of that loop nor that of the interpreter waits for the thread. Cancelling the future
+    ends the wait, not the function.
+    """
+
+    def run(job: Callable[[], None]) -> None:
+        threading.Thread(target=job, name=getattr(function, "__name__", "call"), daemon=True).start()
+
+    return _outcome(asyncio.get_running_loop(), run, function, *args)
+
+
+def _outcome(
+    loop: asyncio.AbstractEventLoop,
+    run: Callable[[Callable[[], None]], None],
+    function: Callable[..., T],
+    *args: Any,
+) -> asyncio.Future[T]:
+    """The result of a function that `run` calls in another thread."""
+    future: asyncio.Future[T] = loop.create_future()
+
+    def job() -> None:
+        try:
+            value = function(*args)
+        except BaseException as error:
+            failure = error
+            _settle(loop, future, lambda: future.set_exception(failure))
+        else:
+            _settle(loop, future, lambda: future.set_result(value))
+
+    run(job)
+    return future
+
+
+def _settle(loop: asyncio.AbstractEventLoop, future: asyncio.Future[Any], settle: Callable[[], None]) -> None:
+    """Has a future settled in its loop, unless it was cancelled or its loop has ended meanwhile."""
+
+    def unless_cancelled() -> None:
+        if not future.done():
+            settle()
+
+    with contextlib.suppress(RuntimeError):
+        loop.call_soon_threadsafe(unless_cancelled)

@@ -2,57 +2,47 @@
 
 Theory of operation. `send` is called by whatever thread publishes. While the socket keeps up, it
 writes there and then, without any hand-over. When the socket is full, the frame waits in the
-link's own queue; `settle` sees that it goes out: the publishing thread takes the queue along at its
-next call, and the event loop does when the publisher has gone quiet. A large frame rarely fits into
-a socket at once, but a peer that reads makes room within microseconds, so `settle` lingers that
-long before it hands over to the loop. A frame of which a part went out must follow whole, so only
-frames of which nothing went out are ever dropped: the oldest first, and counted.
+link's own backlog; `pipros.net.flush.flush_or_queue` sees that it goes out: the publishing thread takes
+the backlog along at its next call, and the event loop does when the publisher has gone quiet. A large
+frame rarely fits into a socket at once, but a peer that reads makes room within microseconds, so
+`flush_or_queue` waits that long before it leaves the rest to the loop.
 
 What `queue_size` means, as in rospy:
-    None  `settle` waits until the frame is in the socket's hands. A peer that takes nothing for
-          STALL_LIMIT_S is treated as queue_size=1 until it moves again, so that a subscriber that
-          hangs cannot stop a robot (genuine rospy waits for ever).
-    0     unlimited.
+    None  the publisher waits until the frame is in the socket's hands, `Limits.stall_s` at most (genuine
+          rospy waits for ever). A subscriber that took longer has stalled: until it has caught up it
+          is treated as with queue_size=1.
+    0     any number of frames wait.
     n     at most n frames wait.
+In each case no more than `Limits.queue_bytes` wait, but the newest frame always does.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import itertools
 import socket
 import threading
 import time
-from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from pipros.limits import Limits
 from pipros.net import sockets
+from pipros.net.backlog import Backlog, Frame
 from pipros.net.loop import BackgroundLoop
 
-#: How long a synchronous publisher waits for a subscriber that takes nothing at all.
-STALL_LIMIT_S = 2.0
-
-#: How often a link is asked whether its peer still acknowledges what it is sent.
+#: How often a link is checked for a peer that acknowledges nothing any more.
 CHECK_PEER_INTERVAL_S = 5.0
 
-Buffer = bytes | memoryview
-#: How long a publisher with a queue waits for a subscriber to make room for the rest of a large frame.
-#: One that makes none is not waited for again until it has caught up.
-LINGER_S = 0.0005
-LARGE_BYTES = 64 * 1024
+#: How often a link that stalled is checked for having caught up.
+CHECK_STALLED_INTERVAL_S = 0.1
 
-#: A wait for room looks this often whether the link was closed.
-WATCH_CLOSE_S = 0.1
-
-#: A frame as it goes over the wire, its length in front: buffers to be written in a row.
-Frame = Sequence[Buffer]
+_READ_BYTES = 4096
 
 
 @dataclass(slots=True)
 class SendStatistics:
-    """What went over a link so far, and what was dropped because the peer was too slow."""
+    """What was sent over a link so far, and what was dropped because the peer was too slow."""
 
     frames: int = 0
     bytes: int = 0
@@ -64,6 +54,11 @@ class OutgoingLink:
 
     Safe to use from several threads; the frames of one thread arrive in order. `on_closed` is
     called once, in the event loop, when the peer has gone or `close` was called.
+
+    Attributes:
+        is_behind: true while something waits. Changed with the lock held; read without it, to decide
+            whether `flush_or_queue` is worth a call.
+        end_reason: why the link was ended, if not by the peer or by `close`.
     """
 
     def __init__(
@@ -72,41 +67,46 @@ class OutgoingLink:
         loop: BackgroundLoop,
         *,
         queue_size: int | None,
+        limits: Limits,
         may_share_packets: bool = False,
         on_closed: Callable[[OutgoingLink], object],
     ) -> None:
         sock.setblocking(False)
+        self.sock = sock
         self.peer = sockets.peer_name(sock)
         self.queue_size = queue_size
         self.statistics = SendStatistics()
+        self.is_behind = False
         self.is_closed = False
+        self.end_reason = ""
+        self._limits = limits
         self._may_share_packets = may_share_packets
-        self._sock = sock
         self._loop = loop
         self._on_closed = on_closed
         self._lock = threading.Lock()
-        self._rest: deque[Buffer] = deque()  # of a frame that is partly out
-        self._waiting: deque[Frame] = deque()  # whole frames
-        self._is_watched = False
+        self._backlog = Backlog()
+        self._has_writer = False
         self._is_stalled = False
-        self._lingers = True
-        self._next_check: asyncio.TimerHandle | None = None
+        self._may_linger = True
+        self._received_bytes = 0
+        self._checks: dict[Callable[[], None], asyncio.TimerHandle] = {}
         loop.call(self._watch_peer)
 
     def send(self, frame: Frame, size: int) -> None:
         """Writes a frame of `size` bytes, or queues what the socket does not take. Returns at once."""
         with self._lock:
-            if self._waiting or self._rest:
-                self._waiting.append(_own(frame))
+            if self.is_behind:
+                self._backlog.append(frame, size)
                 self._flush()
             else:
                 try:
                     if len(frame) == 1:
-                        sent = self._sock.send(frame[0])
+                        sent = self.sock.send(frame[0])
                     else:
-                        sent = sockets.send_gathered(self._sock, frame)
+                        sent = sockets.send_gathered(self.sock, frame)
                 except (BlockingIOError, InterruptedError):
-                    self._waiting.append(_own(frame))
+                    self._backlog.append(frame, size)
+                    self.is_behind = True
                 except OSError:
                     self._give_up()
                 else:
@@ -115,7 +115,8 @@ class OutgoingLink:
                     if sent == size:
                         statistics.frames += 1
                         return
-                    self._keep_rest(frame, sent)
+                    self._backlog.append_rest(frame, sent)
+                    self.is_behind = True
             self._drop_oldest()
 
     def share_packets(self, *, share: bool) -> None:
@@ -124,27 +125,40 @@ class OutgoingLink:
         Does nothing for a link whose subscriber wants no delay (`tcp_nodelay`).
         """
         if self._may_share_packets:
-            sockets.share_packets(self._sock, share=share)
+            sockets.share_packets(self.sock, share=share)
 
     @property
-    def is_behind(self) -> bool:
-        """True while something waits. Read without a lock, to decide whether `settle` is worth a call."""
-        return bool(self._rest or self._waiting)
+    def is_waited_for(self) -> bool:
+        """True when the publisher has to wait until the backlog is empty."""
+        return self.queue_size is None and not self._is_stalled
 
-    def settle(self) -> None:
-        """Sees that what waits goes out: waits for it if `queue_size` is None, else leaves it to the loop."""
-        if self.queue_size is None and not self._is_stalled:
-            self._is_stalled = not self._wait_for_room(STALL_LIMIT_S)
-        elif self._lingers and self._rest and len(self._rest[0]) >= LARGE_BYTES:
-            self._lingers = self._wait_for_room(LINGER_S)
-        if self.is_behind:
-            self.hand_over()
+    @property
+    def lingers(self) -> bool:
+        """True when the rest of a large frame waits, and the subscriber is likely to make room at once."""
+        with self._lock:
+            return self._may_linger and self._backlog.is_in_large_buffer
 
-    def hand_over(self) -> None:
+    def wait_no_more(self) -> None:
+        """Stops waiting for the link, which made no room in time, until it has caught up."""
+        with self._lock:
+            self._may_linger = False
+            if self.is_waited_for and self.is_behind:
+                self._is_stalled = True
+                self._drop_oldest()
+                self._loop.call(self._check_stalled)
+
+    def flush(self) -> bool:
+        """Writes what the socket takes of what waits. Returns whether it took anything. Never blocks."""
+        with self._lock:
+            before = self.statistics.bytes
+            self._flush()
+            return self.statistics.bytes != before
+
+    def queue_for_loop(self) -> None:
         """Leaves what waits to the event loop. Never blocks."""
         with self._lock:
-            if self.is_behind and not self.is_closed and not self._is_watched:
-                self._is_watched = True
+            if self.is_behind and not self.is_closed and not self._has_writer:
+                self._has_writer = True
                 self._loop.call(self._start_writer)
 
     def drain(self, limit_s: float) -> None:
@@ -152,29 +166,14 @@ class OutgoingLink:
         end = time.monotonic() + limit_s
         while self.is_behind and not self.is_closed and (left_s := end - time.monotonic()) > 0:
             with contextlib.suppress(OSError, ValueError):  # closed meanwhile
-                sockets.wait_writable(self._sock, left_s)
-            with self._lock:
-                self._flush()
+                sockets.wait_writable(self.sock, left_s)
+            self.flush()
 
     def greet(self, header: bytes) -> None:
         """Sends the answering connection header, before anything else. It counts as no frame."""
         self.send((header,), len(header))
-        self.hand_over()
+        self.queue_for_loop()
         self.statistics = SendStatistics()
-
-    def _wait_for_room(self, limit_s: float) -> bool:
-        """Writes what waits as the peer makes room; False when it made none for `limit_s`."""
-        moved, deadline = self.statistics.bytes, time.monotonic() + limit_s
-        while self.is_behind and not self.is_closed:
-            with contextlib.suppress(OSError, ValueError):  # closed meanwhile
-                sockets.wait_writable(self._sock, min(limit_s, WATCH_CLOSE_S))
-            with self._lock:
-                self._flush()
-            if self.statistics.bytes != moved:
-                moved, deadline = self.statistics.bytes, time.monotonic() + limit_s
-            elif time.monotonic() > deadline:
-                return False
-        return True
 
     def close(self) -> None:
         """Ends the link; what waits is dropped. Harmless when repeated, from any thread."""
@@ -185,113 +184,93 @@ class OutgoingLink:
 
     def _flush(self) -> None:
         """Writes as much of what waits as the socket takes."""
-        while (self._rest or self._waiting) and not self.is_closed:
-            waiting = itertools.chain.from_iterable(self._waiting)
-            batch = list(itertools.islice(itertools.chain(self._rest, waiting), sockets.GATHER_LIMIT))
+        while self._backlog and not self.is_closed:
             try:
-                sent = sockets.send_gathered(self._sock, batch)
+                sent = sockets.send_gathered(self.sock, self._backlog.next_buffers())
             except (BlockingIOError, InterruptedError):
                 return
             except OSError:
                 self._give_up()
                 return
-            self._is_stalled = False
             self.statistics.bytes += sent
-            self._forget(sent)
-
-    def _forget(self, sent: int) -> None:
-        """Drops `sent` bytes from the front of what waits: they are out."""
-        while self._rest and sent >= len(self._rest[0]):
-            sent -= len(self._rest.popleft())
-            if not self._rest:
-                self.statistics.frames += 1
-        if self._rest:
-            self._rest[0] = memoryview(self._rest[0])[sent:]
-            return
-        while sent:
-            frame = self._waiting.popleft()
-            size = sum(map(len, frame))
-            if sent < size:
-                self._keep_rest(frame, sent)
-                return
-            sent -= size
-            self.statistics.frames += 1
-
-    def _keep_rest(self, frame: Frame, sent: int) -> None:
-        for buffer in _own(frame):
-            if sent >= len(buffer):
-                sent -= len(buffer)
-            else:
-                self._rest.append(memoryview(buffer)[sent:])
-                sent = 0
+            self.statistics.frames += self._backlog.forget(sent)
+        self.is_behind = False
 
     def _drop_oldest(self) -> None:
-        limit = 1 if self.queue_size is None and self._is_stalled else self.queue_size
-        while limit and len(self._waiting) > limit:
-            self._waiting.popleft()
-            self.statistics.dropped += 1
+        most = 1 if self.queue_size is None and self._is_stalled else self.queue_size
+        self.statistics.dropped += self._backlog.drop_oldest(most, self._limits.queue_bytes)
 
     def _give_up(self) -> None:
         if not self.is_closed:
             self.is_closed = True
-            self._rest.clear()
-            self._waiting.clear()
-            sockets.abort(self._sock)
+            self.is_behind = False
+            self._backlog.clear()
+            sockets.abort(self.sock)
             self._loop.call(self._end)
 
     # -- in the event loop ----------------------------------------------------
 
     def _watch_peer(self) -> None:
         if not self.is_closed:
-            self._loop.asyncio.add_reader(self._sock, self._read)
+            self._loop.asyncio.add_reader(self.sock, self._read)
             self._check_peer()
 
+    def _check_again(self, check: Callable[[], None], interval_s: float) -> None:
+        self._checks[check] = self._loop.asyncio.call_later(interval_s, check)
+
     def _check_peer(self) -> None:
-        """Ends a link whose peer has vanished without a word: a cut cable, a host without power."""
+        """Ends a link whose peer has vanished without closing it: a cut cable, a host without power."""
         if self.is_closed:
             return
-        if sockets.is_unanswered(self._sock, sockets.KEEPALIVE_LIMIT_S):
+        if sockets.is_unanswered(self.sock, sockets.KEEPALIVE_LIMIT_S):
             self.close()
         else:
-            self._next_check = self._loop.asyncio.call_later(CHECK_PEER_INTERVAL_S, self._check_peer)
+            self._check_again(self._check_peer, CHECK_PEER_INTERVAL_S)
+
+    def _check_stalled(self) -> None:
+        """Lets a link that stalled be waited for again once it has caught up.
+
+        That the system accepted a frame proves little: it buffers megabytes for one that hardly reads.
+        """
+        if self.is_closed:
+            return
+        if not self.is_behind and sockets.is_nearly_drained(self.sock):
+            self._is_stalled = False
+        else:
+            self._check_again(self._check_stalled, CHECK_STALLED_INTERVAL_S)
 
     def _read(self) -> None:
-        """A subscriber has nothing to say on a topic link; its silence ends when it leaves."""
+        """Notices that the subscriber closed the link. Subscribers send nothing else after their header."""
         try:
-            if self._sock.recv(4096):
-                return
+            received = len(self.sock.recv(_READ_BYTES))
         except (BlockingIOError, InterruptedError):
             return
         except OSError:
-            pass  # reset by the peer: gone all the same
+            received = 0  # reset by the peer: gone all the same
+        self._received_bytes += received
+        if received and self._received_bytes > self._limits.subscriber_bytes:
+            self.end_reason = f"it sent more than {self._limits.subscriber_bytes} bytes after its header"
+        elif received:
+            return
         self.close()
 
     def _start_writer(self) -> None:
         if not self.is_closed:
-            self._loop.asyncio.add_writer(self._sock, self._write_waiting)
+            self._loop.asyncio.add_writer(self.sock, self._write_waiting)
 
     def _write_waiting(self) -> None:
         with self._lock:
             self._flush()
-            if not self._rest and not self._waiting and not self.is_closed:
-                self._is_watched = False
-                self._lingers = True
-                self._loop.asyncio.remove_writer(self._sock)
+            if not self.is_behind and not self.is_closed:
+                self._has_writer = False
+                self._may_linger = True
+                self._loop.asyncio.remove_writer(self.sock)
 
     def _end(self) -> None:
-        if self._next_check is not None:
-            self._next_check.cancel()
-        self._loop.asyncio.remove_reader(self._sock)
-        self._loop.asyncio.remove_writer(self._sock)
+        for check in self._checks.values():
+            check.cancel()
+        self._loop.asyncio.remove_reader(self.sock)
+        self._loop.asyncio.remove_writer(self.sock)
         with self._lock:  # not under a send: its descriptor would be another connection's
-            self._sock.close()
+            self.sock.close()
         self._on_closed(self)
-
-
-def _own(frame: Frame) -> Frame:
-    """The frame in buffers that nobody can change any more: the publisher may reuse its message."""
-    return [buffer if _is_constant(buffer) else bytes(buffer) for buffer in frame]
-
-
-def _is_constant(buffer: Buffer) -> bool:
-    return not isinstance(buffer, memoryview) or type(buffer.obj) is bytes

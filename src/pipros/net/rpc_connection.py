@@ -1,11 +1,11 @@
 """One connection of an `RpcServer`: HTTP and XML-RPC in, answers out, in order.
 
 Theory of operation: the connections take turns. A quick method is answered at once, in the callback
-that brought the bytes; each further request that has come by then, and each slice of a large answer, is
-left to a later turn of the event loop (`_turn`), so that whoever asks for much delays nobody else.
-Values that are large are read and written in a thread, and methods may wait; a task (`_task`) then goes on
-with the answer. As long as any of these is pending, or the peer does not read (`_is_stalled`), the connection
-is busy: the requests that come wait in the reader, and the socket is read no further.
+that brought the bytes; each further request that has arrived by then, and each slice of a large answer, is
+left to a later turn of the event loop, so that a peer with many or large requests delays no other.
+Large values are decoded and encoded in a thread, and methods may wait; a task then goes on with the answer.
+While one of these is pending, or the peer does not read, the connection is busy: requests that arrive wait
+in the reader, and the socket is read no further. `pipros.net.rpc_state` has the states and their table.
 """
 
 from __future__ import annotations
@@ -19,27 +19,28 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from pipros.errors import ProtocolError
-from pipros.net.address import plain_address
-from pipros.net.connections import Connections, Refusals
+from pipros.net.connections import Connections, HeldBytes, Refusals
+from pipros.net.rpc_state import BUSY, FINAL, Event, State, Step, after, next_step
+from pipros.net.this_machine import Caller
 from pipros.wire.http import CONTINUE, HttpError, Request, RequestReader, build_response, response_head
-from pipros.wire.xmlrpc import TooLarge, decode_call, encode_fault, encode_response
+from pipros.wire.xmlrpc import ValueTooLarge, decode_call, encode_fault, encode_response
 
 if TYPE_CHECKING:
-    from pipros.net.rpc_server import RpcLimits
+    from pipros.limits import Limits
 
 _log = logging.getLogger("pipros.rpc")
 
 _LARGE_BODY_BYTES: Final = 64 * 1024
 LARGE_ANSWER: Final = 2_000
-"""From here on bodies are decoded and answers encoded in a thread, so that the loop goes on answering
-others. Methods must therefore return values that nobody changes afterwards."""
+"""Larger answers are encoded in a thread, and so are larger bodies decoded, so that the loop goes on
+answering others. Methods must therefore return values that are not changed afterwards."""
 _SLICE_BYTES: Final = 256 * 1024
 """How much of an answer is given to the socket in one turn."""
 
 _LINGER_S: Final = 5.0
 _LINGER_BYTES: Final = 64 * 1024 * 1024
-"""How long, and for how much, a peer whose request was refused may go on sending it. One that is cut off
-in the middle of a request never reads why: the system throws our answer away."""
+"""How long, and how many bytes, a peer whose request was refused may go on sending. One that is cut off
+in the middle of a request never reads why: the system discards our answer."""
 
 T = TypeVar("T")
 
@@ -49,18 +50,19 @@ class UnknownMethod(LookupError):
 
 
 class Answerer(Protocol):
-    """What a connection asks of its server."""
+    """What a connection needs of its server."""
 
-    limits: RpcLimits
+    limits: Limits
     connections: Connections
+    bodies: HeldBytes
     refusals: Refusals
 
     @property
     def large_values(self) -> Executor: ...
 
-    def admits(self, peer: str) -> bool: ...
+    def admits(self, caller: Caller) -> bool: ...
 
-    def call(self, name: str, params: tuple[Any, ...], *, caller: str) -> Any: ...
+    def call(self, name: str, params: tuple[Any, ...], *, caller: Caller) -> Any: ...
 
 
 class RpcConnection(asyncio.Protocol):
@@ -71,17 +73,14 @@ class RpcConnection(asyncio.Protocol):
         self._loop = loop
         self._reader = RequestReader(body_limit=server.limits.body_bytes)
         self._transport: asyncio.Transport | None = None
-        self._task: asyncio.Task[None] | None = None
-        self._turn: asyncio.Handle | None = None
-        self._linger: asyncio.TimerHandle | None = None
+        self._state = State.READING
+        self._pending: asyncio.Task[None] | asyncio.Handle | None = None  # what the state waits for, if ours
         self._linger_bytes = _LINGER_BYTES
         self._unsent = memoryview(b"")
-        self._is_stalled = False
-        self._is_reading = True
-        self._is_incomplete = False  # the reader has nothing more before more bytes come
+        self._needs_bytes = False  # what the reader holds is no whole request
         self._is_last_answer = False
         self._has_peer_ended = False
-        self._is_closing = False
+        self.caller = Caller()
         self.peer = ""
         self.last_used = loop.time()
 
@@ -90,109 +89,109 @@ class RpcConnection(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)  # noqa: S101  # a TCP server makes no others
         self._transport = transport
-        address = transport.get_extra_info("peername")
-        self.peer = plain_address(address[0]) if address else ""
-        if self._server.admits(self.peer):
-            self._server.connections.enter(self)
+        names = (transport.get_extra_info(name) for name in ("peername", "sockname"))
+        self.caller = Caller.from_names(*names)
+        self.peer = self.caller.host
+        if self._server.admits(self.caller):
+            if not self._server.connections.enter(self):
+                transport.abort()
         else:
             transport.abort()
 
     def connection_lost(self, _error: Exception | None) -> None:
+        self._note(Event.ABORTED)
         self._transport = None
         self._unsent = memoryview(b"")
-        for pending in (self._linger, self._turn, self._task):
-            if pending:
-                pending.cancel()
+        if self._pending:
+            self._pending.cancel()
         self._server.connections.leave(self)
+        self._server.bodies.forget(self)
 
     def data_received(self, data: bytes) -> None:
-        if self._is_closing:
+        if self._state in FINAL:
             self._linger_bytes -= len(data)
             if self._linger_bytes < 0:
                 self.abort()
             return
         self._reader.feed(data)
-        self._is_incomplete = False
-        if self._is_busy:
-            self._hold_reading()
-        else:
-            self._go_on()
+        self._needs_bytes = False
+        if self._state is State.READING:
+            self._take_turn()
+        elif self._transport:
+            self._transport.pause_reading()
 
     def eof_received(self) -> bool:
-        # Whoever is half closed may still want the answers to what it has sent.
+        # A peer that has closed its half may still want the answers to what it has sent.
         self._has_peer_ended = True
-        if self._is_closing or not self._is_busy:
-            self._close_softly()
+        if self._state not in BUSY:
+            self._close_gracefully()
         return True
 
     def pause_writing(self) -> None:
-        self._is_stalled = True
+        self._note(Event.WRITING_PAUSED)
         self._update_deadline()
 
     def resume_writing(self) -> None:
-        self._is_stalled = False
-        self._see_what_is_next()
+        self._note(Event.WRITING_RESUMED)
+        self._continue()
 
     # ---- called by the server
 
     def abort(self) -> None:
         """Closes at once; what was not sent is lost."""
-        self._is_closing = True
+        self._note(Event.ABORTED)
         if self._transport:
             self._transport.abort()
 
     # ---- turns, deadlines and back pressure
 
-    @property
-    def _is_busy(self) -> bool:
-        return bool(self._task or self._turn or self._is_stalled)
+    def _note(self, event: Event) -> None:
+        self._state = after(self._state, event)
 
-    def _go_on(self) -> None:
-        """A turn: a slice of the last answer, or else the next request."""
-        self._turn = None
+    def _take_turn(self) -> None:
+        """Sends a slice of the last answer, or else answers the next request."""
         if self._unsent:
             self._send_slice()
         else:
             self._answer_next()
-        self._see_what_is_next()
+        self._continue()
 
-    def _see_what_is_next(self) -> None:
-        if self._transport is None or self._is_closing:
+    def _take_queued_turn(self) -> None:
+        self._pending = None
+        self._note(Event.TURN_BEGAN)
+        self._take_turn()
+
+    def _continue(self) -> None:
+        """Does what comes next, unless something is pending."""
+        if self._transport is None or self._state in FINAL:
             return
-        if not self._is_busy:
-            if self._unsent:
-                self._turn = self._loop.call_soon(self._go_on)
-            elif self._is_last_answer:
-                self._close_softly()
-            elif not (self._reader.is_idle or self._is_incomplete):
-                self._turn = self._loop.call_soon(self._go_on)
-            elif self._has_peer_ended:
-                self._close_softly()
+        if self._state is State.READING:
+            step = next_step(
+                has_unsent=bool(self._unsent),
+                is_last_answer=self._is_last_answer,
+                has_input=not (self._needs_bytes or self._reader.is_idle),
+                has_peer_ended=self._has_peer_ended,
+            )
+            if step is Step.READ:
+                self._transport.resume_reading()
+            elif step is Step.QUEUE_TURN:
+                self._pending = self._loop.call_soon(self._take_queued_turn)
+                self._note(Event.TURN_QUEUED)
             else:
-                self._go_on_reading()
+                self._close_gracefully()
         self._update_deadline()
 
     def _update_deadline(self) -> None:
         """Runs while a request is incomplete or our answer is not read; single bytes do not extend it."""
-        if self._is_closing:
+        if self._state in FINAL:
             return
-        if self._is_stalled or (self._is_incomplete and not self._reader.is_idle):
+        if self._state is State.STALLED or (self._needs_bytes and not self._reader.is_idle):
             self._expect_progress()
         else:
             self._server.connections.expect_nothing(self)
 
     def _expect_progress(self) -> None:
         self._server.connections.expect_by(self, self._loop.time() + self._server.limits.request_s)
-
-    def _hold_reading(self) -> None:
-        if self._is_reading and self._transport:
-            self._is_reading = False
-            self._transport.pause_reading()
-
-    def _go_on_reading(self) -> None:
-        if not self._is_reading and self._transport:
-            self._is_reading = True
-            self._transport.resume_reading()
 
     # ---- answering
 
@@ -207,15 +206,18 @@ class RpcConnection(asyncio.Protocol):
             self._server.connections.touch(self)
             self._answer(request)
         else:
-            self._is_incomplete = True
+            self._needs_bytes = True
+            self._server.bodies.note(self, self._reader.held_bytes)
             if self._transport and self._reader.wants_continue():
                 self._transport.write(CONTINUE)
 
     def _answer(self, request: Request) -> None:
-        """Answers at once what is quick; else a task does."""
+        """Answers at once if the method is quick and the values are small; otherwise a task does."""
         if len(request.body) >= _LARGE_BODY_BYTES:
+            self._server.bodies.note(self, len(request.body))  # until a thread has read it
             self._answer_by_task(request, self._answer_to_large(request.body))
             return
+        self._server.bodies.forget(self)
         value: Any = None
         try:
             value = self._call(request.body)
@@ -223,8 +225,8 @@ class RpcConnection(asyncio.Protocol):
                 self._answer_by_task(request, self._answer_of(value))
                 return
             document = encode_response(value, size_limit=LARGE_ANSWER)
-        except TooLarge:
-            self._answer_by_task(request, self._apart(encode_response, value))
+        except ValueTooLarge:
+            self._answer_by_task(request, self._in_worker(encode_response, value))
             return
         except Exception as error:
             document = self._fault(error)
@@ -232,40 +234,45 @@ class RpcConnection(asyncio.Protocol):
 
     def _call(self, body: bytes | bytearray) -> Any:
         name, params = decode_call(body, limit_bytes=self._server.limits.body_bytes)
-        return self._server.call(name, params, caller=self.peer)
+        return self._server.call(name, params, caller=self.caller)
 
     async def _answer_to_large(self, body: bytes | bytearray) -> bytes:
         decode = partial(decode_call, limit_bytes=self._server.limits.body_bytes)
-        name, params = await self._apart(decode, body)
-        return await self._answer_of(self._server.call(name, params, caller=self.peer))
+        try:
+            name, params = await self._in_worker(decode, body)
+        finally:
+            self._server.bodies.forget(self)
+        return await self._answer_of(self._server.call(name, params, caller=self.caller))
 
     async def _answer_of(self, value: Any) -> bytes:
         if inspect.isawaitable(value):
             value = await value
         try:
             return encode_response(value, size_limit=LARGE_ANSWER)
-        except TooLarge:
-            return await self._apart(encode_response, value)
+        except ValueTooLarge:
+            return await self._in_worker(encode_response, value)
 
-    def _apart(self, function: Callable[[Any], T], value: Any) -> Awaitable[T]:
-        """Does something with a large value in a thread."""
+    def _in_worker(self, function: Callable[[Any], T], value: Any) -> Awaitable[T]:
+        """Runs a function on a large value in a thread."""
         return self._loop.run_in_executor(self._server.large_values, function, value)
 
     def _answer_by_task(self, request: Request, answer: Awaitable[bytes]) -> None:
-        self._task = self._loop.create_task(self._answer_later(request, answer))
+        self._pending = self._loop.create_task(self._answer_later(request, answer))
+        self._note(Event.TASK_BEGAN)
 
     async def _answer_later(self, request: Request, answer: Awaitable[bytes]) -> None:
         try:
             document = await answer
         except Exception as error:
             document = self._fault(error)
-        self._task = None
+        self._pending = None
+        self._note(Event.TASK_DONE)
         self._send(request, document)
-        self._see_what_is_next()
+        self._continue()
 
     def _fault(self, error: Exception) -> bytes:
         if isinstance(error, ProtocolError):
-            self._server.refusals.note(self.peer, str(error))
+            self._server.refusals.count(self.peer, str(error))
         elif not isinstance(error, UnknownMethod):
             _log.debug("a method raised for %s", self.peer, exc_info=error)
         return encode_fault(1, fault_text(error))
@@ -283,28 +290,28 @@ class RpcConnection(asyncio.Protocol):
             self._unsent = memoryview(document)
 
     def _send_slice(self) -> None:
-        """A large answer goes out in slices, because the transport copies what the socket does not take."""
+        """Sends a large answer in slices, because the transport copies what the socket does not take."""
         if self._transport:
             piece, self._unsent = self._unsent[:_SLICE_BYTES], self._unsent[_SLICE_BYTES:]
             self._transport.write(piece)
 
     def _refuse(self, error: HttpError) -> None:
-        self._server.refusals.note(self.peer, str(error))
+        self._server.refusals.count(self.peer, str(error))
         if self._transport:
             body = f"{error}\n".encode("utf-8", "replace")
             self._transport.write(build_response(body, status=error.status, keep_alive=False))
             if self._has_peer_ended:
-                self._close_softly()
+                self._close_gracefully()
             else:
-                self._is_closing = True
+                self._note(Event.REQUEST_REFUSED)
                 self._server.connections.expect_nothing(self)
                 self._transport.write_eof()
-                self._go_on_reading()
-                self._linger = self._loop.call_later(_LINGER_S, self.abort)
+                self._transport.resume_reading()
+                self._pending = self._loop.call_later(_LINGER_S, self.abort)
 
-    def _close_softly(self) -> None:
-        """Closes when what was written is sent; the deadline sees to it that this does not take for ever."""
-        self._is_closing = True
+    def _close_gracefully(self) -> None:
+        """Closes when what was written is sent; the deadline bounds how long that may take."""
+        self._note(Event.CLOSED_GRACEFULLY)
         if self._transport:
             self._expect_progress()
             self._transport.close()

@@ -13,15 +13,16 @@ import inspect
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextvars import ContextVar
-from dataclasses import dataclass
 from typing import Any, Final
 
 from pipros.errors import LimitExceeded
+from pipros.limits import Limits, process_limits
 from pipros.net.address import LOOPBACK
-from pipros.net.connections import Connections, Refusals
+from pipros.net.connections import Connections, HeldBytes, Refusals
 from pipros.net.rpc_connection import LARGE_ANSWER, RpcConnection, UnknownMethod, fault_text
-from pipros.net.sockets import listen_all
-from pipros.wire.xmlrpc import BODY_LIMIT_BYTES, Encoded, TooLarge
+from pipros.net.sockets import connections_that_fit, listen_all
+from pipros.net.this_machine import Caller
+from pipros.wire.xmlrpc import Encoded, ValueTooLarge
 
 Method = Callable[..., Any]
 """What stands behind a method's name: takes the decoded parameters, returns the value to encode.
@@ -29,35 +30,14 @@ Method = Callable[..., Any]
 A plain function runs in the loop and must not block; a coroutine function may wait.
 """
 
-caller_address: ContextVar[str] = ContextVar("caller_address", default="")
-"""The IP address of the peer whose call is being answered, for methods that guard themselves."""
+current_caller: ContextVar[Caller] = ContextVar("current_caller", default=Caller())  # noqa: B039  # frozen
+"""The peer whose call is being answered, for methods that guard themselves."""
 
 
 _BACKLOG: Final = 1024
 _ACCEPTED_AT_A_TIME: Final = 4
 _TURN_S: Final = 0.001
 """How long a multicall may keep the loop for itself."""
-
-
-@dataclass(frozen=True, slots=True)
-class RpcLimits:
-    """What one server bears.
-
-    Attributes:
-        body_bytes: the largest request body.
-        request_s: the time from the first byte of a request to its last, and for a peer to read our answer.
-        idle_s: how long a connection may stay open without a request.
-        connections: how many connections at a time; None is what the process may open, less a reserve.
-        connections_per_peer: how many of them from one address.
-        multicall_answer_bytes: the answers of one multicall together.
-    """
-
-    body_bytes: int = BODY_LIMIT_BYTES
-    request_s: float = 30.0
-    idle_s: float = 900.0
-    connections: int | None = None
-    connections_per_peer: int = 4096
-    multicall_answer_bytes: int = 16 * 1024 * 1024
 
 
 class RpcServer:
@@ -73,7 +53,8 @@ class RpcServer:
     Attributes:
         calls: how often each method of the table was called.
         refusals: what peers were refused.
-        connections: who is connected.
+        connections: the open connections.
+        bodies: what large requests hold.
         large_values: the threads that decode and encode what is large; made when they are needed.
     """
 
@@ -83,8 +64,8 @@ class RpcServer:
         *,
         host: str | Sequence[str] = LOOPBACK,
         port: int = 0,
-        limits: RpcLimits | None = None,
-        admits: Callable[[str], bool] | None = None,
+        limits: Limits | None = None,
+        admits: Callable[[Caller], bool] | None = None,
         on_bad_arity: Callable[[str, tuple[Any, ...]], Any] | None = None,
     ) -> None:
         """Nothing is opened yet.
@@ -93,8 +74,8 @@ class RpcServer:
             methods: the table; nothing outside it can be called.
             host: the address to listen on, or several, at the same port.
             port: the port; 0 is a free one.
-            limits: what the server bears.
-            admits: decides by its IP address whether a peer may connect; by default all may.
+            limits: what peers may cost; by default those of the process.
+            admits: decides by the two ends of a connection whether a peer may connect; by default all may.
             on_bad_arity: what to answer for a method called with the wrong number of parameters.
         """
         self._methods = {name: (method, *_arity(method)) for name, method in methods.items()}
@@ -106,20 +87,26 @@ class RpcServer:
         self._servers: list[asyncio.Server] = []
         self._sweeper: asyncio.TimerHandle | None = None
         self._is_stopped = False
-        self.limits = limits or RpcLimits()
+        self.limits = limits or process_limits()
         self.calls = dict.fromkeys(self._methods, 0)
         self.refusals = Refusals()
         self.large_values: Executor = ThreadPoolExecutor(max_workers=2, thread_name_prefix="large values")
         self.connections = Connections(
-            limit=self.limits.connections or connections_that_fit(),
-            limit_per_peer=self.limits.connections_per_peer,
+            limit=self.limits.rpc_connections or connections_that_fit(),
+            limit_per_peer=self.limits.rpc_connections_per_peer,
             refusals=self.refusals,
         )
+        self.bodies = HeldBytes(limit_bytes=self.limits.bodies_bytes, refusals=self.refusals)
 
     @property
     def port(self) -> int:
         """The port it listens on; valid from `start()` on."""
         return self._port
+
+    @property
+    def descriptors(self) -> list[int]:
+        """The descriptors of the port, while it is open."""
+        return [listener.fileno() for server in self._servers for listener in server.sockets]
 
     async def start(self) -> None:
         """Opens the port. Connections are accepted when it returns.
@@ -165,16 +152,16 @@ class RpcServer:
 
     # ---- what connections ask
 
-    def admits(self, peer: str) -> bool:
+    def admits(self, caller: Caller) -> bool:
         """False, and noted, when the peer may not connect; False when the server has stopped meanwhile."""
         if self._is_stopped:
             return False
-        if self._admits is None or self._admits(peer):
+        if self._admits is None or self._admits(caller):
             return True
-        self.refusals.note(peer, "its network is not allowed here")
+        self.refusals.count(caller.host, "its network is not allowed here")
         return False
 
-    def call(self, name: str, params: tuple[Any, ...], *, caller: str) -> Any:
+    def call(self, name: str, params: tuple[Any, ...], *, caller: Caller) -> Any:
         """Calls one method of the table; returns its value or an awaitable of it.
 
         Raises:
@@ -187,26 +174,26 @@ class RpcServer:
         method, least, most = found
         if not least <= len(params) <= most:
             return self._on_bad_arity(name, params)
-        before = caller_address.set(caller)
+        before = current_caller.set(caller)
         try:
             value = method(*params)
             if inspect.isawaitable(value):  # the task takes a copy of the context along
                 return asyncio.ensure_future(value)
             return value
         finally:
-            caller_address.reset(before)
+            current_caller.reset(before)
 
     async def _multicall(self, calls: Any) -> list[Any]:
         """Each answer is encoded on its own: many times the same large value must not add up unseen."""
         loop = asyncio.get_running_loop()
-        caller = caller_address.get()
+        caller = current_caller.get()
         answers: list[Any] = []
         bytes_left = self.limits.multicall_answer_bytes
         turn_ends = loop.time() + _TURN_S
         calls = calls if type(calls) is list else list(calls)
         calls.reverse()
         while calls:
-            call = calls.pop()  # nobody else has them; so many objects are better freed one by one
+            call = calls.pop()  # the only reference; so many objects are better freed one by one
             try:
                 answer = self.call(call["methodName"], tuple(call["params"]), caller=caller)
                 encoded = await self._encode([await answer if inspect.isawaitable(answer) else answer])
@@ -224,7 +211,7 @@ class RpcServer:
     async def _encode(self, value: Any) -> Encoded:
         try:
             return Encoded(value, size_limit=LARGE_ANSWER)
-        except TooLarge:
+        except ValueTooLarge:
             return await asyncio.get_running_loop().run_in_executor(self.large_values, Encoded, value)
 
 
@@ -242,15 +229,3 @@ def _arity(method: Method) -> tuple[int, int]:
             most += 1
             least += parameter.default is parameter.empty
     return least, most
-
-
-def connections_that_fit() -> int:
-    """How many connections the process can hold, with a reserve for everything else it opens."""
-    try:
-        import resource
-    except ImportError:  # Windows, where sockets do not count as files
-        return 4096
-    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-    if soft == resource.RLIM_INFINITY:
-        return 16384
-    return max(64, min(16384, soft // 2))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import select
 import socket
 import struct
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from pipros.wire.uri import host_and_port
 
@@ -69,6 +70,34 @@ def listen_all(hosts: Sequence[str], port: int = 0) -> list[socket.socket]:
             return opened
 
 
+def connections_that_fit(share: float = 0.5) -> int:
+    """How many connections a share of the process's descriptors is; the rest is for what else it opens."""
+    try:
+        import resource
+    except ImportError:  # Windows, where sockets do not count as files
+        return int(8192 * share)
+    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if soft == resource.RLIM_INFINITY or soft > 32768:
+        soft = 32768
+    return max(32, int(soft * share))
+
+
+def let_go_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
+    """Has a forked child hold none of these sockets, so that a port closes with the process that opened it.
+
+    `descriptors` is called in each child. Their numbers stay taken there: objects that know them are left.
+    """
+
+    def let_go() -> None:
+        nothing = os.open(os.devnull, os.O_RDWR)
+        for descriptor in descriptors():
+            os.dup2(nothing, descriptor, inheritable=False)
+        os.close(nothing)
+
+    if hasattr(os, "register_at_fork"):
+        os.register_at_fork(after_in_child=let_go)
+
+
 def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
     """Sets what every TCPROS link wants: small messages at once, and vanished peers noticed."""
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, int(no_delay))
@@ -96,6 +125,22 @@ def is_unanswered(sock: socket.socket, limit_s: float) -> bool:
         sent_again, probes, age_ms = int(info[2]), int(info[3]), int(info[-1])
         return sent_again + probes >= 2 and age_ms > limit_s * 1000
     return False
+
+
+def is_nearly_drained(sock: socket.socket) -> bool:
+    """True when the peer has acknowledged what was sent, but for a quarter of what the system holds at most.
+
+    True where the system does not tell (it is not Linux).
+    """
+    if not sys.platform.startswith("linux"):
+        return True
+    import fcntl
+    import termios
+
+    with contextlib.suppress(OSError):
+        (unacknowledged,) = struct.unpack("i", fcntl.ioctl(sock, termios.TIOCOUTQ, bytes(4)))
+        return bool(unacknowledged <= sock.getsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF) // 4)
+    return True
 
 
 def acknowledge(sock: socket.socket) -> None:
@@ -148,7 +193,23 @@ def _wait(sock: socket.socket, timeout_s: float, *, is_write: bool) -> bool:
         poll.register(sock, select.POLLOUT if is_write else select.POLLIN)
         return bool(poll.poll(timeout_s * 1000))
     reading, writing = ([], [sock]) if is_write else ([sock], [])
-    return any(select.select(reading, writing, [], timeout_s))
+    return any(select.select(reading, writing, writing, timeout_s))  # Windows: where connecting failed
+
+
+def wait_any_writable(socks: Sequence[socket.socket], timeout_s: float) -> Sequence[socket.socket]:
+    """Waits until a write to one of the sockets would take something (or fail at once).
+
+    Returns those of which this is true: none when the time is over, or when all are closed.
+    """
+    numbers = {number: sock for sock in socks if (number := sock.fileno()) >= 0}
+    if not numbers:
+        return []
+    if hasattr(select, "poll"):
+        poll = select.poll()
+        for number in numbers:
+            poll.register(number, select.POLLOUT)
+        return [numbers[number] for number, _ in poll.poll(timeout_s * 1000)]
+    return select.select([], list(numbers.values()), [], timeout_s)[1]
 
 
 def abort(sock: socket.socket) -> None:

@@ -11,16 +11,15 @@ from collections.abc import Callable
 from typing import Protocol
 
 from pipros.errors import PiprosError
-from pipros.node.waiting import wait_in_slices
+from pipros.interruptible_wait import wait_in_slices
+from pipros.msg.time import NS_PER_S
 
-NS_PER_S = 1_000_000_000
-
-#: Who sleeps on simulated time without any is told after so many seconds (ros_comm#2111).
+#: A wait for simulated time that has not started is reported after so many seconds (ros_comm#2111).
 SILENCE_S = 5.0
 
 
 class TimeMovedBackwards(PiprosError):
-    """Simulated time jumped back while somebody waited for a later one.
+    """Simulated time jumped back during a wait for a later time.
 
     Attributes:
         jump_s: seconds by which it went back, negative.
@@ -80,16 +79,17 @@ class WallClock:
 
 
 class SimulatedClock:
-    """The time that somebody publishes on `/clock`."""
+    """The time that is published on `/clock`."""
 
     is_simulated = True
 
     def __init__(self, on_silence: Callable[[], object] = lambda: None) -> None:
-        """`on_silence` is called once when somebody waits for time and there is none for SILENCE_S."""
+        """`on_silence` is called when a wait began and no time was published for SILENCE_S."""
         self._on_silence = on_silence
         self._changed = threading.Condition()
         self._now_ns = 0
         self._jumps = 0  # how often time went back
+        self._sleepers = 0
         self._last_jump_s = 0.0
         self._is_interrupted = False
         self._exempt: int | None = None
@@ -111,10 +111,21 @@ class SimulatedClock:
         self._wait_for_start()
         with self._changed:
             end_ns, jumps = self._now_ns + int(duration_s * NS_PER_S), self._jumps
-            self._changed.wait_for(lambda: self._now_ns >= end_ns or self._must_end() or self._jumps != jumps)
+            self._sleepers += 1
+            try:
+                self._changed.wait_for(
+                    lambda: self._now_ns >= end_ns or self._must_end() or self._jumps != jumps
+                )
+            finally:
+                self._sleepers -= 1
             if self._jumps != jumps:
                 raise TimeMovedBackwards(self._last_jump_s)
             return not self._must_end()
+
+    @property
+    def sleeper_count(self) -> int:
+        """How many threads sleep until a time of this clock."""
+        return self._sleepers
 
     def _wait_for_start(self) -> None:
         with self._changed:

@@ -1,4 +1,4 @@
-"""What the parts of a node have in common."""
+"""What the parts of a node share."""
 
 from __future__ import annotations
 
@@ -6,21 +6,30 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from pipros.limits import Limits
+from pipros.net.connections import Connections
 from pipros.net.loop import BackgroundLoop
+from pipros.node.attempts import Attempts
 
 
 @dataclass(frozen=True, slots=True)
 class NodeContext:
-    """The node that a topic or service belongs to, as far as it has to know.
+    """What a topic or service knows of the node it belongs to.
 
     Attributes:
         node_name: its full name, the `callerid` of connection headers.
         loop: where its control traffic lives.
         log: where to report.
         next_link_number: numbers its links, for `getBusInfo`.
+        limits: what its peers may cost.
+        connections: its TCPROS connections.
+        attempts: its attempts to connect to publishers.
     """
 
     node_name: str
     loop: BackgroundLoop
     log: logging.Logger
     next_link_number: Callable[[], int]
+    limits: Limits
+    connections: Connections
+    attempts: Attempts

@@ -1,4 +1,4 @@
-"""Who a node is: its name, and what its command line and environment make of other names."""
+"""The name of a node, and how it resolves other names with its command line and environment."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from dataclasses import dataclass, replace
 from pipros import names
 from pipros.env import Environment
 from pipros.errors import InvalidName
+
+#: The base name of a process that has not started a node.
+UNNAMED = "unnamed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +58,45 @@ class Identity:
             replace(environment, master_uri=special.get("__master", environment.master_uri)),
         )
 
+    @classmethod
+    def unnamed(cls, *, argv: Sequence[str], environment: Environment) -> Identity:
+        """What a process goes by before its node has a name.
+
+        Names resolve without remappings, as in rospy: they may mention the node's name. The topics
+        made at that time are an exception, see `resolve_topic_without_name`.
+        """
+        arguments = names.parse_arguments(argv)
+        namespace = names.make_global_namespace(arguments.special.get("__ns", environment.namespace))
+        return cls(namespace + UNNAMED, namespace, arguments, {}, environment)
+
     def resolve(self, name: str) -> str:
         """The global name that `name` means in this node, remappings applied."""
-        return names.resolve(name, self.name, self.remappings)
+        return self.resolve_for(self.name, name)
+
+    def resolve_for(self, node_name: str, name: str) -> str:
+        """As `resolve`, for a relative or private name of the node `node_name`.
+
+        Nodes resolve two private names otherwise than the rest of ROS does, in rospy's way: `~` ends in a
+        slash, and `~/x` is `/x`.
+        """
+        if names.is_private(name):
+            name = names.canonicalize(name)
+            name = names.join(node_name, name[1:])
+            return self.remappings.get(name, name)
+        return names.resolve(name, node_name, self.remappings)
+
+    def resolve_topic_without_name(self, topic: str) -> str:
+        """The global name of a topic that is made before the node has its name, remappings applied.
+
+        Raises:
+            InvalidName: for a private name.
+        """
+        if names.is_private(topic):
+            raise InvalidName("~name topics cannot be created before init_node() has been called")
+        resolved = names.resolve(topic, self.name)
+        return names.resolve_remappings(self.arguments.remappings, self.name).get(resolved, resolved)
+
+    def remap(self, name: str, node_name: str) -> str:
+        """What a remapping argument that reads just like `name` makes of it; `name` without one."""
+        new = self.arguments.remappings.get(name)
+        return name if new is None else names.resolve(new, node_name)

@@ -17,16 +17,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from pipros.errors import PiprosError
-from pipros.node.clock import NS_PER_S, Clock
+from pipros.log_file import LogFile
+from pipros.msg.time import NS_PER_S
+from pipros.node.clock import Clock
+from pipros.printable import write_line
 
 if TYPE_CHECKING:
     from pipros.node.publisher import Publisher
 
 DEFAULT_FORMAT = "[${severity}] [${time}]: ${message}"
-
-#: A log file is put aside at this size, and this many old ones are kept.
-FILE_LIMIT_BYTES = 50_000_000
-FILES_KEPT = 4
 
 _FILE_FORMAT = "[%(name)s][%(levelname)s] %(asctime)s: %(message)s"
 _PLACEHOLDER = re.compile(r"\$\{(?P<key>\w+)(?::(?P<format>[^}]*))?\}")
@@ -87,12 +86,11 @@ class ConsoleHandler(logging.Handler):
         line = self._render(record, severity)  # raises what wrong arguments of the log call raise
         try:
             if self._is_coloured and severity.colour and stream.isatty():
-                stream.write(f"{severity.colour}{line}\n{_RESET}")
+                write_line(stream, f"{severity.colour}{line}", end=f"\n{_RESET}")
             else:
-                stream.write(line + "\n")
-            stream.flush()
+                write_line(stream, line)
         except (OSError, ValueError):
-            pass  # the console was closed: a node lives on without one
+            pass  # the console was closed: a node runs on without one
 
     def _render(self, record: logging.LogRecord, severity: Severity) -> str:
         message = full_text(record)
@@ -155,7 +153,7 @@ class RosoutHandler(logging.Handler):
                 level=Severity.of(record.levelno).number,
                 name=self.node_name,
                 msg=full_text(record),
-                file=record.pathname,
+                file=record.filename,
                 line=record.lineno,
                 function=record.funcName or "",
                 topics=list(self._topics()),
@@ -169,18 +167,35 @@ class RosoutHandler(logging.Handler):
             self._busy.is_set = False
 
 
-def open_file_handler(path: Path) -> logging.Handler:
+class FileHandler(logging.Handler):
+    """Appends each record to a `LogFile`, which documents what happens on a full disk."""
+
+    def __init__(self, file: LogFile) -> None:
+        super().__init__()
+        self._file = file
+        self.setFormatter(logging.Formatter(_FILE_FORMAT))
+
+    def emit(self, record: logging.LogRecord) -> None:
+        try:
+            line = self.format(record)
+        except Exception:  # wrong arguments of the log call
+            self.handleError(record)
+        else:
+            self._file.write(line + "\n")
+
+    def close(self) -> None:
+        self._file.close()
+        super().close()
+
+
+def open_file_handler(path: Path) -> FileHandler:
     """A handler that appends to `path`, put aside when it grows too large; its folder is made.
 
     Raises:
-        OSError: the folder or the file cannot be made.
+        OSError: the folder or the file cannot be made, or another user could have put it there.
     """
-    from logging.handlers import RotatingFileHandler
-
     path.parent.mkdir(parents=True, exist_ok=True)
-    handler = RotatingFileHandler(path, maxBytes=FILE_LIMIT_BYTES, backupCount=FILES_KEPT, encoding="utf-8")
-    handler.setFormatter(logging.Formatter(_FILE_FORMAT))
-    return handler
+    return FileHandler(LogFile(path))
 
 
 def configure_by_file(config: Path, log_path: Path) -> None:

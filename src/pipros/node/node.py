@@ -4,47 +4,53 @@ from __future__ import annotations
 
 import asyncio
 import concurrent.futures
-import functools
 import inspect
 import logging
 import socket
 import threading
+import weakref
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from threading import get_ident
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from pipros.env import Environment
 from pipros.errors import Interrupted, Unreachable
+from pipros.interruptible_wait import wait_in_slices
+from pipros.limits import Limits, process_limits
 from pipros.net import address
-from pipros.net.loop import BackgroundLoop
-from pipros.net.master import MasterClient
+from pipros.net.connections import Connections
+from pipros.net.lookup import Lookups
+from pipros.net.loop import BackgroundLoop, in_daemon_thread
+from pipros.net.master_client import MasterClient
 from pipros.net.rpc_server import RpcServer
+from pipros.net.sockets import connections_that_fit, let_go_in_children
 from pipros.net.tcpros import TcprosServer
-from pipros.node import aio
-from pipros.node.client import OpenCalls, ServiceClient
+from pipros.node import asyncio_support
 from pipros.node.clock import Clock, SimulatedClock, WallClock
+from pipros.node.codec import AnyMessage
+from pipros.node.endpoints import Endpoints
 from pipros.node.identity import Identity
 from pipros.node.params import Parameters
 from pipros.node.publisher import Publisher
 from pipros.node.registration import Registrations
-from pipros.node.service import ServiceClass, ServiceServer
+from pipros.node.service_client import OpenCalls, ServiceClient
+from pipros.node.service_server import ServiceClass, ServiceServer
 from pipros.node.slave import on_bad_arity, slave_methods
-from pipros.node.stream import MessageStream
 from pipros.node.subscriber import NO_ARGS, Subscriber
-from pipros.node.topics import Topics
-from pipros.node.traffic import WindowLimits
-from pipros.node.waiting import wait_in_slices
+from pipros.node.topic_statistics import WindowLimits
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
 
-AnyMessage = TypeVar("AnyMessage", bound="Message")
 
 #: How often a node that found no master tries again.
 MASTER_RETRY_S = 0.2
 #: How long the end of a node may wait for its event loop to close everything.
 SHUTDOWN_DEADLINE_S = 2.0
+#: How much of the process's descriptors the connections of the slave API may take.
+RPC_SHARE = 0.125
 
 
 class Node:
@@ -69,6 +75,7 @@ class Node:
         on_shutdown_request: Callable[[str], object] | None = None,
         rpc_port: int = 0,
         tcpros_port: int = 0,
+        limits: Limits | None = None,
     ) -> None:
         """Nothing is connected until `start`.
 
@@ -81,6 +88,7 @@ class Node:
             on_shutdown_request: called with the reason when a peer asks the node to end.
             rpc_port: the port of the slave API; 0 takes a free one.
             tcpros_port: the port for topics and services; 0 takes a free one.
+            limits: what peers may cost; by default those of the process.
 
         Raises:
             InvalidName: a name with a namespace in it.
@@ -93,21 +101,22 @@ class Node:
         self.environment = self.identity.environment
         self.resolve = self.identity.resolve
         self.host = address.advertised_host(self.environment)
+        self.limits = limits or process_limits()
         self.log = log or logging.Logger(self.name, logging.WARNING)
         self.master = MasterClient(self.environment.master_uri, self.name)
         self.params = Parameters(self.master, self.resolve, lambda: self._registrations)
         self.clock: Clock = WallClock()
-        self.topics: Topics
+        self.endpoints: Endpoints
         self.uri = ""
         self._on_shutdown_request = on_shutdown_request or self.shutdown
         self._ports = rpc_port, tcpros_port
         self._calls = OpenCalls()
-        self._loop = BackgroundLoop(f"node {self.name}")
+        self._loop = BackgroundLoop(f"node {self.name}", Lookups(self.limits.lookups))
         self._registrations: Registrations | None = None
         self._lock = threading.Lock()
         self._ending_thread: int | None = None
         self._ended = threading.Event()
-        self._at_end: list[Callable[[], object]] = []
+        self._shutdown_hooks: list[Callable[[], object]] = []
 
     # -- life -----------------------------------------------------------------
 
@@ -125,27 +134,40 @@ class Node:
             self._loop.stop()
             raise
         self._loop.spawn(self.registrations.watch())
+        myself = weakref.ref(self)
+        let_go_in_children(lambda: node._ports_held() if (node := myself()) else ())
+
+    def _ports_held(self) -> list[int]:
+        return [*self._tcpros.descriptors, *self._rpc.descriptors]
 
     async def _open(self, host: str) -> None:
+        rpc_connections = self.limits.rpc_connections or connections_that_fit(RPC_SHARE)
         self._rpc = RpcServer(
-            slave_methods(self, self.environment.master_uri),
+            slave_methods(self, self.environment.master_uri, self.limits),
             host=host,
             port=self._ports[0],
+            limits=replace(self.limits, rpc_connections=rpc_connections),
             on_bad_arity=on_bad_arity,
         )
         await self._rpc.start()
         self._tcpros = TcprosServer(
-            host, self._ports[1], on_connection=lambda connection: self.topics.attach(connection)
+            host,
+            self._ports[1],
+            on_connection=lambda connection: self.endpoints.attach(connection),
+            limits=self.limits,
+            log=self.log,
         )
         self.uri = address.uri(self.host, self._rpc.port)
         self._registrations = Registrations(self.master, self.name, self.uri, self.log)
-        self.topics = Topics(
+        self.endpoints = Endpoints(
             self.name,
             host=self.host,
             port=self._tcpros.port,
             loop=self._loop,
             registrations=self._registrations,
             log=self.log,
+            limits=self.limits,
+            connections=self._tcpros.connections,
         )
         self._tcpros.start()
 
@@ -154,25 +176,30 @@ class Node:
         await self._rpc.stop()
 
     @property
+    def connections(self) -> Connections:
+        """The TCPROS connections that peers have opened to the node."""
+        return self._tcpros.connections
+
+    @property
     def registrations(self) -> Registrations:
         if self._registrations is None:
             raise RuntimeError(f"{self.name} was not started")
         return self._registrations
 
     def wait_for_master(self, on_missing: Callable[[Unreachable], object] | None = None) -> None:
-        """Waits until the master answers; `on_missing` is told once when it does not.
+        """Waits until the master answers; `on_missing` is called once when it does not.
 
         Raises:
             Interrupted: the node was shut down meanwhile.
         """
-        is_told = False
+        is_reported = False
         while not self.is_shutdown:
             try:
                 self.master.get_pid()
                 return
             except Unreachable as error:
-                if on_missing is not None and not is_told:
-                    is_told = True
+                if on_missing is not None and not is_reported:
+                    is_reported = True
                     on_missing(error)
             self.clock.sleep(MASTER_RETRY_S)
         raise Interrupted(f"{self.name} was shut down while it waited for the master")
@@ -182,65 +209,73 @@ class Node:
         from pipros.msg import load_message_class
         from pipros.msg.time import Time
 
-        clock, wall = SimulatedClock(self._explain_silence), self.clock
+        clock = SimulatedClock(self._explain_silence)
 
         def on_clock(message: Any) -> None:
             now: Time = message.clock
             clock.set_ns(now.to_nsec())
 
-        self.clock = clock
-        wall.interrupt()
+        self.use_clock(clock)
         self.subscribe("/clock", load_message_class("rosgraph_msgs/Clock"), on_clock, queue_size=1)
         return clock
 
+    def use_clock(self, clock: Clock) -> None:
+        """Makes another clock the node's own; waits on the one before end."""
+        self.clock, before = clock, self.clock
+        before.interrupt()
+
     def _explain_silence(self) -> None:
         self.log.warning(
-            "waiting for simulated time: /use_sim_time is true, but nobody publishes on /clock. "
+            "waiting for simulated time: /use_sim_time is true, but no node publishes on /clock. "
             "Start the simulator or `rosbag play --clock`, or set /use_sim_time to false"
         )
 
-    def watch_descriptor(self, descriptor: socket.socket, on_readable: Callable[[], object]) -> None:
-        """Has `on_readable` called in the node's event loop whenever the socket can be read."""
+    def add_reader(self, descriptor: socket.socket, on_readable: Callable[[], object]) -> None:
+        """Calls `on_readable` in the node's event loop whenever the socket can be read."""
         self._loop.call(self._loop.asyncio.add_reader, descriptor, on_readable)
 
     def enable_statistics(self, limits: WindowLimits | None = None) -> None:
         """Publishes on `/statistics` what the subscriptions measure."""
-        from pipros.node.statistics import StatisticsPublisher
+        from pipros.node.statistics_publisher import StatisticsPublisher
 
-        self.topics.observe(
+        self.endpoints.observe(
             StatisticsPublisher(
-                self.name, self.advertise, lambda: self.clock.now_ns(), limits or WindowLimits()
+                self.name,
+                self.advertise,
+                lambda: self.clock.now_ns(),
+                limits or WindowLimits(),
+                self.limits.statistics_links,
             ).arrived
         )
 
     @property
     def is_shutdown(self) -> bool:
-        """True from the moment the end began; only the hooks still see False, and may still publish."""
+        """True once the shutdown has begun; only the hooks still see False, and may still publish."""
         return self._ended.is_set() or (self._ending_thread or get_ident()) != get_ident()
 
     @property
     def is_ending(self) -> bool:
-        """True from the moment the end began, for hooks too."""
+        """True once the shutdown has begun, for hooks too."""
         return self._ending_thread is not None
 
     def wait_for_shutdown(self, timeout_s: float | None = None) -> bool:
         """Waits until the node has been shut down; False when the time is over first."""
         return wait_in_slices(self._ended.wait, timeout_s)
 
-    def at_end(self, hook: Callable[[], object]) -> None:
-        """Has `hook` called when the node ends, while it can still publish; the earliest one first."""
-        self._at_end.append(hook)
+    def on_shutdown(self, hook: Callable[[], object]) -> None:
+        """Calls `hook` when the node shuts down, while it can still publish; in order of addition."""
+        self._shutdown_hooks.append(hook)
 
-    def end_soon(self, reason: str) -> None:
-        """Has the node shut down by a thread of its own, for callers that must not wait."""
+    def shutdown_async(self, reason: str) -> None:
+        """Shuts the node down in a thread of its own, for callers that must not wait."""
         end = self._on_shutdown_request
         threading.Thread(target=end, args=(reason,), name=f"end {self.name}", daemon=True).start()
 
     def shutdown(self, reason: str = "") -> None:
         """Ends the node: hooks, then the entries at the master, then all links. Returns when it is done.
 
-        From the first moment on, only the hooks may publish: what they say last (a robot's "stop")
-        is not followed by what another thread was about to say. An exception in a hook is logged.
+        From the beginning on, only the hooks may publish: their last message (a robot's "stop") is not
+        followed by one of another thread. An exception in a hook is logged.
         Harmless when repeated; a second caller waits for the first.
         """
         with self._lock:
@@ -252,9 +287,11 @@ class Node:
         self.log.debug("signal_shutdown [%s]", reason)
         is_started = self._registrations is not None
         if is_started:
-            self.topics.reserve_publishing(get_ident())
+            self.endpoints.restrict_publishing_to(get_ident())
         self.clock.interrupt(exempt=get_ident())
-        for hook in list(self._at_end):
+        # A hook may call services itself, and may wait for a thread that waits for one.
+        self._calls.interrupt_present()
+        for hook in list(self._shutdown_hooks):
             try:
                 hook()
             except Exception:
@@ -269,7 +306,7 @@ class Node:
     def _leave(self) -> None:
         self._calls.interrupt()
         self.registrations.close()
-        self.topics.close()
+        self.endpoints.close()
         try:
             self._loop.run(self._close(), SHUTDOWN_DEADLINE_S)
         except (TimeoutError, asyncio.TimeoutError, concurrent.futures.TimeoutError):
@@ -287,14 +324,13 @@ class Node:
         self.shutdown("the end of a with statement")
 
     async def __aenter__(self) -> Node:
-        await asyncio.get_running_loop().run_in_executor(None, self.start)
+        await in_daemon_thread(self.start)
         return self
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        end = functools.partial(self.shutdown, "the end of a with statement")
-        await asyncio.get_running_loop().run_in_executor(None, end)
+        await in_daemon_thread(self.shutdown, "the end of a with statement")
 
     # -- topics and services ------------------------------------------------------
 
@@ -310,7 +346,9 @@ class Node:
 
         A latched topic gives its newest message to every subscriber that comes later.
         """
-        return self.topics.advertise(self.resolve(topic), message_class, queue_size=queue_size, latch=latch)
+        return self.endpoints.advertise(
+            self.resolve(topic), message_class, queue_size=queue_size, latch=latch
+        )
 
     def subscribe(
         self,
@@ -330,9 +368,9 @@ class Node:
         >>> async for message in node.subscribe("/chatter", String):            # doctest: +SKIP
         ...     print(message.data)
         """
-        if callback is None and aio.is_in_event_loop():
-            callback = MessageStream[Any](queue_size)
-        return self.topics.subscribe(
+        if callback is None and asyncio_support.is_in_event_loop():
+            callback = asyncio_support.MessageStream[Any](queue_size)
+        return self.endpoints.subscribe(
             self.resolve(topic),
             message_class,
             callback,
@@ -350,8 +388,8 @@ class Node:
     ) -> ServiceServer:
         """Answers a service; see `ServiceServer`. A coroutine function runs in the caller's asyncio loop."""
         if inspect.iscoroutinefunction(handler):
-            handler = aio.run_in_loop(handler, asyncio.get_running_loop())
-        return self.topics.serve(self.resolve(service), service_class, handler, on_error)
+            handler = asyncio_support.run_in_loop(handler, asyncio.get_running_loop())
+        return self.endpoints.serve(self.resolve(service), service_class, handler, on_error)
 
     def client(
         self,
@@ -369,14 +407,15 @@ class Node:
             calls=self._calls,
             persistent=persistent,
             headers=headers,
+            limits=self.limits,
         )
 
     async def call(
         self, service: str, service_class: ServiceClass, request: Message, timeout_s: float | None = None
     ) -> Any:
         """Calls a service from a coroutine; cancelling it ends the call. Raises as `ServiceClient.call`."""
-        return await aio.call(self.client(service, service_class), request, timeout_s)
+        return await asyncio_support.call(self.client(service, service_class), request, timeout_s)
 
     def statistics(self) -> Mapping[str, Any]:
-        """What the node did so far; see `Topics.statistics`."""
-        return self.topics.statistics()
+        """What the node did so far; see `Endpoints.statistics`."""
+        return self.endpoints.statistics()

@@ -1,15 +1,117 @@
-"""The parameter server as a node sees it, with a cache that follows changes."""
+"""The parameter server as a node sees it, with a cache that follows changes.
+
+Theory of operation. `get_cached` subscribes to a parameter with its first read: the master answers with
+the value, and from then on sends `paramUpdate` notices when another node changes the parameter or one
+below it. Each cached parameter has a state:
+
+    JOINING    subscribed, the first value is still on its way. Reads ask the master.
+    OVERTAKEN  as JOINING, but a notice came first, so the first value may be older than the notice.
+    CURRENT    reads return the cached value.
+    STALE      the value may be out of date. The next read asks the master and makes it CURRENT.
+
+    event                      JOINING    OVERTAKEN  CURRENT                    STALE
+    first value, or a new one
+    after a restart of the
+    master                     CURRENT    STALE      CURRENT                    STALE
+    notice                     OVERTAKEN  OVERTAKEN  CURRENT, or STALE if the   STALE
+                                                     new value does not follow
+                                                     from the notice
+    invalidation               OVERTAKEN  OVERTAKEN  STALE                      STALE
+
+The master sends a node no notice of the node's own changes, and a notice about another node's change may
+have been under way for longer than a change of the node's own. So once a node has set or deleted a key,
+notices about it, or about keys above and below it, only make cached parameters STALE.
+"""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import Enum, auto
 from typing import Any
 
 from pipros import names
 from pipros.errors import NotFound, Refused
-from pipros.net.master import MasterClient
+from pipros.net.master_client import MasterClient
 from pipros.node.registration import ParameterEntry, Registrations
+
+
+class CacheState(Enum):
+    """What is known about a cached parameter; see the module."""
+
+    JOINING = auto()
+    OVERTAKEN = auto()
+    CURRENT = auto()
+    STALE = auto()
+
+
+_INVALIDATED = {
+    CacheState.JOINING: CacheState.OVERTAKEN,
+    CacheState.OVERTAKEN: CacheState.OVERTAKEN,
+    CacheState.CURRENT: CacheState.STALE,
+    CacheState.STALE: CacheState.STALE,
+}
+_REGISTERED = {
+    CacheState.JOINING: CacheState.CURRENT,
+    CacheState.OVERTAKEN: CacheState.STALE,
+    CacheState.CURRENT: CacheState.CURRENT,
+    CacheState.STALE: CacheState.STALE,
+}
+
+
+@dataclass(slots=True)
+class CachedParameter:
+    """One cached parameter. The value `{}` means "not set": the master sends it for a deleted parameter.
+
+    Attributes:
+        changes: how often it was changed or invalidated, so that an answer that was overtaken is noticed.
+    """
+
+    key: str
+    state: CacheState = CacheState.JOINING
+    value: Any = field(default_factory=dict)
+    changes: int = 0
+
+    def registered(self, value: Any) -> None:
+        """Takes the value with which the master answered the subscription."""
+        self.changes += 1
+        self.state, self.value = _REGISTERED[self.state], value
+
+    def invalidate(self) -> None:
+        """The value may be out of date."""
+        self.changes += 1
+        self.state = _INVALIDATED[self.state]
+
+    def refreshed(self, value: Any, changes: int) -> None:
+        """Takes a value that the master was asked for when `changes` was as given."""
+        if self.state is CacheState.STALE and changes == self.changes:
+            self.state, self.value = CacheState.CURRENT, value
+
+    def notice(self, key: str, value: Any) -> None:
+        """Takes a new value of the parameter itself, or of one below it."""
+        if self.state is not CacheState.CURRENT:
+            self.invalidate()
+        elif key == self.key:
+            self.changes += 1
+            self.value = value
+        elif value == {}:  # deleted, or an empty namespace: these two look the same
+            self.invalidate()
+        else:
+            self.changes += 1
+            self._put(key[len(self.key.rstrip("/")) + 1 :].split("/"), value)
+
+    def _put(self, path: list[str], value: Any) -> None:
+        if not isinstance(self.value, dict):  # a value that became a namespace
+            self.value = {}
+        tree = self.value
+        *above, last = path
+        for part in above:
+            below = tree.get(part)
+            if not isinstance(below, dict):
+                below = tree[part] = {}
+            tree = below
+        tree[last] = value
 
 
 class Parameters:
@@ -17,6 +119,7 @@ class Parameters:
 
     A missing parameter raises NotFound; a value that XML-RPC cannot carry raises TypeError or
     OverflowError before anything is sent. Values of a namespace are nested dictionaries.
+    May be used from any thread.
     """
 
     def __init__(
@@ -25,69 +128,67 @@ class Parameters:
         resolve: Callable[[str], str],
         registrations: Callable[[], Registrations | None],
     ) -> None:
+        """`registrations` returns None as long as the node has not started: nothing is cached before."""
         self._master = master
         self._resolve = resolve
         self._registrations = registrations
-        self._cache: dict[str, Any] = {}
-        self._stale: set[str] = set()  # cached keys to be asked for again
-        self._ours: set[str] = set()  # keys that the node itself has changed
-        self._joining: set[str] = set()  # cached keys whose first value is still on its way
-        self._changes = 0
+        self._cache: dict[str, CachedParameter] = {}
+        self._changed_here: set[str] = set()  # keys that the node itself has set or deleted
         self._lock = threading.Lock()
 
     def get(self, name: str) -> Any:
-        key = self._resolve(name)
-        try:
-            return self._master.get_param(key)
-        except Refused as error:
-            raise NotFound(f"parameter [{key}] is not set") from error
+        return self._fetch(self._resolve(name))
 
     def get_cached(self, name: str) -> Any:
-        """As `get`, but asks the master only once: changes come to the node by themselves.
+        """As `get`, but asks the master only once; changes then reach the node as notices.
 
         What the node itself has set or deleted is seen at once, in all cached parameters concerned.
         """
         key = self._resolve(name)
         registrations = self._registrations()
         if registrations is None:
-            return self.get(name)
+            return self._fetch(key)
         with self._lock:
-            is_known = key in self._cache
-            if not is_known:
-                self._cache[key] = {}
-                self._joining.add(key)
-        if not is_known:
-            registrations.add(ParameterEntry(key, lambda value: self.update(key, value, is_new=True)))
+            known = self._cache.get(key)
+            cached = self._cache[key] = known or CachedParameter(key)
+        if known is None:
+            registrations.add(ParameterEntry(key, lambda value: self._registered(cached, value)))
         with self._lock:
-            value, is_stale = self._cache[key], key in self._stale
-        if is_stale:
-            return self._refresh(key)
-        if value == {}:  # how the master announces that a parameter is not set, or was deleted
-            return self.get(name)
-        return value
+            state, value, changes = cached.state, cached.value, cached.changes
+        if state is CacheState.CURRENT and value != {}:
+            return value
+        if state is CacheState.STALE:
+            return self._refresh(cached, changes)
+        return self._fetch(key)
 
-    def _refresh(self, key: str) -> Any:
-        """Asks the master for a cached value that may be out of date."""
-        with self._lock:
-            changes = self._changes
-        value: Any = {}
+    def _fetch(self, key: str) -> Any:
         try:
-            value = self._master.get_param(key)
+            return self._master.get_param(key)
         except Refused as error:
             raise NotFound(f"parameter [{key}] is not set") from error
-        finally:
+
+    def _refresh(self, cached: CachedParameter, changes: int) -> Any:
+        """Asks the master for a stale value. It stays stale when the master cannot be reached."""
+        try:
+            value = self._fetch(cached.key)
+        except NotFound:
             with self._lock:
-                if changes == self._changes:  # else it may be out of date again
-                    self._cache[key] = value
-                    self._stale.discard(key)
+                cached.refreshed({}, changes)
+            raise
+        with self._lock:
+            cached.refreshed(value, changes)
         return value
+
+    def _registered(self, cached: CachedParameter, value: Any) -> None:
+        with self._lock:
+            cached.registered(value)
 
     def set(self, name: str, value: Any) -> None:
         key = self._resolve(name)
         try:
             self._master.set_param(key, value)
         finally:
-            self._forget(key)
+            self._note_own_change(key)
 
     def has(self, name: str) -> bool:
         return self._master.has_param(self._resolve(name))
@@ -99,10 +200,10 @@ class Parameters:
         except Refused as error:
             raise NotFound(f"parameter [{key}] is not set") from error
         finally:
-            self._forget(key)
+            self._note_own_change(key)
 
     def search(self, name: str) -> str | None:
-        """The full name of the closest parameter, looking upwards from the node; None if there is none."""
+        """The full name of the closest parameter, searching upwards from the node; None if there is none."""
         try:
             return self._master.search_param(name)
         except Refused:
@@ -111,7 +212,7 @@ class Parameters:
     def names(self) -> list[str]:
         return self._master.get_param_names()
 
-    def update(self, key: str, value: Any, *, is_new: bool = False) -> bool:
+    def update(self, key: str, value: Any) -> bool:
         """Takes over a change that the master announced; False when the parameter is not cached.
 
         The key may name a parameter below a cached namespace. Source: the `paramUpdate` call of
@@ -119,47 +220,39 @@ class Parameters:
         """
         key = names.canonicalize(key)
         with self._lock:
-            self._changes += 1
-            if is_new:
-                self._cache[key] = value
-                self._joining.discard(key)
-                return True
-            concerned = [one for one in self._cache if _is_within(key, one)]
-            for one in concerned:
-                is_ours = any(_is_within(key, ours) or _is_within(ours, key) for ours in self._ours)
-                if is_ours or one in self._joining:  # what is known may be newer
-                    self._stale.add(one)
+            concerned = [cached for cached in self._cache.values() if _is_within(key, cached.key)]
+            is_changed_here = any(_are_related(key, own) for own in self._changed_here)
+            for cached in concerned:
+                if is_changed_here:  # the cached value may be newer than the notice
+                    cached.invalidate()
                 else:
-                    self._take_over(one, key, value)
+                    cached.notice(key, value)
             return bool(concerned)
 
-    def _take_over(self, cached: str, key: str, value: Any) -> None:
-        """Puts a value that is new at the master into a cached parameter at or above its key."""
-        if key == cached:
-            self._cache[cached] = value
-            return
-        if value == {}:  # deleted, or an empty namespace
-            self._stale.add(cached)
-            return
-        tree = self._cache[cached]
-        *path, last = key[len(cached.rstrip("/")) + 1 :].split("/")
-        if not isinstance(tree, dict):
-            tree = self._cache[cached] = {}
-        for part in path:
-            tree = tree.setdefault(part, {})
-        tree[last] = value
-
-    def _forget(self, key: str) -> None:
-        """Has cached parameters asked for again that the node itself has changed.
-
-        The master does not tell a node of its own changes, and what it tells of those of others may
-        have been under way for longer: from now on it only says that the key is to be asked for again.
-        """
+    def cached_around(self, key: str) -> list[str]:
+        """The cached parameters at, above and below a key."""
+        key = names.canonicalize(key)
         with self._lock:
-            self._changes += 1
-            self._ours.add(key)
-            self._stale.update(one for one in self._cache if _is_within(key, one) or _is_within(one, key))
+            return [cached for cached in self._cache if _are_related(key, cached)]
+
+    def invalidate(self, key: str) -> None:
+        """Has cached parameters at, above and below a key fetched again: they may have changed."""
+        key = names.canonicalize(key)
+        with self._lock:
+            for cached in self._cache.values():
+                if _are_related(key, cached.key):
+                    cached.invalidate()
+
+    def _note_own_change(self, key: str) -> None:
+        with self._lock:
+            self._changed_here.add(key)
+        self.invalidate(key)
 
 
 def _is_within(key: str, namespace: str) -> bool:
     return key == namespace or key.startswith(namespace.rstrip("/") + "/")
+
+
+def _are_related(key: str, other: str) -> bool:
+    """Whether one of the two keys is the other, or a namespace that holds it."""
+    return _is_within(key, other) or _is_within(other, key)

@@ -1,26 +1,30 @@
-"""Publishing: one `Publication` a topic, and a `Publisher` handle for each who advertised it."""
+"""Publishing: one `Publication` per topic, and a `Publisher` handle per `advertise` call."""
 
 from __future__ import annotations
 
-import io
 import struct
 import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol
 
-from pipros.net.outgoing import Buffer, Frame, OutgoingLink
-from pipros.net.tcpros import Connection, refuse_connection
+from pipros.net.backlog import Frame
+from pipros.net.connections import Seat
+from pipros.net.flush import flush_or_queue
+from pipros.net.outgoing import OutgoingLink
+from pipros.net.tcpros import TcprosConnection, refuse_connection
+from pipros.net.workers import Workers
+from pipros.node.codec import AnyMessage, encoder
 from pipros.node.context import NodeContext
-from pipros.node.pace import Pace
-from pipros.wire.handshake import Interface, accept_topic_link, check_topic_request
+from pipros.node.packet_sharing import BurstDetector
+from pipros.printable import printable
+from pipros.wire.handshake import WireType, accept_topic_link, topic_refusal
 from pipros.wire.header import encode_header
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
 
-AnyMessage = TypeVar("AnyMessage", bound="Message")
 
 #: Frames up to this size are joined and written by one plain send; larger ones are never copied.
 JOIN_LIMIT_BYTES = 32 * 1024
@@ -28,9 +32,9 @@ JOIN_LIMIT_BYTES = 32 * 1024
 #: Messages up to this size share packets when they follow each other closely.
 SHARED_BYTES = 8 * 1024
 
-#: How often a dense run is looked at for its end: its last messages may wait so long in a shared packet
-#: when the subscriber is slow to acknowledge those before.
-WATCH_PACE_S = 0.01
+#: How often a burst is checked for its end: its last messages may wait this long in a shared packet when
+#: the subscriber is slow to acknowledge those before.
+BURST_CHECK_S = 0.01
 
 #: What was published last should arrive, but no slow subscriber keeps a node from ending.
 FAREWELL_S = 0.2
@@ -39,7 +43,7 @@ _pack_length = struct.Struct("<I").pack
 
 
 class PeerListener(Protocol):
-    """Is told when subscribers come and go; see `rospy.SubscribeListener`."""
+    """Is notified when subscribers come and go; see `rospy.SubscribeListener`."""
 
     def peer_subscribe(
         self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[..., None]
@@ -50,7 +54,7 @@ class PeerListener(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class PublisherLink:
-    """One subscriber of a publication: who it is, and the way to it."""
+    """One subscriber of a publication: its name, its number, and the link to it."""
 
     caller_id: str
     number: int
@@ -66,27 +70,32 @@ class Publication:
     def __init__(self, topic: str, message_class: type[Message], context: NodeContext) -> None:
         self.topic = topic
         self.message_class = message_class
-        self.interface = Interface(message_class._type, message_class._md5sum, message_class._full_text)
+        self.interface = WireType(message_class._type, message_class._md5sum, message_class._full_text)
         self.queue_size: int | None = None
         self.is_latching = False
         self.links: tuple[PublisherLink, ...] = ()
         self.handles = 0
         self.headers: dict[str, str] = {}  # further fields for the connection header
         self.listeners: list[PeerListener] = []
-        self.only_thread: int | None = None  # while the node ends, nobody else's messages go out
+        self._listeners_thread = Workers(f"subscribe listeners of {topic}", limit=1, kept_idle=0)
+        self.only_thread: int | None = None  # while the node shuts down, only this thread may publish
         self.dropped = 0  # by links that are closed already
         self._context = context
         self._encode = encoder(message_class)
         self._has_header = bool(getattr(message_class, "_has_header", False))
-        self._pace = Pace()
-        self._is_watched = False  # by the event loop, while the pace is dense
+        self._burst = BurstDetector()
+        self._is_burst_watched = False  # by the event loop, during a burst
         self._sequence = 0
         self._latched: Message | None = None
         self._lock = threading.Lock()  # keeps sequence numbers and frames of several threads in step
         self._is_closed = False
 
     def publish(self, message: Message) -> None:
-        """Sends a message to every subscriber; serialises it once, and not at all for nobody.
+        """Sends a message to every subscriber; serialises it once, and not at all without subscribers.
+
+        Waits for subscribers no longer than `Limits.stall_s`, for all of them together and whatever the
+        `queue_size` (see `pipros.net.outgoing`). One that was waited for in vain has stalled: it is not
+        waited for again until it has caught up, and gets the newest message only.
 
         Raises:
             SerializationError: a field has a value that its type cannot hold. Nothing was sent.
@@ -100,26 +109,31 @@ class Publication:
             if not links:
                 return
             frame, size = self._frame(message)
-            if size <= SHARED_BYTES and self._pace.note(time.monotonic()):
-                self._follow_pace()
+            if size <= SHARED_BYTES and self._burst.note(time.monotonic()):
+                self._apply_burst()
             for peer in links:
                 peer.link.send(frame, size)
         for peer in links:
             if peer.link.is_behind:
-                peer.link.settle()
+                flush_or_queue([peer.link for peer in links], self._context.limits.stall_s)
+                return
 
     def publish_to(self, peer: PublisherLink, message: Message) -> None:
         """Sends a message to one subscriber only."""
         with self._lock:
             peer.link.send(*self._frame(message))
-        peer.link.settle()
+        flush_or_queue([peer.link], self._context.limits.stall_s)
 
-    def attach(self, connection: Connection) -> None:
+    def attach(self, connection: TcprosConnection) -> None:
         """Answers a subscriber's header: links it and sends the latched message, or refuses it."""
-        refusal = check_topic_request(connection.fields, self.interface)
+        refusal = topic_refusal(connection.fields, self.interface)
         if refusal:
             self._context.log.warning(refusal)
             refuse_connection(connection.sock, refusal)
+            return
+        seat = Seat(connection.peer, connection.sock.close)
+        if not self._context.connections.enter_link(seat):
+            refuse_connection(connection.sock, f"[{self._context.node_name}] has too many connections")
             return
         answer = accept_topic_link(
             self.topic, self._context.node_name, self.interface, latching=self.is_latching
@@ -129,18 +143,20 @@ class Publication:
             connection.sock,
             self._context.loop,
             queue_size=self.queue_size,
+            limits=self._context.limits,
             may_share_packets=connection.fields.get("tcp_nodelay") != "1",
-            on_closed=self._detach,
+            on_closed=lambda link: self._detach(link, seat),
         )
-        peer = PublisherLink(connection.fields["callerid"], self._context.next_link_number(), link)
+        seat.close = link.close
+        peer = PublisherLink(printable(connection.fields["callerid"]), self._context.next_link_number(), link)
         with self._lock:
             link.greet(header)
             self._send_latched(link)
-            link.share_packets(share=self._pace.is_dense)
+            link.share_packets(share=self._burst.in_burst)
             self.links = (*self.links, peer)
         if self._is_closed:  # and `close` may not have seen this link
             link.close()
-        self._tell_listeners(
+        self._notify_listeners(
             lambda listener: listener.peer_subscribe(
                 self.topic, self.publish, lambda message: self.publish_to(peer, message)
             )
@@ -151,8 +167,8 @@ class Publication:
             return
         try:
             link.send(*self._frame(self._latched))
-            link.hand_over()
-        except Exception as error:  # nobody was connected when it was published, so nobody looked at it
+            link.queue_for_loop()
+        except Exception as error:  # without subscribers it was not serialised when it was published
             self._context.log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
 
     def set_queue_size(self, queue_size: int | None) -> None:
@@ -175,7 +191,7 @@ class Publication:
     def _frame(self, message: Message) -> tuple[Frame, int]:
         """The message as it goes over the wire, and its length with the length field."""
         if self._has_header:
-            self._sequence += 1
+            self._sequence = (self._sequence + 1) & 0xFFFFFFFF  # a uint32: it begins anew after the last one
             header: Any = message.header  # type: ignore[attr-defined]
             header.seq = self._sequence
             if header.frame_id is None:
@@ -189,53 +205,54 @@ class Publication:
             return (b"".join((_pack_length(size), *buffers)),), size + 4
         return (_pack_length(size), *buffers), size + 4
 
-    def _follow_pace(self) -> None:
-        """Has all links share packets, or no longer. With the lock held."""
+    def _apply_burst(self) -> None:
+        """Makes all links share packets, or stop doing so. With the lock held."""
         for peer in self.links:
-            peer.link.share_packets(share=self._pace.is_dense)
-        if self._pace.is_dense and not self._is_watched:
-            self._is_watched = True
-            self._context.loop.call(self._watch_pace)
+            peer.link.share_packets(share=self._burst.in_burst)
+        if self._burst.in_burst and not self._is_burst_watched:
+            self._is_burst_watched = True
+            self._context.loop.call(self._watch_burst)
 
-    def _watch_pace(self) -> None:
-        """Sees that the last messages of a dense run go out. Called in the event loop."""
+    def _watch_burst(self) -> None:
+        """Sends the last messages of a burst when it has ended. Called in the event loop."""
         with self._lock:
-            if self._pace.falls_silent(time.monotonic()):
-                self._follow_pace()
-            is_watched = self._is_watched = self._pace.is_dense and not self._is_closed
-        if is_watched:  # by us: meanwhile the next run may have begun, with a watch of its own
-            self._context.loop.asyncio.call_later(WATCH_PACE_S, self._watch_pace)
+            if self._burst.end_if_idle(time.monotonic()):
+                self._apply_burst()
+            is_watched = self._is_burst_watched = self._burst.in_burst and not self._is_closed
+        if is_watched:  # by us: meanwhile the next burst may have begun, with a watch of its own
+            self._context.loop.asyncio.call_later(BURST_CHECK_S, self._watch_burst)
 
-    def _detach(self, link: OutgoingLink) -> None:
+    def _detach(self, link: OutgoingLink, seat: Seat) -> None:
+        self._context.connections.leave(seat)
         with self._lock:
+            ended = [peer for peer in self.links if peer.link is link]
             self.links = tuple(peer for peer in self.links if peer.link is not link)
             self.dropped += link.statistics.dropped
-        self._tell_listeners(lambda listener: listener.peer_unsubscribe(self.topic, len(self.links)))
+        if link.end_reason:
+            caller = " ".join(printable(peer.caller_id) for peer in ended)
+            self._context.log.warning(
+                "the link to the subscriber [%s] of [%s] at %s is closed: %s",
+                caller,
+                self.topic,
+                link.peer,
+                link.end_reason,
+            )
+        self._notify_listeners(lambda listener: listener.peer_unsubscribe(self.topic, len(self.links)))
 
-    def _tell_listeners(self, tell: Callable[[PeerListener], None]) -> None:
-        """Calls the users' listeners in a thread: they may block, the event loop must not."""
+    def _notify_listeners(self, notify: Callable[[PeerListener], None]) -> None:
+        """Calls the users' listeners in a thread: they may block, the event loop must not.
+
+        One after the other, in the order in which the subscribers came and went.
+        """
         if self.listeners:
-            self._context.loop.asyncio.run_in_executor(None, self._call_listeners, tell)
+            self._listeners_thread.run(self._call_listeners, notify)
 
-    def _call_listeners(self, tell: Callable[[PeerListener], None]) -> None:
+    def _call_listeners(self, notify: Callable[[PeerListener], None]) -> None:
         for listener in list(self.listeners):
             try:
-                tell(listener)
+                notify(listener)
             except Exception:
                 self._context.log.exception("a subscribe listener of [%s] failed", self.topic)
-
-
-def encoder(message_class: type[Message]) -> Callable[[Any], list[Buffer]]:
-    """The quickest way from a message to its bytes, in one buffer or several, without a length."""
-    to_buffers: Callable[[Any], list[Buffer]] | None = getattr(message_class, "_to_buffers", None)
-    return to_buffers if to_buffers is not None else _serialize
-
-
-def _serialize(message: Message) -> list[Buffer]:
-    """For classes from genuine generators, which only write to a file."""
-    file = io.BytesIO()
-    message.serialize(file)
-    return [file.getvalue()]
 
 
 class Publisher(Generic[AnyMessage]):
@@ -258,7 +275,11 @@ class Publisher(Generic[AnyMessage]):
         return self._release is None
 
     def publish(self, message: AnyMessage) -> None:
-        """See `Publication.publish`; does nothing once the node has shut down."""
+        """Sends a message to every subscriber; does nothing once the node has shut down.
+
+        Waits for subscribers no longer than `Limits.stall_s`, for all of them together: see
+        `Publication.publish`, also for what it raises.
+        """
         self.publication.publish(message)
 
     def statistics(self) -> Mapping[str, int]:

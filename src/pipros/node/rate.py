@@ -6,7 +6,8 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pipros.node.clock import NS_PER_S, Clock, TimeMovedBackwards
+from pipros.msg.time import NS_PER_S
+from pipros.node.clock import Clock, TimeMovedBackwards
 
 
 class Rate:
@@ -51,7 +52,7 @@ class Rate:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """What a timer tells its callback; all times in nanoseconds.
+    """What a timer passes to its callback; all times in nanoseconds.
 
     Attributes:
         last_expected_ns: when the callback before this one should have been called; None at first.
@@ -68,8 +69,8 @@ class Tick:
     last_duration_s: float | None
 
 
-class Timer:
-    """Calls a function again and again, in a thread of its own, until it or the node is shut down."""
+class Timer(threading.Thread):
+    """A daemon thread, running already, that calls a function until it or the node is shut down."""
 
     def __init__(
         self,
@@ -81,26 +82,21 @@ class Timer:
         reset: bool = False,
         name: str = "timer",
     ) -> None:
+        super().__init__(name=name, daemon=True)
         self._clock = clock
         self._period_ns = period_ns
         self._callback = callback
         self._oneshot = oneshot
         self._reset = reset
         self._is_shutdown = False
-        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
-        self._thread.start()
+        self.start()
 
     def shutdown(self) -> None:
         """No more calls; one under way ends by itself."""
         self._is_shutdown = True
 
-    def is_alive(self) -> bool:
-        return self._thread.is_alive()
-
-    def join(self, timeout_s: float | None = None) -> None:
-        self._thread.join(timeout_s)
-
-    def _run(self) -> None:
+    def run(self) -> None:
+        """What the thread does; not for callers."""
         rate = Rate(self._clock, self._period_ns, reset=self._reset)
         expected_ns = rate.last_ns + self._period_ns
         last_expected_ns = last_real_ns = last_duration_s = None

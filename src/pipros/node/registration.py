@@ -1,4 +1,4 @@
-"""A node's entries at the master: made, taken back, and made again when the master forgot them.
+"""A node's entries at the master: made, removed, and made again after the master lost them.
 
 The master is asked about the node once a second. A master that was restarted does not know it
 any more, and gets all its entries again; links between nodes need no master and carry on.
@@ -11,18 +11,18 @@ import logging
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from pipros.errors import Interrupted, PiprosError, Refused, Unreachable
-from pipros.net.master import MasterClient
-from pipros.net.rpc_async import call_async
+from pipros.net.master_client import MasterClient
+from pipros.net.rpc_async_client import call_async
 
 #: How often the master is asked whether it still knows the node.
 WATCH_INTERVAL_S = 1.0
 #: A master that takes longer is busy; the next round asks again.
 WATCH_DEADLINE_S = 5.0
 #: A node that ends waits no longer than this for a master that hangs.
-FAREWELL_DEADLINE_S = 1.0
+FAREWELL_DEADLINE_S = 0.3
 
 
 class Entry(Protocol):
@@ -111,11 +111,25 @@ class Registrations:
         self._is_closed = False
 
     def add(self, entry: Entry) -> None:
-        """Registers an entry. A master that says no is reported; one that is away gets it later."""
+        """Registers an entry. A refusal is reported; a master that cannot be reached gets the entry later."""
         with self._lock:
             if not self._is_closed:
                 self._entries.append(entry)
                 self._register(entry)
+
+    def renew(self, entry: Entry) -> None:
+        """Registers an entry once more, if it was not taken back meanwhile, for what the master answers."""
+        with self._lock:
+            if entry in self._entries and not self._is_closed:
+                self._register(entry)
+
+    def is_replaced(self) -> bool:
+        """True when the master has another node by this name. Blocks; False when the master does not say."""
+        try:
+            api: object = self._master.call("lookupNode", self._node_name, timeout_s=WATCH_DEADLINE_S)
+        except PiprosError:
+            return False
+        return isinstance(api, str) and api != self._api
 
     def remove(self, entry: Entry) -> None:
         """Takes an entry back. After `close`, which took all of them back, it does nothing."""
@@ -125,11 +139,10 @@ class Registrations:
                 self._unregister(entry, self._master)
 
     def close(self) -> None:
-        """Takes all entries back, the last one first; gives up at the first sign of no master."""
+        """Takes all entries back, the last one first; gives up when the master does not answer."""
         self._is_closed = True
-        self._master.interrupt(
-            FAREWELL_DEADLINE_S
-        )  # who still registers something holds the lock, and may wait for ever
+        # A thread that still registers something holds the lock, and may wait for ever.
+        self._master.interrupt(FAREWELL_DEADLINE_S)
         master = MasterClient(self._master.uri, self._node_name, timeout_s=FAREWELL_DEADLINE_S)
         with self._lock:
             while self._entries and self._unregister(self._entries.pop(), master):
@@ -145,7 +158,7 @@ class Registrations:
             if not self._entries:
                 continue
             try:
-                code, _, _ = await call_async(
+                answer = await call_async(
                     self._master.uri,
                     "lookupNode",
                     self._node_name,
@@ -158,7 +171,7 @@ class Registrations:
                     self._log.debug("lost the master at %s: %s", self._master.uri, error.reason)
                 continue
             is_away = False
-            if code != 1:
+            if _has_forgotten(answer):
                 await asyncio.get_running_loop().run_in_executor(None, self._register_all)
 
     def _register_all(self) -> None:
@@ -182,7 +195,12 @@ class Registrations:
         try:
             entry.unregister(master, self._api)
         except Refused:
-            pass  # the master's loss: it is gone anyway
+            pass  # the master does not know the entry: it is gone anyway
         except PiprosError:
             return False
         return True
+
+
+def _has_forgotten(answer: Any) -> bool:
+    """Whether a master says that it does not know a node. A malformed answer does not count."""
+    return isinstance(answer, list) and answer[:1] in ([-1], [0])

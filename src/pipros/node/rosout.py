@@ -1,4 +1,4 @@
-"""The `/rosout` node: repeats on `/rosout_agg` what all nodes say on `/rosout`, and keeps it in a file."""
+"""The `/rosout` node: repeats on `/rosout_agg` what nodes publish on `/rosout`, and logs it to a file."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from typing import Any
 from pipros.env import Environment
 from pipros.msg import load_message_class
 from pipros.node.log import open_file_handler
-from pipros.node.loggers import serve_loggers
+from pipros.node.logger_services import serve_loggers
 from pipros.node.node import Node
+from pipros.printable import listed, printable_lines
 
 #: Lines that may wait for one reader of `/rosout_agg`, as in genuine rosout.
 QUEUE_SIZE = 1000
@@ -20,7 +21,11 @@ _NAMES = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
 
 
 class RosoutAggregator:
-    """Runs the `/rosout` node inside this process. Use it as a context manager, or start and stop it."""
+    """Runs the `/rosout` node inside this process. Use it as a context manager, or start and stop it.
+
+    In the file every message is one line and what stands behind tabs below it: no sender can forge a
+    line of another. Control characters are escaped.
+    """
 
     def __init__(self, environment: Environment, log_file: Path | None = None) -> None:
         """Nothing is connected until `start`.
@@ -65,12 +70,12 @@ class RosoutAggregator:
                 stamp.secs,
                 stamp.nsecs,
                 severity,
-                message.name,
-                message.file,
+                listed(message.name),
+                listed(message.file),
                 message.line,
-                message.function,
-                ", ".join(message.topics),
-                message.msg,
+                listed(message.function),
+                ", ".join(map(listed, message.topics)),
+                printable_lines(message.msg).replace("\n", "\n\t"),
             )
 
     def __enter__(self) -> RosoutAggregator:

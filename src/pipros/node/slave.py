@@ -6,39 +6,54 @@ silent, genuine rospy. Methods are looked up in a table, so that nothing else ca
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import os
-import socket
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from functools import partial
+from typing import Any, Final, Protocol
 
 from pipros import names
-from pipros.env import split_master_uri
-from pipros.errors import PiprosError
-from pipros.net.address import is_loopback, plain_address
-from pipros.net.rpc_server import caller_address
+from pipros.limits import Limits, process_limits
+from pipros.net.master_client import MasterClient
+from pipros.net.rpc_server import current_caller
+from pipros.node.endpoints import Endpoints
 from pipros.node.params import Parameters
-from pipros.node.topics import Topics
+from pipros.node.recheck import Recheck
+from pipros.node.registration import Registrations
+from pipros.printable import printable
 
 Answer = list[Any]
 
+ASKED_INSTEAD: Final = "the master is asked itself"
+SHUTDOWN_REFUSED: Final = (
+    "shutdown is accepted from the master and from the machine of this node only, not from {}"
+)
 
-class Host(Protocol):
+_DOUBTED_LIMIT: Final = 100
+"""How many callers that are not trusted are named in the log."""
+
+
+class SlaveNode(Protocol):
     """What the slave API asks of the node that it speaks for."""
 
     name: str
     host: str
     log: logging.Logger
+    master: MasterClient
     params: Parameters
-    topics: Topics
+    endpoints: Endpoints
 
-    def end_soon(self, reason: str) -> None: ...
+    @property
+    def registrations(self) -> Registrations: ...
+
+    def shutdown_async(self, reason: str) -> None: ...
 
 
-def slave_methods(node: Host, master_uri: str) -> Mapping[str, Callable[..., Answer]]:
+def slave_methods(
+    node: SlaveNode, master_uri: str, limits: Limits | None = None
+) -> Mapping[str, Callable[..., Answer]]:
     """The table of the methods that `node` answers."""
-    api = SlaveApi(node, master_uri)
+    api = SlaveApi(node, master_uri, limits or process_limits())
     return {
         "getBusInfo": api.get_bus_info,
         "getBusStats": api.get_bus_stats,
@@ -65,10 +80,11 @@ def on_bad_arity(method: str, params: tuple[Any, ...]) -> Answer:
 class SlaveApi:
     """Answers for one node. Runs in the node's event loop and never blocks."""
 
-    def __init__(self, node: Host, master_uri: str) -> None:
+    def __init__(self, node: SlaveNode, master_uri: str, limits: Limits) -> None:
         self._node = node
         self._master_uri = master_uri
-        self._master_addresses: frozenset[str] = frozenset()
+        self._recheck = Recheck(limits.recheck_s)
+        self._doubted: set[tuple[str, str]] = set()
 
     def get_bus_stats(self, caller_id: str) -> Answer:
         del caller_id
@@ -81,7 +97,7 @@ class SlaveApi:
                     for peer in one.links
                 ],
             ]
-            for one in self._node.topics.publications
+            for one in self._node.endpoints.publications
         ]
         subscriptions = [
             [
@@ -91,13 +107,13 @@ class SlaveApi:
                     for peer in one.links
                 ],
             ]
-            for one in self._node.topics.subscriptions
+            for one in self._node.endpoints.subscriptions
         ]
         return [1, "", [publications, subscriptions, []]]
 
     def get_bus_info(self, caller_id: str) -> Answer:
         del caller_id
-        port = self._node.topics.port
+        port = self._node.endpoints.port
         outgoing = [
             [
                 peer.number,
@@ -108,7 +124,7 @@ class SlaveApi:
                 True,
                 f"TCPROS connection on port {port} to [{peer.link.peer}]",
             ]
-            for one in self._node.topics.publications
+            for one in self._node.endpoints.publications
             for peer in one.links
         ]
         incoming = [
@@ -121,7 +137,7 @@ class SlaveApi:
                 True,
                 f"TCPROS connection to [{peer.link.peer}]",
             ]
-            for one in self._node.topics.subscriptions
+            for one in self._node.endpoints.subscriptions
             for peer in one.links
         ]
         return [1, "bus info", outgoing + incoming]
@@ -143,7 +159,7 @@ class SlaveApi:
         return [
             1,
             "publications",
-            [[one.topic, one.interface.type] for one in self._node.topics.publications],
+            [[one.topic, one.interface.type] for one in self._node.endpoints.publications],
         ]
 
     def get_subscriptions(self, caller_id: str) -> Answer:
@@ -151,13 +167,16 @@ class SlaveApi:
         return [
             1,
             "subscriptions",
-            [[one.topic, one.interface.type] for one in self._node.topics.subscriptions],
+            [[one.topic, one.interface.type] for one in self._node.endpoints.subscriptions],
         ]
 
     def param_update(self, caller_id: str, parameter_key: str, parameter_value: Any) -> Answer:
-        del caller_id
         if not isinstance(parameter_key, str) or not parameter_key:
             return [-1, "ERROR: parameter [parameter_key] must be a non-empty string", -1]
+        if not self._is_trusted(caller_id, "paramUpdate"):
+            for key in self._node.params.cached_around(parameter_key):
+                self._recheck.ask(f"parameter {key}", partial(self._node.params.invalidate, key))
+            return [1, ASKED_INSTEAD, 0]
         if self._node.params.update(parameter_key, parameter_value):
             return [1, "", 0]
         return [-1, "not subscribed", 0]
@@ -167,50 +186,61 @@ class SlaveApi:
             return [-1, "ERROR: parameter [topic] must be a non-empty string", -1]
         if not isinstance(publishers, list):
             return [-1, "ERROR: param [publishers] must be a list", -1]
-        if (refusal := self._distrust(caller_id, "publisherUpdate")) is not None:
-            return [-1, refusal, -1]
-        subscription = self._node.topics.subscription(topic)
+        subscription = self._node.endpoints.subscription(topic)
+        if not self._is_trusted(caller_id, "publisherUpdate"):
+            if subscription is not None:
+                self._recheck.ask(f"topic {topic}", partial(self._node.endpoints.ask_for_publishers, topic))
+            return [1, ASKED_INSTEAD, 0]
         if subscription is not None:
             subscription.update_publishers(uri for uri in publishers if isinstance(uri, str))
         return [1, "", 0]
 
     def request_topic(self, caller_id: str, topic: str, protocols: Any) -> Answer:
-        """Where a topic is to be had. Protocols that are unknown here are skipped, as genuine nodes do."""
+        """The TCPROS address of a topic. Unknown protocols are skipped, as genuine nodes do."""
         del caller_id
         if not isinstance(topic, str) or not topic:
             return [-1, "ERROR: parameter [topic] must be a non-empty string", []]
         if not protocols:
             return [-1, "ERROR: parameter [protocols] must be specified and non-empty", []]
         topic = names.resolve(topic, self._node.name)
-        if self._node.topics.publication(topic) is None:
+        if self._node.endpoints.publication(topic) is None:
             return [-1, f"Not a publisher of [{topic}]", []]
         for protocol in protocols if isinstance(protocols, list) else ():
             if isinstance(protocol, list) and protocol and protocol[0] == "TCPROS":
-                host, port = self._node.host, self._node.topics.port
+                host, port = self._node.host, self._node.endpoints.port
                 return [1, f"ready on {host}:{port}", ["TCPROS", host, port]]
         return [0, "no supported protocol implementations", []]
 
     def shutdown(self, caller_id: str, reason: str) -> Answer:
-        if (refusal := self._distrust(caller_id, "shutdown")) is not None:
-            return [-1, refusal, 0]
-        self._node.log.debug("external shutdown request from [%s]: %s", caller_id, reason)
-        self._node.end_soon(reason)
+        reason = printable(reason)
+        if not self._is_trusted(caller_id, "shutdown"):
+            self._recheck.ask("shutdown", partial(self._end_if_replaced, reason))
+            return [-1, "ERROR: " + SHUTDOWN_REFUSED.format(printable(current_caller.get().host)), 0]
+        self._node.log.debug("external shutdown request from [%s]: %s", printable(caller_id), reason)
+        self._node.shutdown_async(reason)
         return [1, "shutdown", 0]
 
-    def _distrust(self, caller_id: str, request: str) -> str | None:
-        """Why a request is refused that only the master and this machine may make; None when it is not."""
-        peer = caller_address.get()
-        if is_loopback(peer) or peer in self._addresses_of_master():
-            return None
-        self._node.log.warning(
-            "refused %s of [%s] from %s, which is not the master", request, caller_id, peer
-        )
-        return f"ERROR: {request} is accepted from the master and this machine only, not from {peer}"
+    def _end_if_replaced(self, reason: str) -> None:
+        """Ends the node if another one has taken its name, which is why a master demands that."""
+        if self._node.registrations.is_replaced():
+            self._node.shutdown_async(reason)
 
-    def _addresses_of_master(self) -> frozenset[str]:
-        if not self._master_addresses:
-            with contextlib.suppress(OSError, PiprosError):
-                host, _ = split_master_uri(self._master_uri)
-                found = socket.getaddrinfo(host, None)
-                self._master_addresses = frozenset(plain_address(str(info[4][0])) for info in found)
-        return self._master_addresses
+    def _is_trusted(self, caller_id: str, request: str) -> bool:
+        """Whether a call comes from where the master was found, or from this machine.
+
+        A master may call from another address than the one it is reached at: behind NAT, in a container,
+        or with several networks. So what others say is not believed, but is a reason to ask the master.
+        """
+        caller = current_caller.get()
+        if caller.host in self._node.master.addresses or caller.is_here:
+            return True
+        if (request, caller.host) not in self._doubted and len(self._doubted) < _DOUBTED_LIMIT:
+            self._doubted.add((request, caller.host))
+            self._node.log.warning(
+                "%s of [%s] came from %s, which is neither where the master was found nor this machine: "
+                "asking the master instead. Further ones from there are not logged",
+                request,
+                printable(caller_id),
+                caller.host or "a connection that is gone",
+            )
+        return False

@@ -1,36 +1,36 @@
-"""Subscribing: one `Subscription` a topic, and a `Subscriber` handle for each callback."""
+"""Subscribing: one `Subscription` per topic, and a `Subscriber` handle per callback."""
 
 from __future__ import annotations
 
 import asyncio
+import functools
 import threading
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic
 
-from pipros.errors import PiprosError, ProtocolError, Refused, Unreachable
-from pipros.net import reach, tcpros
-from pipros.net.incoming import IncomingLink, Turn
-from pipros.net.rpc_async import call_async
+from pipros.errors import LimitExceeded, PiprosError, ProtocolError, Unreachable
+from pipros.net import tcpros
+from pipros.net.incoming import DeliveryLock, IncomingLink
+from pipros.net.rpc_async_client import call_async
+from pipros.node.asyncio_support import MessageStream
+from pipros.node.codec import AnyMessage, decoder
 from pipros.node.context import NodeContext
-from pipros.node.stream import MessageStream
-from pipros.wire.handshake import Interface, check_topic_reply, request_topic_link
+from pipros.node.following import Ended, Following
+from pipros.node.latch import LastMessage, LatchedFirst
+from pipros.printable import printable
+from pipros.wire.handshake import WireType, check_topic_reply, request_topic_link
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
 
-AnyMessage = TypeVar("AnyMessage", bound="Message")
 
-#: Waits between attempts to reach a publisher that the master still lists.
-RETRY_FIRST_S = 0.1
-RETRY_LONGEST_S = 5.0
-
-#: How long a publisher may take to say where its topic is to be had.
+#: How long a publisher may take to answer `requestTopic`.
 REQUEST_DEADLINE_S = 10.0
 
 Callback = Callable[..., object]
 
-#: Is told of every arrival: topic, connection header, size in bytes, message.
+#: Called for every message that arrives: topic, connection header, size in bytes, message.
 Observer = Callable[[str, Mapping[str, str], int, Any], None]
 
 #: Stands for "no callback_args": None is a value that a callback may be given.
@@ -38,11 +38,12 @@ NO_ARGS = object()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Listener:
+class SubscriberCallback:
     """One callback of a subscription, and the second argument that it gets, if any."""
 
     callback: Callback
     args: object = NO_ARGS
+    stands_for: SubscriberCallback | None = None  # while that one has not had the latched messages
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,45 +54,64 @@ class SubscriberLink:
     caller_id: str
     number: int
     link: IncomingLink
+    last: LastMessage | None  # of a publisher that latches
 
 
 class Subscription:
     """All that a node receives on one topic, however many callbacks it has.
 
     The callbacks of a topic are called in the order they were added, one message after the
-    other, also with several publishers: they may block, and block nobody but their own topic.
+    other, also with several publishers: they may block, which delays their own topic only.
     An exception in one is logged; the others are still called.
     """
 
     def __init__(self, topic: str, message_class: type[Message], context: NodeContext) -> None:
         self.topic = topic
         self.message_class = message_class
-        self.interface = Interface(message_class._type, message_class._md5sum, message_class._full_text)
+        self.interface = WireType(message_class._type, message_class._md5sum, message_class._full_text)
         self.queue_size: int | None = None
         self.tcp_nodelay = False
         self.links: tuple[SubscriberLink, ...] = ()
-        self.listeners: tuple[Listener, ...] = ()
+        self.listeners: tuple[SubscriberCallback, ...] = ()
         self.received = 0
-        self.attempts = 0  # to reach a publisher
         self.handles = 0
         self.observe: Observer | None = None
         self._context = context
         self._decode = decoder(message_class)
-        self._turn = Turn()
+        self._turn = DeliveryLock()
         self._lock = threading.Lock()
-        self._publishers: set[str] = set()  # as the master lists them; owned by the event loop
-        self._followed: dict[str, asyncio.Task[None]] = {}  # owned by the event loop
+        self._following = Following(topic, context, self._link)
         self._is_closed = False
 
     # -- callbacks --------------------------------------------------------------
 
-    def add(self, listener: Listener) -> None:
-        with self._lock:
-            self.listeners = (*self.listeners, listener)
+    def add(self, listener: SubscriberCallback) -> Callable[[], object]:
+        """Has a callback called from now on.
 
-    def remove(self, listener: Listener) -> None:
+        Call the returned function next, without holding a lock: it calls back with the last message of each
+        connected publisher that latches, before newer ones.
+        """
         with self._lock:
-            self.listeners = tuple(one for one in self.listeners if one is not listener)
+            latched = [
+                peer.last.message for peer in self.links if peer.last and peer.last.message is not None
+            ]
+            if not latched:
+                self.listeners = (*self.listeners, listener)
+                return _nothing
+            first = LatchedFirst(latched, lambda message: self._call_back(listener, message))
+            stand_in = SubscriberCallback(first, stands_for=listener)
+            self.listeners = (*self.listeners, stand_in)
+
+        def give_latched() -> None:
+            first.give()
+            with self._lock:
+                self.listeners = tuple(listener if one is stand_in else one for one in self.listeners)
+
+        return give_latched
+
+    def remove(self, listener: SubscriberCallback) -> None:
+        with self._lock:
+            self.listeners = tuple(one for one in self.listeners if listener not in (one, one.stands_for))
 
     def set_queue_size(self, queue_size: int | None) -> None:
         self.queue_size = queue_size
@@ -99,100 +119,86 @@ class Subscription:
             peer.link.queue_size = queue_size
 
     def close(self) -> None:
-        """Ends all links and looks for no others."""
+        """Ends all links and makes no others."""
         self._is_closed = True
         for listener in self.listeners:
             if isinstance(listener.callback, MessageStream):
                 listener.callback.close()
-        self._context.loop.call(self._follow_nobody)
+        self._context.loop.call(self._following.stop)
         for peer in self.links:
             peer.link.close()
 
-    # -- who publishes ------------------------------------------------------------
+    # -- publishers ---------------------------------------------------------------
 
     def update_publishers(self, uris: Iterable[str]) -> None:
-        """Takes over the master's list of publishers. Called in the event loop.
+        """Takes over the master's list of publishers. Called in the event loop; see `Following`."""
+        self._following.update(uris)
 
-        A link to a publisher that is no longer listed stays until the publisher ends it: a
-        master that has just been restarted does not know everybody yet.
+    @property
+    def attempts(self) -> int:
+        """How many attempts to reach a publisher were made."""
+        return self._following.attempts
+
+    async def _link(self, uri: str) -> Ended:
+        """Connects to a publisher.
+
+        Raises:
+            PiprosError: the publisher is out of reach, refuses or violates the protocol; no room for a link.
+            ValueError: what it registered is not a URI.
         """
-        self._publishers = set(uris)
-        for uri in self._publishers - self._followed.keys():
-            if not self._is_closed:
-                self._followed[uri] = asyncio.ensure_future(self._follow(uri))
-
-    def _follow_nobody(self) -> None:
-        self._publishers = set()
-        for task in self._followed.values():
-            task.cancel()
-
-    async def _follow(self, uri: str) -> None:
-        """Keeps a link to one publisher for as long as the master lists it."""
-        delay_s, said = RETRY_FIRST_S, ""
+        connections, limits = self._context.connections, self._context.limits
+        if not connections.reserve(limits.incoming_links):
+            raise LimitExceeded("this node has as many connections as its limits allow")
+        ended: Ended = asyncio.get_running_loop().create_future()
         try:
-            while uri in self._publishers and not self._is_closed:
-                self.attempts += 1
-                try:
-                    ended = await self._link(uri)
-                except (PiprosError, ValueError) as error:  # ValueError: what it registered is no URI
-                    if str(error) != said:  # each problem is explained once
-                        said = str(error)
-                        await self._explain(uri, error)
-                    if isinstance(error, Refused):
-                        return  # and will be until the publisher registers anew
-                else:
-                    await ended
-                    delay_s, said = RETRY_FIRST_S, ""
-                await asyncio.sleep(delay_s)
-                delay_s = min(2 * delay_s, RETRY_LONGEST_S)
-        finally:
-            del self._followed[uri]
+            connection = await self._connect(uri)
+            link = self._start(uri, connection, ended)
+        except BaseException:
+            connections.give_back()
+            raise
+        if self._is_closed:
+            link.close()
+        return ended
 
-    async def _explain(self, uri: str, error: Exception) -> None:
-        """Says what keeps a publisher from being heard, and what to do about it (ros_comm#222)."""
-        advice = await reach.advice(error.peer) if isinstance(error, Unreachable) else ""
-        if uri in self._publishers and not self._is_closed:  # not one that has left meanwhile
-            self._context.log.warning(
-                "cannot receive [%s] from the publisher at %s: %s%s", self.topic, uri, error, advice
-            )
-
-    async def _link(self, uri: str) -> asyncio.Future[None]:
-        """Connects to a publisher. The future ends with the link."""
+    async def _connect(self, uri: str) -> tcpros.TcprosConnection:
         host, port = await self._request(uri)
         wanted = request_topic_link(
             self.topic, self._context.node_name, self.interface, tcp_nodelay=self.tcp_nodelay
         )
-        connection = await tcpros.connect(host, port, wanted)
+        connection = await tcpros.connect(host, port, wanted, limits=self._context.limits)
         try:
             check_topic_reply(connection.fields, self.interface, f"{host}:{port}")
         except PiprosError:
             connection.sock.close()
             raise
-        ended = asyncio.get_running_loop().create_future()
+        return connection
+
+    def _start(self, uri: str, connection: tcpros.TcprosConnection, ended: Ended) -> IncomingLink:
         header = dict(connection.fields)
+        last = LastMessage() if header.get("latching") == "1" else None
         link = IncomingLink(
             connection.sock,
             name=f"topic {self.topic} from {header.get('callerid', uri)}",
-            deliver=lambda frame: self._deliver(frame, header),
+            deliver=functools.partial(self._deliver, header, last),
             turn=self._turn,
             queue_size=self.queue_size,
             on_closed=lambda link, error: self._detach(link, error, ended),
+            limit_bytes=self._context.limits.frame_bytes,
+            received=connection.rest,
         )
-        peer = SubscriberLink(uri, header.get("callerid", "?"), self._context.next_link_number(), link)
+        peer = SubscriberLink(uri, header.get("callerid", "?"), self._context.next_link_number(), link, last)
         with self._lock:
             self.links = (*self.links, peer)
         try:
-            link.start(connection.rest)
+            link.start()
         except RuntimeError as error:  # no more threads: some may end before the next attempt
             connection.sock.close()
-            self._detach(link, None, ended)
+            self._remove_link(link)
             raise ProtocolError(str(error)) from error
-        if self._is_closed:
-            link.close()
-        return ended
+        return link
 
     async def _request(self, uri: str) -> tuple[str, int]:
-        """Asks a publisher where its topic is to be had by TCPROS."""
+        """Asks a publisher for the TCPROS address of its topic."""
         answer = await call_async(
             uri,
             "requestTopic",
@@ -208,47 +214,69 @@ class Subscription:
                 raise Unreachable(
                     uri, f"it does not offer the topic ({text})" if code != 1 else "it offers no TCPROS"
                 )
-        raise ProtocolError(f"requestTopic was answered with {answer!r:.200}")
+        raise ProtocolError(f"requestTopic was answered with {printable(answer)}")
 
     # -- messages -------------------------------------------------------------------
 
-    def _deliver(self, frame: memoryview | bytes, header: Mapping[str, str]) -> None:
+    def _deliver(
+        self, header: Mapping[str, str], last: LastMessage | None, frame: memoryview | bytes
+    ) -> None:
         try:
             message: Any = self._decode(frame)
         except Exception as error:
             raise ProtocolError(f"{len(frame)} bytes are no {self.interface.type}: {error}") from error
         message._connection_header = header
         self.received += 1
+        if last is None:
+            listeners = self.listeners
+        else:
+            with self._lock:  # a callback that is added now gets the message from `last` or with the others
+                last.message = message
+                listeners = self.listeners
         if self.observe is not None:
-            self.observe(self.topic, header, len(frame), message)
-        for listener in self.listeners:
+            try:
+                self.observe(self.topic, header, len(frame), message)
+            except Exception:
+                self._context.log.exception("what observes [%s] failed", self.topic)
+        for listener in listeners:
             try:
                 if listener.args is NO_ARGS:
                     listener.callback(message)
                 else:
                     listener.callback(message, listener.args)
             except Exception as error:
-                self._context.log.error("bad callback: %s", listener.callback, exc_info=error)
+                self._log_bad_callback(listener, error)
 
-    def _detach(self, link: IncomingLink, error: Exception | None, ended: asyncio.Future[None]) -> None:
+    def _call_back(self, listener: SubscriberCallback, message: Any) -> None:
+        """As the loop above, which a call for each message would slow down."""
+        try:
+            listener.callback(*(message, listener.args) if listener.args is not NO_ARGS else (message,))
+        except Exception as error:
+            self._log_bad_callback(listener, error)
+
+    def _log_bad_callback(self, listener: SubscriberCallback, error: Exception) -> None:
+        self._context.log.error("bad callback: %s", listener.callback, exc_info=error)
+
+    def _remove_link(self, link: IncomingLink) -> None:
         with self._lock:
             self.links = tuple(peer for peer in self.links if peer.link is not link)
-        if error is not None and not self._is_closed and not isinstance(error, OSError):
-            self._context.log.error("the link to %s for [%s] is broken: %s", link.peer, self.topic, error)
-        self._context.loop.call(_finish, ended)
+
+    def _detach(self, link: IncomingLink, error: Exception | None, ended: Ended) -> None:
+        self._remove_link(link)
+        self._context.connections.give_back()
+        broken = ""
+        if error is not None and not isinstance(error, OSError):
+            broken = f"the link to {link.peer} for [{self.topic}] is broken: {printable(error, 1000)}"
+        self._context.loop.call(_finish, ended, broken)
 
 
-def decoder(message_class: type[Message]) -> Callable[[memoryview | bytes], Any]:
-    """The quickest way from a frame to a message; genuine generated classes only take bytes."""
-    from_bytes: Callable[[memoryview | bytes], Any] | None = getattr(message_class, "_from_bytes", None)
-    if from_bytes is not None:
-        return from_bytes
-    return lambda frame: message_class().deserialize(bytes(frame))
+def _nothing() -> None:
+    """Returned by `add` when nothing was latched."""
 
 
-def _finish(future: asyncio.Future[None]) -> None:
-    if not future.done():
-        future.set_result(None)
+def _finish(ended: Ended, broken: str) -> None:
+    if not ended.done():
+        ended.set_result(broken)
 
 
 class Subscriber(Generic[AnyMessage]):
@@ -257,12 +285,12 @@ class Subscriber(Generic[AnyMessage]):
     def __init__(
         self,
         subscription: Subscription,
-        listener: Listener | None,
-        release: Callable[[Subscription, Listener | None], None],
+        listener: SubscriberCallback | None,
+        release: Callable[[Subscription, SubscriberCallback | None], None],
     ) -> None:
         self.subscription = subscription
         self._listener = listener
-        self._release: Callable[[Subscription, Listener | None], None] | None = release
+        self._release: Callable[[Subscription, SubscriberCallback | None], None] | None = release
 
     @property
     def topic(self) -> str:

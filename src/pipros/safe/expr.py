@@ -19,10 +19,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pipros.errors import PiprosError
+from pipros.limits import Limits, process_limits
 from pipros.safe import guarded
-
-TEXT_LIMIT = 4_000
-"""Characters of one expression; launch files have lines of some hundred at most."""
 
 DEPTH_LIMIT = 50
 """Nesting, well below what would exhaust the interpreter's stack."""
@@ -49,18 +47,20 @@ class ExpressionError(PiprosError, ValueError):
 
 
 _BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: guarded.add,
     ast.Sub: operator.sub,
-    ast.Mult: guarded.multiply,
     ast.Div: operator.truediv,
     ast.FloorDiv: operator.floordiv,
-    ast.Mod: guarded.modulo,
-    ast.Pow: guarded.power,
-    ast.LShift: guarded.shift_left,
     ast.RShift: operator.rshift,
     ast.BitAnd: operator.and_,
     ast.BitOr: operator.or_,
     ast.BitXor: operator.xor,
+}
+_GROWING: Mapping[type[ast.operator], Callable[[guarded.Budget, Any, Any], Any]] = {
+    ast.Add: guarded.Budget.add,
+    ast.Mult: guarded.Budget.multiply,
+    ast.Mod: guarded.Budget.modulo,
+    ast.Pow: guarded.Budget.power,
+    ast.LShift: guarded.Budget.shift_left,
 }
 _UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = {
     ast.UAdd: operator.pos,
@@ -93,12 +93,14 @@ def evaluate(
     names: Mapping[str, Any] | None = None,
     functions: Mapping[str, Function] | None = None,
     fields: FieldAccess | None = None,
+    limits: Limits | None = None,
 ) -> Any:
     """The value of an expression.
 
     Literals, arithmetic, comparison, `and`/`or`/`not`, `a if b else c`, subscripts, f-strings and calls
-    of named functions; `guarded.FUNCTIONS` and `guarded.CONSTANTS` (the names of `math` among them) are
+    of named functions; those of `guarded.py` and its constants (the names of `math` among them) are
     always there, `functions` and `names` come on top and win. `a.b` calls `fields(a, "b")`, if given.
+    The limits are those of the process, if not given.
 
     Raises:
         ExpressionError: for everything that goes wrong, errors of the functions included (the
@@ -107,12 +109,15 @@ def evaluate(
     >>> evaluate("rate * 2 if fast else max(rate, 1)", names={"rate": 5, "fast": True})
     10
     """
-    tree = _parse(text)
+    limits = limits or process_limits()
+    tree = _parse(text, limits)
+    budget = guarded.Budget(limits)
     walk = _Walk(
         text,
         {**guarded.CONSTANTS, **(names or {})},
-        {**guarded.FUNCTIONS, **(functions or {})},
+        {**guarded.FUNCTIONS, **budget.functions, **(functions or {})},
         fields,
+        budget,
     )
     return walk.value(tree)
 
@@ -126,20 +131,24 @@ def arithmetic(text: str) -> float:
     >>> round(arithmetic("pi/2"), 4)
     1.5708
     """
-    tree = _parse(text)
+    limits = process_limits()
+    tree = _parse(text, limits)
     for node in ast.walk(tree):
         if isinstance(node, (ast.expr_context, *_ARITHMETIC)):
             continue
         raise ExpressionError(text, _column(node), "only numbers, pi, + - * / ** and brackets may stand here")
-    value = _Walk(text, {"pi": math.pi}, {}, None).value(tree)
+    value = _Walk(text, {"pi": math.pi}, {}, None, guarded.Budget(limits)).value(tree)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ExpressionError(text, 0, f"{value!r} is not a number")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError as error:
+        raise ExpressionError(text, 0, str(error)) from None
 
 
-def _parse(text: str) -> ast.expr:
-    if len(text) > TEXT_LIMIT:
-        raise ExpressionError(text, 0, f"longer than {TEXT_LIMIT} characters")
+def _parse(text: str, limits: Limits) -> ast.expr:
+    if len(text) > limits.expression_characters:
+        raise ExpressionError(text, 0, f"longer than {limits.expression_characters} characters")
     try:
         return ast.parse(text.strip(), mode="eval").body
     except SyntaxError as error:
@@ -161,13 +170,14 @@ class _Walk:
         names: Mapping[str, Any],
         functions: Mapping[str, Function],
         fields: FieldAccess | None,
+        budget: guarded.Budget,
     ) -> None:
         self._text = text
         self._names = names
         self._functions = functions
         self._fields = fields
         self._depth = 0
-        self._budget = guarded.Budget()
+        self._budget = budget
 
     def value(self, node: ast.expr) -> Any:
         evaluate_node = _NODES.get(type(node))
@@ -202,10 +212,12 @@ class _Walk:
         return _UNARY[type(node.op)](self.value(node.operand))
 
     def binary(self, node: ast.BinOp) -> Any:
-        operation = _BINARY.get(type(node.op))
-        if operation is None:
-            raise self._error(node, "this operator is not allowed")
-        return self._budget.charge(operation(self.value(node.left), self.value(node.right)))
+        left, right = self.value(node.left), self.value(node.right)
+        if growing := _GROWING.get(type(node.op)):
+            return self._budget.charge(growing(self._budget, left, right))
+        if plain := _BINARY.get(type(node.op)):
+            return self._budget.charge(plain(left, right))
+        raise self._error(node, "this operator is not allowed")
 
     def boolean(self, node: ast.BoolOp) -> Any:
         ends_on = isinstance(node.op, ast.Or)
@@ -276,7 +288,7 @@ class _Walk:
     def joined_text(self, node: ast.JoinedStr) -> Any:
         text = ""
         for part in node.values:
-            text = guarded.add(text, str(self.value(part)))
+            text = self._budget.add(text, str(self.value(part)))
         return text
 
     def formatted(self, node: ast.FormattedValue) -> Any:

@@ -8,12 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from pipros.errors import PiprosError
-
-SIZE_LIMIT = 100_000
-"""Characters of a text, and elements of a list with all that is in them, that an expression may build."""
-
-WORK_LIMIT = 2_000_000
-"""The sum of the sizes of all that one evaluation builds."""
+from pipros.limits import Limits
 
 BITS_LIMIT = 4096
 """Bits of a whole number; a parameter holds 32."""
@@ -28,107 +23,148 @@ class TooLarge(PiprosError, ValueError):
 
 
 class Budget:
-    """What one evaluation may still build. Many results of legal size are too much together."""
+    """What one evaluation may still do. Many results of legal size are too much together."""
 
-    def __init__(self) -> None:
-        self._left = WORK_LIMIT
+    def __init__(self, limits: Limits) -> None:
+        self._size_limit = limits.expression_size
+        self._left = limits.expression_work
+        self.functions: Mapping[str, Callable[..., Any]] = {
+            "dict": self._dict,
+            "pow": self.power,
+            "prod": self._product,
+            "range": self._range,
+            "set": self._set,
+            "sum": self._total,
+        }
+        """Functions that use up the budget while they run."""
 
     def charge(self, value: Any) -> Any:
         """Gives the value back when it can be afforded.
 
         Raises:
-            TooLarge: for a value beyond SIZE_LIMIT, or when the budget is used up.
+            TooLarge: for a value beyond `expression_size`, or when the budget is used up.
         """
-        self._left -= _bounded(size_of(value))
-        if self._left < 0:
-            raise TooLarge("the expression builds too much")
+        self._spend(self._bounded(self._size_of(value)))
         return value
 
+    def add(self, left: Any, right: Any) -> Any:
+        if hasattr(left, "__len__") and hasattr(right, "__len__"):
+            self._bounded(len(left) + len(right))
+        return left + right
 
-def size_of(value: Any) -> int:
-    """How much a value would be if it were written down; counting ends beyond SIZE_LIMIT.
+    def multiply(self, left: Any, right: Any) -> Any:
+        for sequence, count in ((left, right), (right, left)):
+            if hasattr(sequence, "__len__") and isinstance(count, int):
+                self._bounded(self._size_of(sequence) * count)
+        if isinstance(left, int) and isinstance(right, int):
+            _check_bits(left.bit_length() + right.bit_length())
+        return left * right
 
-    A list that holds one long text a thousand times counts it a thousand times, although in memory
-    it is one: `str` of that list would not be.
-    """
-    if isinstance(value, (str, bytes, range)):
-        return len(value)
-    if isinstance(value, (list, tuple, set, dict)):
-        size = len(value)
-        parts = (part for pair in value.items() for part in pair) if isinstance(value, dict) else value
-        for part in parts:
-            if size > SIZE_LIMIT:
-                break
-            size += size_of(part)
+    def power(self, base: Any, exponent: Any, modulus: Any = None) -> Any:
+        if isinstance(base, int) and isinstance(exponent, int):
+            _check_bits(base.bit_length() * abs(exponent))
+        return pow(base, exponent, modulus)
+
+    def shift_left(self, value: Any, count: Any) -> Any:
+        if isinstance(value, int) and isinstance(count, int):
+            _check_bits(value.bit_length() + count)
+        return value << count
+
+    def modulo(self, left: Any, right: Any) -> Any:
+        """The remainder; or a text with its `%` forms filled in, whose widths are bounded."""
+        if isinstance(left, (str, bytes)):
+            form = left if isinstance(left, str) else left.decode("latin-1")
+            if "*" in form:
+                raise TooLarge("a width given by * is not allowed")
+            _check_width(form)
+            self._bounded(form.count("%") * self._size_of(right))
+        return left % right
+
+    def _spend(self, work: int) -> None:
+        self._left -= work
+        if self._left < 0:
+            raise TooLarge("the expression builds too much")
+
+    def _bounded(self, size: int) -> int:
+        if size > self._size_limit:
+            raise TooLarge(f"a result of more than {self._size_limit} characters or elements is not allowed")
         return size
-    return 1
 
+    def _size_of(self, value: Any) -> int:
+        """How much a value would be if it were written down; counting ends beyond the limit.
 
-def _bounded(size: int) -> int:
-    if size > SIZE_LIMIT:
-        raise TooLarge(f"a result of more than {SIZE_LIMIT} characters or elements is not allowed")
-    return size
+        A list that holds one long text a thousand times counts it a thousand times, although in memory
+        it is one: `str` of that list would not be.
+        """
+        if isinstance(value, (str, bytes, range)):
+            return len(value)
+        if isinstance(value, (list, tuple, set, dict)):
+            size = len(value)
+            parts = (part for pair in value.items() for part in pair) if isinstance(value, dict) else value
+            for part in parts:
+                if size > self._size_limit:
+                    break
+                size += self._size_of(part)
+            return size
+        return 1
 
+    def _range(self, *bounds: int) -> range:
+        numbers = range(*bounds)
+        self._bounded(len(numbers))
+        return numbers
 
-def _bounded_bits(bits: float) -> None:
-    if bits > BITS_LIMIT:
-        raise TooLarge(f"the number would have more than {BITS_LIMIT} bits")
+    def _set(self, values: Iterable[Any] = (), /) -> set[Any]:
+        members = list(values)
+        self._spend_on_hashes(members)
+        return set(members)
 
+    def _dict(self, values: Any = (), /, **named: Any) -> dict[Any, Any]:
+        if not isinstance(values, dict):
+            values = [tuple(pair) for pair in values]
+            self._spend_on_hashes([pair[0] for pair in values if pair])
+        return dict(values, **named)
 
-def add(left: Any, right: Any) -> Any:
-    if hasattr(left, "__len__") and hasattr(right, "__len__"):
-        _bounded(len(left) + len(right))
-    return left + right
+    def _spend_on_hashes(self, keys: Iterable[Any]) -> None:
+        """Charges for the comparisons with others of the same hash, which numbers can be chosen to have."""
+        first: dict[int, Any] = {}
+        rivals: dict[int, int] = {}
+        for key in keys:
+            number = hash(key)
+            other = first.setdefault(number, key)
+            if other is not key and other != key:
+                rivals[number] = rivals.get(number, 0) + 1
+                self._spend(rivals[number])
 
+    def _product(self, factors: Iterable[Any], *, start: Any = 1) -> Any:
+        return self._folded(self.multiply, factors, start)
 
-def multiply(left: Any, right: Any) -> Any:
-    for sequence, count in ((left, right), (right, left)):
-        if hasattr(sequence, "__len__") and isinstance(count, int):
-            _bounded(size_of(sequence) * count)
-    if isinstance(left, int) and isinstance(right, int):
-        _bounded_bits(left.bit_length() + right.bit_length())
-    return left * right
+    def _total(self, values: Iterable[Any], start: Any = 0) -> Any:
+        return self._folded(self.add, values, start)
 
-
-def power(base: Any, exponent: Any, modulus: Any = None) -> Any:
-    if isinstance(base, int) and isinstance(exponent, int):
-        _bounded_bits(base.bit_length() * abs(exponent))
-    return pow(base, exponent, modulus)
-
-
-def shift_left(value: Any, count: Any) -> Any:
-    if isinstance(value, int) and isinstance(count, int):
-        _bounded_bits(value.bit_length() + count)
-    return value << count
-
-
-def modulo(left: Any, right: Any) -> Any:
-    """The remainder; or a text with its `%` forms filled in, whose widths are bounded."""
-    if isinstance(left, (str, bytes)):
-        form = left if isinstance(left, str) else left.decode("latin-1")
-        if "*" in form:
-            raise TooLarge("a width given by * is not allowed")
-        _bounded_width(form)
-        _bounded(form.count("%") * size_of(right))
-    return left % right
+    def _folded(self, operation: Callable[[Any, Any], Any], values: Iterable[Any], start: Any) -> Any:
+        """`start` with all `values`, one after the other; each result is a copy that costs its length."""
+        result = start
+        for value in values:
+            result = operation(result, value)
+            self._spend(len(result) if hasattr(result, "__len__") else 1)
+        return result
 
 
 def format_value(value: Any, form: str) -> str:
     """`value` in the format of an f-string."""
-    _bounded_width(form)
+    _check_width(form)
     return format(value, form)
 
 
-def _bounded_width(form: str) -> None:
+def _check_bits(bits: float) -> None:
+    if bits > BITS_LIMIT:
+        raise TooLarge(f"the number would have more than {BITS_LIMIT} bits")
+
+
+def _check_width(form: str) -> None:
     widths = (int(digits[:9]) for digits in _WIDTH.findall(form))
     if any(width > _WIDTH_LIMIT for width in widths):
         raise TooLarge(f"a width above {_WIDTH_LIMIT} is not allowed")
-
-
-def _bounded_range(*bounds: int) -> range:
-    numbers = range(*bounds)
-    _bounded(len(numbers))
-    return numbers
 
 
 def _bounded_count(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -148,25 +184,12 @@ def _round(number: Any, digits: int | None = None) -> Any:
     return round(number, digits)
 
 
-def _product(factors: Iterable[Any], *, start: Any = 1) -> Any:
-    result = start
-    for factor in factors:
-        result = multiply(result, factor)
-    return result
-
-
-def _total(values: Iterable[Any], start: Any = 0) -> Any:
-    result = start
-    for value in values:
-        result = add(result, value)
-    return result
-
-
 def _guarded_math() -> dict[str, Any]:
     """All public names of `math`, those that could run away replaced."""
     names = {name: value for name, value in vars(math).items() if not name.startswith("_")}
     names.update({name: _bounded_count(names[name]) for name in ("factorial", "comb", "perm")})
-    names.update(prod=_product, lcm=_bounded_count(math.lcm))
+    names.update(lcm=_bounded_count(math.lcm))
+    del names["prod"], names["pow"]  # `Budget` has them
     return names
 
 
@@ -180,8 +203,8 @@ CONSTANTS: Mapping[str, Any] = {
 
 FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     **{name: value for name, value in _MATH.items() if callable(value)},
-    "abs": abs, "all": all, "any": any, "bin": bin, "bool": bool, "chr": chr, "dict": dict, "divmod": divmod,
+    "abs": abs, "all": all, "any": any, "bin": bin, "bool": bool, "chr": chr, "divmod": divmod,
     "float": float, "hex": hex, "int": int, "len": len, "list": list, "max": max, "min": min, "oct": oct,
-    "ord": ord, "pow": power, "range": _bounded_range, "round": _round, "set": set, "sorted": sorted,
-    "str": str, "sum": _total, "tuple": tuple, "zip": lambda *parts: list(zip(*parts, strict=False)),
+    "ord": ord, "round": _round, "sorted": sorted, "str": str, "tuple": tuple,
+    "zip": lambda *parts: list(zip(*parts, strict=False)),
 }  # fmt: skip

@@ -11,12 +11,7 @@ from dataclasses import dataclass, field
 from xml.parsers import expat
 
 from pipros.errors import PiprosError
-
-DEPTH_LIMIT = 100
-"""Nesting of elements: a launch file of 10 levels is a deep one."""
-
-SIZE_LIMIT_BYTES = 16 * 1024 * 1024
-"""Bytes of one file; also what a parameter server takes in one call."""
+from pipros.limits import Limits, process_limits
 
 
 class XmlError(PiprosError):
@@ -56,14 +51,19 @@ class Element:
         return next(self.all(tag), None)
 
 
-def parse(content: bytes | str, file: str = "<string>") -> Element:
+def parse(content: bytes | str, file: str = "<string>", limits: Limits | None = None) -> Element:
     """The root element of a document. Text of an element is joined around its children and comments.
+
+    Args:
+        limits: those of the process, if not given.
 
     Raises:
         XmlError: for malformed XML, a document type, nesting or size beyond the limits.
     """
-    if len(content) > SIZE_LIMIT_BYTES:
-        raise XmlError(file, 1, 1, f"larger than {SIZE_LIMIT_BYTES} bytes")
+    limits = limits or process_limits()
+    depth_limit = limits.xml_depth
+    if len(content) > limits.xml_bytes:
+        raise XmlError(file, 1, 1, f"larger than {limits.xml_bytes} bytes")
     # Text that is decoded already may still declare the encoding that it once had.
     parser = expat.ParserCreate("utf-8" if isinstance(content, str) else None)
     parser.buffer_text = True
@@ -75,8 +75,8 @@ def parse(content: bytes | str, file: str = "<string>") -> Element:
 
     def open_element(tag: str, attributes: dict[str, str]) -> None:
         line, column = place()
-        if len(stack) >= DEPTH_LIMIT:
-            raise XmlError(file, line, column, f"elements are nested more than {DEPTH_LIMIT} deep")
+        if len(stack) >= depth_limit:
+            raise XmlError(file, line, column, f"elements are nested more than {depth_limit} deep")
         element = Element(tag, attributes, line, column)
         (stack[-1].children if stack else roots).append(element)
         stack.append(element)

@@ -2,7 +2,7 @@
 
 Only the safe loader of PyYAML is behind it, so no document can create objects (CVE-2024-39780). Angles are
 written `deg(90)`, `rad(pi/2)`, `!degrees 90` or `!radians pi/2`, and are computed by a small arithmetic
-parser (CVE-2024-39289). Aliases that would expand to more than a million values are refused.
+parser (CVE-2024-39289). What a text would expand to is counted before anything is built (`outline.py`).
 """
 
 from __future__ import annotations
@@ -14,13 +14,16 @@ from typing import IO, Any
 import yaml
 
 from pipros.errors import PiprosError
+from pipros.limits import Limits, process_limits
 from pipros.safe.expr import ExpressionError, arithmetic
+from pipros.safe.outline import TooMuch, check_outline
 
-VALUES_LIMIT = 1_000_000
-"""Values of one document, aliases counted as often as they are used."""
+_DIGITS_LIMIT = 4300
+"""Digits of a number, as Python itself limits them; `1:30:00` counts in sixties and would know no limit."""
 
-DEPTH_LIMIT = 100
-"""Nesting, as the parameter server allows it."""
+_USUAL_DIGITS = 20
+_LONG_NUMBERS_LIMIT = 1000
+"""Numbers of more than 64 bits in a text: chosen as keys, they make a dictionary compare them all."""
 
 
 class YamlError(PiprosError, ValueError):
@@ -44,8 +47,14 @@ class YamlError(PiprosError, ValueError):
 _SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
-class _Loader(_SafeLoader):  # type: ignore[misc]
-    """PyYAML's safe loader plus angles. Plain text, numbers and dates are read as in YAML 1.1."""
+class _PlainLoader(_SafeLoader):  # type: ignore[misc]
+    """PyYAML's safe loader with limits. Plain text, numbers and dates are read as in YAML 1.1."""
+
+    long_numbers = 0
+
+
+class _Loader(_PlainLoader):
+    """The plain loader plus angles."""
 
 
 def _construct_radians(loader: Any, node: Any) -> float:
@@ -69,39 +78,76 @@ def _angle(node: Any, written: str, opening: str) -> float:
         ) from None
 
 
+def _construct_integer(loader: Any, node: Any) -> Any:
+    if len(node.value) > _USUAL_DIGITS:
+        loader.long_numbers += 1
+        if loader.long_numbers > _LONG_NUMBERS_LIMIT:
+            reason = f"more than {_LONG_NUMBERS_LIMIT} numbers are longer than {_USUAL_DIGITS} digits"
+            raise yaml.constructor.ConstructorError(None, None, reason, node.start_mark)
+        _check_digits(node)
+    return loader.construct_yaml_int(node)
+
+
+def _construct_float(loader: Any, node: Any) -> Any:
+    if len(node.value) > _USUAL_DIGITS:
+        _check_digits(node)
+    return loader.construct_yaml_float(node)
+
+
+def _check_digits(node: Any) -> None:
+    if len(node.value) > _DIGITS_LIMIT:
+        reason = f"a number is longer than {_DIGITS_LIMIT} digits"
+        raise yaml.constructor.ConstructorError(None, None, reason, node.start_mark)
+
+
+for _loader in (_PlainLoader, _Loader):
+    _loader.add_constructor("tag:yaml.org,2002:int", _construct_integer)
+    _loader.add_constructor("tag:yaml.org,2002:float", _construct_float)
 _Loader.add_constructor("!radians", _construct_radians)
 _Loader.add_constructor("!degrees", _construct_degrees)
 _Loader.add_implicit_resolver("!radians", re.compile(r"rad\([^)]*\)$"), ["r"])
 _Loader.add_implicit_resolver("!degrees", re.compile(r"deg\([^)]*\)$"), ["d"])
 
 
-class _PlainLoader(_SafeLoader):  # type: ignore[misc]
-    """PyYAML's safe loader as it is."""
-
-
-def load(content: str | bytes | IO[Any], file: str = "<string>", *, angles: bool = True) -> Any:
+def load(
+    content: str | bytes | IO[Any],
+    file: str = "<string>",
+    *,
+    angles: bool = True,
+    limits: Limits | None = None,
+) -> Any:
     """The one document in the text; None when it is empty.
 
     Args:
         angles: whether `deg(…)` and `rad(…)` are computed, as parameter files want it.
+        limits: those of the process, if not given.
 
     Raises:
         YamlError: for malformed YAML, tags that would create objects, too many values.
     """
-    documents = load_all(content, file, angles=angles)
+    documents = load_all(content, file, angles=angles, limits=limits)
     if len(documents) > 1:
         raise YamlError(file, 0, 0, f"expected a single document, found {len(documents)}")
     return documents[0] if documents else None
 
 
-def load_all(content: str | bytes | IO[Any], file: str = "<string>", *, angles: bool = True) -> list[Any]:
+def load_all(
+    content: str | bytes | IO[Any],
+    file: str = "<string>",
+    *,
+    angles: bool = True,
+    limits: Limits | None = None,
+) -> list[Any]:
     """All documents in the text, none when it is empty.
 
-    Raises:
-        YamlError: as `load`.
+    Args and raises as `load`.
     """
+    text = content if isinstance(content, (str, bytes)) else content.read()
     try:
-        documents = list(yaml.load_all(content, _Loader if angles else _PlainLoader))
+        check_outline(_SafeLoader, text, limits or process_limits())
+        return list(yaml.load_all(text, _Loader if angles else _PlainLoader))
+    except TooMuch as error:
+        raise YamlError(file, error.line, error.column, str(error)) from None
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark else (0, 0)
@@ -109,27 +155,6 @@ def load_all(content: str | bytes | IO[Any], file: str = "<string>", *, angles: 
         raise YamlError(file, line, column, "invalid YAML: " + ", ".join(reasons)) from None
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
         raise YamlError(file, 0, 0, f"invalid YAML: {str(error) or 'nested too deeply'}") from None
-    _Bounds(file).check(documents, 0)
-    return documents
-
-
-class _Bounds:
-    """Counts the values of a document as they would be counted on the wire, where no alias exists."""
-
-    def __init__(self, file: str) -> None:
-        self._file = file
-        self._count = 0
-
-    def check(self, value: Any, depth: int) -> None:
-        self._count += 1
-        if self._count > VALUES_LIMIT:
-            raise YamlError(self._file, 0, 0, f"expands to more than {VALUES_LIMIT} values")
-        if depth > DEPTH_LIMIT:
-            raise YamlError(self._file, 0, 0, f"nested more than {DEPTH_LIMIT} deep")
-        if isinstance(value, dict):
-            for key, part in value.items():
-                self.check(key, depth + 1)
-                self.check(part, depth + 1)
-        elif isinstance(value, (list, tuple, set)):
-            for part in value:
-                self.check(part, depth + 1)
+    except (LookupError, ArithmeticError, AttributeError) as error:  # what PyYAML makes of `!!bool maybe`
+        reason = f"a value does not fit its tag ({error})"
+        raise YamlError(file, 0, 0, f"invalid YAML: {reason}") from None

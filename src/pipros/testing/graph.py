@@ -2,39 +2,25 @@
 
 from __future__ import annotations
 
-from pipros import names
-from pipros.env import Environment
-from pipros.net.master import MasterClient
-
-_PUBLISHERS, _SUBSCRIBERS = 0, 1
+from pipros.graph.client import GraphClient
+from pipros.graph.system_state import SystemState
 
 
-def is_publisher(topic: str, node: str, caller_id: str) -> bool:
+def is_publisher(topic: str, node: str, tool: str) -> bool:
     """True when the master knows `node` as a publisher of `topic`.
 
-    Raises:
-        Unreachable: no master answers.
-    """
-    return _is_registered(_PUBLISHERS, topic, node, caller_id)
-
-
-def is_subscriber(topic: str, node: str, caller_id: str) -> bool:
-    """True when the master knows `node` as a subscriber of `topic`.
+    `tool` is the name, without a namespace, that the question is asked by and names are resolved for.
 
     Raises:
         Unreachable: no master answers.
     """
-    return _is_registered(_SUBSCRIBERS, topic, node, caller_id)
+    with GraphClient(tool) as graph:
+        publishers = SystemState.from_state(graph.master.get_system_state()).publishers
+        return graph.resolve(node) in publishers.get(graph.resolve(topic), ())
 
 
-def _is_registered(kind: int, topic: str, node: str, caller_id: str) -> bool:
-    environment = Environment.from_os()
-    # Both are names of a program without a node of its own: relative to ROS_NAMESPACE and nothing else.
-    here = names.join(environment.namespace, caller_id.strip("/"))
-    topic, node = names.resolve(topic, here), names.resolve(node, here)
-    master = MasterClient(environment.master_uri, caller_id)
-    try:
-        registered = dict(master.get_system_state()[kind])
-    finally:
-        master.close()
-    return node in registered.get(topic, ())
+def is_subscriber(topic: str, node: str, tool: str) -> bool:
+    """True when the master knows `node` as a subscriber of `topic`; otherwise as `is_publisher`."""
+    with GraphClient(tool) as graph:
+        subscribers = SystemState.from_state(graph.master.get_system_state()).subscribers
+        return graph.resolve(node) in subscribers.get(graph.resolve(topic), ())

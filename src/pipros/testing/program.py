@@ -1,4 +1,8 @@
-"""The end of a Python test script: runs its cases, reports, and says whether they passed."""
+"""The end of a Python test script: runs its cases, reports, and says whether they passed.
+
+`python -m pipros.testing.program PATH RESULTS` runs the unit tests of a file or folder where there is no
+pytest, as nose did for `catkin_add_nosetests`: modules called `test…`, cases of `unittest`.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 
-from pipros.testing.places import XML_OUTPUT_FLAG, results_file
+from pipros.testing.result_paths import XML_OUTPUT_FLAG, results_file
 from pipros.testing.results import Outcome
 from pipros.testing.runner import XmlRunner
 from pipros.testing.summary import unittest_summary
@@ -65,3 +69,15 @@ def exit_unless(passed: bool) -> None:
     """Ends the process with 1 when tests did not pass; what it printed is out before."""
     if not passed:
         sys.exit(1)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the tests of a file or folder into a result file; returns 0 when all passed, else 1."""
+    path, results = map(Path, sys.argv[1:] if argv is None else argv)
+    folder, pattern = (path, "test*.py") if path.is_dir() else (path.parent, path.name)
+    suite = unittest.TestLoader().discover(str(folder), pattern)
+    return 0 if XmlRunner(results).run(suite).wasSuccessful() else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -16,15 +16,15 @@ import pytest
 from pipros.env import Environment
 from pipros.errors import PiprosError
 from pipros.launch.console import Console
-from pipros.launch.core import new_run_id
+from pipros.launch.load_context import LoadContext
 from pipros.launch.logs import LogFolder
 from pipros.launch.model import Launch, Test
-from pipros.launch.surroundings import Surroundings
+from pipros.launch.run_id import new_run_id
 from pipros.launch.xml import load
+from pipros.testing.fixture import LaunchStage
 from pipros.testing.results import Case, Outcome
 from pipros.testing.rostest import Plan, Rostest
 from pipros.testing.runner import CaseResult
-from pipros.testing.stage import LaunchStage
 from pipros.workspace.index import PackageIndex
 
 
@@ -40,7 +40,7 @@ class LaunchFileCollector(pytest.File):
     def collect(self) -> Iterator[pytest.Item]:
         index = PackageIndex.from_environment()
         try:
-            launch = load([str(self.path)], self._arguments(), surroundings=Surroundings.here(index))
+            launch = load([str(self.path)], self._arguments(), context=LoadContext.of_process(index))
         except PiprosError as error:
             raise self.CollectError(str(error)) from None
         for test in launch.tests:
@@ -121,7 +121,7 @@ def _report(case: Case) -> str:
 @contextmanager
 def _launcher_log(environment: Environment) -> Iterator[None]:
     """Names a log file that no other launcher has; by it the nodes of a killed pytest are found and ended."""
-    folder = LogFolder(environment.log_dir.expanduser().absolute())
+    folder = LogFolder(environment.log_dir.absolute())
     before = os.environ.get("ROS_LOG_FILENAME")
     os.environ["ROS_LOG_FILENAME"] = str(folder.file_of_launcher(f"pytest-{new_run_id()}"))
     try:

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 import pytest
 
 if TYPE_CHECKING:
-    from pipros.launch.core import Core
+    from pipros.launch.roscore import Core
     from pipros.node import Node
-    from pipros.testing.launched import Launched
+    from pipros.testing.launch_fixture import Launched
 
 T = TypeVar("T")
 
@@ -65,7 +65,7 @@ def ros_master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Core]:
     Its address is `ros_master.uri`. Tests that run side by side do not see each other.
     """
     from pipros.env import DEFAULT_MASTER_URI, Environment
-    from pipros.launch.core import Core
+    from pipros.launch.roscore import Core
 
     # Whoever's master the environment names, this one is for this computer.
     monkeypatch.setenv("ROS_MASTER_URI", DEFAULT_MASTER_URI)
@@ -94,7 +94,7 @@ def ros_launch(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[Lau
     One word is the path of a file, from the folder of the test module on. Arguments of the file are given
     as keywords. Tests in the file are left out. All nodes end with the test, the ones started last first.
     """
-    from pipros.testing.launched import Launched
+    from pipros.testing.launch_fixture import Launched
 
     launched: list[Launched] = []
 

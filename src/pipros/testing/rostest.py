@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import Protocol
 
 from pipros.errors import NotFound, PiprosError
+from pipros.input_file import read_file
 from pipros.launch.model import Launch, Test
-from pipros.testing.places import XML_OUTPUT_FLAG, make_way, results_file
+from pipros.testing.result_paths import XML_OUTPUT_FLAG, prepare_path, results_file
 from pipros.testing.results import Suite, Totals
 from pipros.testing.xunit import parse_suites
 from pipros.workspace.executables import find_executables
@@ -186,7 +187,7 @@ class Rostest:
             case.fail(f"Test Fixture Nodes {failed} failed to launch")
 
         file = results_file(self._plan.package, name, base=self._plan.results_base)
-        if make_way(file):
+        if prepare_path(file):
             _say(f"removing previous test results file [{file}]")
         _say(f"running test {name}")
         arguments = [XML_OUTPUT_FLAG + str(file), *(["--text"] if self._plan.text else [])]
@@ -198,7 +199,7 @@ class Rostest:
         if not file.is_file():
             case.fail(f"test [{name}] did not generate test results")
         _say(f"test [{name}] results are in [{file}]")
-        return parse_suites(file.read_bytes(), str(file))
+        return parse_suites(read_file(file), str(file))
 
 
 def _say(text: str) -> None:

@@ -20,7 +20,7 @@ from types import TracebackType
 from typing import Any, TextIO
 
 from pipros.errors import PiprosError
-from pipros.testing.places import make_way
+from pipros.testing.result_paths import prepare_path
 from pipros.testing.results import Case, Outcome, Suite
 from pipros.testing.xunit import format_suite
 
@@ -135,7 +135,7 @@ class XmlRunner:
         Raises:
             NoPlaceForResults: before anything is run.
         """
-        make_way(self.results_file)
+        prepare_path(self.results_file)
         result = CaseResult(sys.stdout)
         started_at = time.monotonic()
         with _captured() as (stdout, stderr):

@@ -39,25 +39,34 @@ def runner_summary(runner: Suite, ran: Iterable[tuple[str, Suite]], name: str = 
     """
     results = list(ran)
     inner = Totals.of(suite for _, suite in results)
-    errors = inner.errors + runner.errors
-    failures = inner.failures + runner.failures
-
-    lines = [_headline(f"[{name}]"), ""]
-    lines += [line for prefix, suite in results for line in _case_lines(prefix, suite)]
+    lines = [line for prefix, suite in results for line in _case_lines(prefix, suite)]
     lines += [f"[{case.name}][failed]" for case in runner.with_outcome(Outcome.FAILURE)]
-    lines += ["", "SUMMARY"]
-    lines.append(
-        f"{_BOLD_RED} * RESULT: FAIL{_PLAIN}" if errors or failures else f"{_GREEN} * RESULT: SUCCESS{_PLAIN}"
-    )
-    lines.append(f" * TESTS: {inner.tests}")
-    lines.append(_count("ERRORS", errors))
-    lines.append(_count("FAILURES", failures))
-    lines.append("")
+    errors, failures = inner.errors + runner.errors, inner.failures + runner.failures
+    lines = [*case_summary(lines, inner.tests, errors, failures, name)]
     if runner.failures:
         lines.append("ERROR: The following tests failed to run:")
         lines += [f" * {case.name}" for case in runner.with_outcome(Outcome.FAILURE)]
         lines.append("")
     return "\n".join(lines)
+
+
+def case_summary(cases: Iterable[str], tests: int, errors: int, failures: int, name: str) -> Sequence[str]:
+    """The lines of a summary: a headline with the runner's name, those of the cases, and the numbers."""
+    result = f"{_BOLD_RED} * RESULT: FAIL{_PLAIN}"
+    if not errors and not failures:
+        result = f"{_GREEN} * RESULT: SUCCESS{_PLAIN}"
+    return (
+        _headline(f"[{name}]"),
+        "",
+        *cases,
+        "",
+        "SUMMARY",
+        result,
+        f" * TESTS: {tests}",
+        _count("ERRORS", errors),
+        _count("FAILURES", failures),
+        "",
+    )
 
 
 def _case_lines(prefix: str, suite: Suite) -> Iterable[str]:

@@ -14,8 +14,8 @@ from pipros.safe.xml import Element, XmlError, parse
 from pipros.testing.results import Case, Outcome, Suite
 
 _TAG_OF = {Outcome.FAILURE: "failure", Outcome.ERROR: "error"}
-_CDATA_START = "<![CDATA[\n"
-_CDATA_END = "\n]]>"
+CDATA_START = "<![CDATA[\n"
+CDATA_END = "\n]]>"
 
 
 class UnreadableResults(PiprosError):
@@ -35,19 +35,21 @@ def format_suite(suite: Suite) -> str:
 
 
 def _format_case(case: Case) -> str:
-    class_name, name = quoteattr(_printable(case.class_name)), quoteattr(_printable(case.name))
+    class_name, name = quoteattr(escape_controls(case.class_name)), quoteattr(escape_controls(case.name))
     head = f'<testcase classname={class_name} name={name} time="{case.seconds:.4f}"'
     if case.outcome is Outcome.PASSED:
         return head + " />"
     tag = _TAG_OF[case.outcome]
-    return f"{head}><{tag} type={quoteattr(case.kind)}>{escape(_printable(case.text))}</{tag}></testcase>"
+    return (
+        f"{head}><{tag} type={quoteattr(case.kind)}>{escape(escape_controls(case.text))}</{tag}></testcase>"
+    )
 
 
 def _format_printed(text: str) -> str:
-    return escape(_CDATA_START + _printable(text) + _CDATA_END)
+    return escape(CDATA_START + escape_controls(text) + CDATA_END)
 
 
-def _printable(text: str) -> str:
+def escape_controls(text: str) -> str:
     """The text with each control character that XML forbids turned into its written-out reference."""
     return "".join(
         char if char in "\n\t" or (char >= " " and not _is_outside_xml(char)) else f"&#x{ord(char):04X};"
@@ -115,7 +117,7 @@ def _parts(found: list[Element]) -> Iterator[str]:
 def _parse_printed(element: Element, tag: str) -> str:
     found = element.first(tag)
     text = found.text if found else ""
-    return text.removeprefix(_CDATA_START).removesuffix(_CDATA_END)
+    return text.removeprefix(CDATA_START).removesuffix(CDATA_END)
 
 
 def _seconds(element: Element) -> float:

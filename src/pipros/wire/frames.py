@@ -1,8 +1,10 @@
 """TCPROS frames: a little-endian 32-bit length, then that many bytes.
 
-Two readers of the same format: `FrameSplitter` for bytes that somebody else received, and
-`FrameBuffer` for the hot path, which receives straight into memory that it uses again and again
-(fresh megabyte buffers cost page faults, which is what makes large messages slow elsewhere).
+`FrameBuffer` is for topics and the requests of services: sockets receive straight into memory that it uses
+again and again (fresh megabyte buffers cost page faults, which is what makes large messages slow elsewhere).
+`ReplyReader` is for the replies of services: frames, each behind a byte that says whether the call succeeded.
+
+Source: http://wiki.ros.org/ROS/TCPROS
 """
 
 from __future__ import annotations
@@ -11,73 +13,55 @@ import struct
 from collections.abc import Iterator
 
 from pipros.errors import LimitExceeded
+from pipros.limits import process_limits
 
-#: A frame's length field can claim 4 GiB; nothing sensible is above one.
-FRAME_LIMIT_BYTES = 1 << 30
-
-#: Buffers start small, for nodes with hundreds of quiet topics, and grow to this under traffic.
+#: Buffers start small, for nodes with hundreds of quiet topics, and grow to the second size under traffic.
 _INITIAL_BYTES = 4 * 1024
 _COMFORTABLE_BYTES = 128 * 1024
 
+#: After being emptied so often, a larger buffer is made smaller if that would have been enough.
+_ROUNDS = 100
+
+#: Of a reply: whether the call succeeded, and the length of what follows.
+_REPLY_HEAD_BYTES = 5
+
 _unpack_length = struct.Struct("<I").unpack_from
-
-
-class FrameSplitter:
-    """Cuts an incoming byte stream into TCPROS frames.
-
-    Feed it whatever the socket gave; it returns the frames that became complete, in order.
-    Memory grows with the bytes that really arrived, never with the length a peer claims.
-
-    >>> cut = FrameSplitter(limit_bytes=1024)
-    >>> cut.feed(b"\\x02\\x00\\x00\\x00h")
-    []
-    >>> cut.feed(b"i")
-    [b'hi']
-    """
-
-    def __init__(self, limit_bytes: int = FRAME_LIMIT_BYTES) -> None:
-        self._buffer = FrameBuffer(limit_bytes)
-
-    def feed(self, data: bytes) -> list[bytes]:
-        """The frames completed by `data`.
-
-        Raises:
-            LimitExceeded: a frame above the limit was announced.
-        """
-        frames: list[bytes] = []
-        view = memoryview(data)
-        while view:
-            room = self._buffer.room()
-            count = min(len(room), len(view))
-            room[:count] = view[:count]
-            view = view[count:]
-            frames += [bytes(frame) for frame in self._buffer.received(count)]
-        return frames
 
 
 class FrameBuffer:
     """A receive buffer that hands out complete frames as views of itself.
 
-    Call `room()`, receive into it, tell `received()` how much came. The frames that it yields
-    are valid until the next `room()`: who keeps one makes a copy.
-    The buffer at most doubles what has really arrived, so a claimed length costs nothing.
+    Call `room()`, receive into it, and pass `received()` the number of bytes; or `feed()` bytes that were
+    received elsewhere. The frames that these yield are valid until the next `room()` or `feed()`: copy one
+    to keep it. The buffer at most doubles what has really arrived, so a claimed length costs nothing.
+
+    >>> buffer = FrameBuffer(limit_bytes=1024)
+    >>> [bytes(frame) for frame in buffer.feed(b"\\x02\\x00\\x00\\x00h")]
+    []
+    >>> [bytes(frame) for frame in buffer.feed(b"i")]
+    [b'hi']
     """
 
-    __slots__ = ("_end", "_start", "_store", "_view", "limit_bytes")
+    __slots__ = ("_end", "_largest", "_rounds", "_start", "_store", "_view", "limit_bytes")
 
-    def __init__(self, limit_bytes: int = FRAME_LIMIT_BYTES) -> None:
-        self.limit_bytes = limit_bytes
+    def __init__(self, limit_bytes: int | None = None) -> None:
+        """`limit_bytes` is for one frame; by default `Limits.frame_bytes` of the process."""
+        self.limit_bytes = process_limits().frame_bytes if limit_bytes is None else limit_bytes
         self._store = bytearray(_INITIAL_BYTES)
         self._view = memoryview(self._store)
-        self._start = 0  # of the first byte not handed out yet
+        self._start = 0  # of the first byte that is not in a yielded frame
         self._end = 0  # of the last byte received
+        self._rounds = 0  # in which the buffer was filled and emptied, while it was large
+        self._largest = 0  # of what it held meanwhile
 
     def room(self) -> memoryview:
-        """Memory to receive into, never empty. Frames handed out before become invalid."""
+        """Memory to receive into, never empty. Frames that it yielded before become invalid."""
         if self._end == len(self._store) < _COMFORTABLE_BYTES:
-            self._grow()  # the peer had more to say than there was room for
+            self._grow()  # the peer had more to send than there was room for
         pending = self._end - self._start
         if not pending:
+            if len(self._store) > _COMFORTABLE_BYTES:
+                self._reconsider()
             self._start = self._end = 0
             return self._view
         if self._start and (len(self._store) - self._end < self._missing() or self._end == len(self._store)):
@@ -110,6 +94,37 @@ class FrameBuffer:
             self._start = body + length
             yield view[body : body + length]
 
+    def feed(self, data: bytes) -> Iterator[memoryview]:
+        """Yields the frames completed by `data`, which is copied at once. Raises as `received`."""
+        room = self.room()
+        if len(room) < len(data):
+            self._enlarge(self._end + len(data))
+        self._view[self._end : self._end + len(data)] = data
+        self._end += len(data)
+        return self.received(0)
+
+    def trim(self) -> None:
+        """Gives the memory of large frames back, unless a part of a frame is in it."""
+        if self.is_large and not self.is_within:
+            self._start = self._end = 0
+            self._store = bytearray(_COMFORTABLE_BYTES)
+            self._view = memoryview(self._store)
+
+    @property
+    def is_large(self) -> bool:
+        """Whether there is memory for `trim` to give back."""
+        return len(self._store) > _COMFORTABLE_BYTES
+
+    def _reconsider(self) -> None:
+        """Makes the empty buffer smaller when it has held far less than it could for a while."""
+        self._largest = max(self._largest, self._end)
+        self._rounds += 1
+        if self._rounds >= _ROUNDS:
+            if self._largest * 4 < len(self._store):
+                self._store = bytearray(max(2 * self._largest, _COMFORTABLE_BYTES))
+                self._view = memoryview(self._store)
+            self._rounds = self._largest = 0
+
     def _missing(self) -> int:
         """How many bytes the frame under way still lacks, as far as is known."""
         have = self._end - self._start
@@ -119,7 +134,67 @@ class FrameBuffer:
         return int(length) + 4 - have
 
     def _grow(self) -> None:
-        larger = bytearray(min(2 * len(self._store), self.limit_bytes + 4 + _INITIAL_BYTES))
+        self._enlarge(min(2 * len(self._store), self.limit_bytes + 4 + _INITIAL_BYTES))
+
+    def _enlarge(self, size: int) -> None:
+        larger = bytearray(size)
         larger[: self._end] = self._store
         self._store = larger
         self._view = memoryview(larger)
+
+
+class ReplyReader:
+    """Cuts what a service server sends into replies.
+
+    Feed it whatever the socket gave, and take the replies that are complete, in order, one at a time.
+    Memory grows with the bytes that really arrived, never with the length that the server announces.
+
+    >>> replies = ReplyReader(limit_bytes=1024)
+    >>> replies.feed(b"\\x01\\x02\\x00\\x00\\x00h")
+    >>> replies.next_reply()
+    >>> replies.feed(b"i")
+    >>> replies.next_reply()
+    (True, b'hi')
+
+    Attributes:
+        missing_bytes: how many bytes the next reply lacks, as far as `next_reply` could know.
+    """
+
+    __slots__ = ("_held", "limit_bytes", "missing_bytes")
+
+    def __init__(self, limit_bytes: int | None = None) -> None:
+        """`limit_bytes` is for one reply; by default `Limits.frame_bytes` of the process."""
+        self.limit_bytes = process_limits().frame_bytes if limit_bytes is None else limit_bytes
+        self.missing_bytes = _REPLY_HEAD_BYTES
+        self._held: bytes | bytearray = b""
+
+    def feed(self, data: bytes) -> None:
+        if not self._held:
+            self._held = data  # most replies arrive at once, and are not copied together
+            return
+        if not isinstance(self._held, bytearray):
+            self._held = bytearray(self._held)
+        self._held += data
+
+    def next_reply(self) -> tuple[bool, bytes] | None:
+        """Takes the next reply: whether the call succeeded, and the response or the text of the error.
+
+        Returns:
+            None when no more is complete; `missing_bytes` then says how many bytes the next one lacks.
+
+        Raises:
+            LimitExceeded: a reply above the limit was announced.
+        """
+        held = self._held
+        missing = _REPLY_HEAD_BYTES - len(held)
+        if missing <= 0:
+            (length,) = _unpack_length(held, 1)
+            if length > self.limit_bytes:
+                raise LimitExceeded(f"reply of {length} bytes announced, the limit is {self.limit_bytes}")
+            missing += length
+            if missing <= 0:
+                end = _REPLY_HEAD_BYTES + length
+                self._held = bytes(held[end:])
+                return held[0] == 1, bytes(held[_REPLY_HEAD_BYTES:end])
+        self.missing_bytes = missing
+        return None

@@ -11,12 +11,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from pipros.errors import ProtocolError, Refused
+from pipros.printable import printable
 
 ANY = "*"  # an md5sum or type of `*` agrees with every other
 
 
 @dataclass(frozen=True, slots=True)
-class Interface:
+class WireType:
     """A message or service type as the two ends of a connection compare it."""
 
     type: str
@@ -25,7 +26,7 @@ class Interface:
 
 
 def request_topic_link(
-    topic: str, caller_id: str, interface: Interface, *, tcp_nodelay: bool
+    topic: str, caller_id: str, interface: WireType, *, tcp_nodelay: bool
 ) -> dict[str, str]:
     """The header by which a subscriber asks a publisher for a topic."""
     return {
@@ -38,7 +39,7 @@ def request_topic_link(
     }
 
 
-def accept_topic_link(topic: str, caller_id: str, interface: Interface, *, latching: bool) -> dict[str, str]:
+def accept_topic_link(topic: str, caller_id: str, interface: WireType, *, latching: bool) -> dict[str, str]:
     """The header by which a publisher grants a subscriber its topic."""
     return {
         "callerid": caller_id,
@@ -53,7 +54,7 @@ def accept_topic_link(topic: str, caller_id: str, interface: Interface, *, latch
 def request_service_link(
     service: str,
     caller_id: str,
-    interface: Interface,
+    interface: WireType,
     *,
     persistent: bool = False,
     probe: bool = False,
@@ -69,7 +70,7 @@ def request_service_link(
 
 
 def accept_service_link(
-    service: str, caller_id: str, interface: Interface, *, request_type: str = "", response_type: str = ""
+    service: str, caller_id: str, interface: WireType, *, request_type: str = "", response_type: str = ""
 ) -> dict[str, str]:
     """The header by which a service server answers. roscpp wants both halves' types as well."""
     fields = {
@@ -88,7 +89,7 @@ def refuse(reason: str) -> dict[str, str]:
     return {"error": reason}
 
 
-def check_topic_request(fields: Mapping[str, str], interface: Interface) -> str | None:
+def topic_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
     """Why a publisher refuses the subscriber that sent `fields`; None when it accepts.
 
     Only the md5sum decides: a type of another name with the same md5sum is the same type.
@@ -99,14 +100,15 @@ def check_topic_request(fields: Mapping[str, str], interface: Interface) -> str 
     theirs = fields["md5sum"]
     if ANY in (theirs, interface.md5sum) or theirs == interface.md5sum:
         return None
+    caller, topic, type_name = map(printable, (fields["callerid"], fields["topic"], fields.get("type", "?")))
     return (
-        f"Client [{fields['callerid']}] wants topic [{fields['topic']}] to have datatype/md5sum "
-        f"[{fields.get('type', '?')}/{theirs}], but our version has "
+        f"Client [{caller}] wants topic [{topic}] to have datatype/md5sum "
+        f"[{type_name}/{printable(theirs)}], but our version has "
         f"[{interface.type}/{interface.md5sum}]. Dropping connection."
     )
 
 
-def check_service_request(fields: Mapping[str, str], interface: Interface) -> str | None:
+def service_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
     """Why a service server refuses the client that sent `fields`; None when it accepts."""
     missing = _missing(fields, ("service", "md5sum", "callerid"))
     if missing:
@@ -114,10 +116,11 @@ def check_service_request(fields: Mapping[str, str], interface: Interface) -> st
     theirs = fields["md5sum"]
     if ANY in (theirs, interface.md5sum) or theirs == interface.md5sum:
         return None
-    return f"request from [{fields['callerid']}]: md5sums do not match: [{theirs}] vs. [{interface.md5sum}]"
+    caller, theirs = printable(fields["callerid"]), printable(theirs)
+    return f"request from [{caller}]: md5sums do not match: [{theirs}] vs. [{interface.md5sum}]"
 
 
-def check_topic_reply(fields: Mapping[str, str], interface: Interface, peer: str) -> None:
+def check_topic_reply(fields: Mapping[str, str], interface: WireType, peer: str) -> None:
     """Checks a publisher's answer on the subscriber's side.
 
     Raises:

@@ -9,9 +9,7 @@ import struct
 from collections.abc import Mapping
 
 from pipros.errors import LimitExceeded, ProtocolError
-
-#: Genuine headers hold a message definition and stay far below this, also for large types.
-HEADER_LIMIT_BYTES = 1024 * 1024
+from pipros.limits import process_limits
 
 _LENGTH = struct.Struct("<I")
 
@@ -61,8 +59,9 @@ class HeaderReader:
 
     __slots__ = ("_buffer", "fields", "limit_bytes", "rest")
 
-    def __init__(self, limit_bytes: int = HEADER_LIMIT_BYTES) -> None:
-        self.limit_bytes = limit_bytes
+    def __init__(self, limit_bytes: int | None = None) -> None:
+        """`limit_bytes` is by default `Limits.header_bytes` of the process."""
+        self.limit_bytes = process_limits().header_bytes if limit_bytes is None else limit_bytes
         self.fields: dict[str, str] | None = None
         self.rest = b""
         self._buffer = bytearray()

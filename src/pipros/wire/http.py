@@ -17,10 +17,10 @@ from __future__ import annotations
 import re
 from typing import Final, NamedTuple
 
+from pipros.limits import process_limits
 from pipros.wire.http_body import ChunkedBody, HttpError, HttpLimitExceeded, check_body_length
 
 __all__ = [
-    "BODY_LIMIT_BYTES",
     "CONTINUE",
     "HttpError",
     "HttpLimitExceeded",
@@ -34,7 +34,6 @@ __all__ = [
 
 HEAD_LIMIT_BYTES: Final = 16 * 1024
 """Heads of ROS peers have 100 to 300 bytes."""
-BODY_LIMIT_BYTES: Final = 16 * 1024 * 1024
 
 _REASONS: Final = {
     200: "OK",
@@ -124,7 +123,7 @@ _CHUNKED: Final = -2
 class _Reader:
     """What requests and responses have in common: a head, then a body."""
 
-    def __init__(self, *, head_limit: int = HEAD_LIMIT_BYTES, body_limit: int = BODY_LIMIT_BYTES) -> None:
+    def __init__(self, *, head_limit: int = HEAD_LIMIT_BYTES, body_limit: int) -> None:
         self._head_limit = head_limit
         self._body_limit = body_limit
         self._buffer = bytearray()
@@ -138,6 +137,11 @@ class _Reader:
     def is_idle(self) -> bool:
         """True between two messages: nothing of the next one has arrived."""
         return self._start is None and not self._buffer
+
+    @property
+    def held_bytes(self) -> int:
+        """How much of a message that is not complete has arrived."""
+        return len(self._buffer) + self._chunks.held_bytes
 
     def _read_head(self) -> bool:
         """Takes a head from the buffer; False when it is not complete."""
@@ -228,6 +232,11 @@ class RequestReader(_Reader):
 
     _failure: HttpError | None = None
 
+    def __init__(self, *, head_limit: int = HEAD_LIMIT_BYTES, body_limit: int | None = None) -> None:
+        """`body_limit` is by default `Limits.body_bytes` of the process."""
+        limit = process_limits().body_bytes if body_limit is None else body_limit
+        super().__init__(head_limit=head_limit, body_limit=limit)
+
     def feed(self, data: bytes) -> None:
         self._buffer += data
 
@@ -283,6 +292,11 @@ class ResponseReader(_Reader):
 
     Interim responses (`100 Continue`) are left out. Tell it by `end()` when the server closed.
     """
+
+    def __init__(self, *, head_limit: int = HEAD_LIMIT_BYTES, body_limit: int | None = None) -> None:
+        """`body_limit` is by default `Limits.answer_bytes` of the process."""
+        limit = process_limits().answer_bytes if body_limit is None else body_limit
+        super().__init__(head_limit=head_limit, body_limit=limit)
 
     def feed(self, data: bytes) -> Response | None:
         """The response, once it is complete. What follows it stays for the next call."""

@@ -49,6 +49,10 @@ class ChunkedBody:
         self._chunk_count = 0
         self._is_in_trailer = False
 
+    @property
+    def held_bytes(self) -> int:
+        return len(self._body)
+
     def take(self, buffer: bytearray) -> bytearray | None:
         """Takes what is complete from the front of `buffer`; the body once its end was there.
 

@@ -1,17 +1,25 @@
-"""Taking URIs of nodes and masters apart. `urllib` would take longer to import than a call to the master."""
+"""Splits the URIs of nodes, masters and services. Importing `urllib` would take longer than a call."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 
-def split_uri(text: str) -> tuple[str, int, str]:
-    """Host, port and path of an `http://` URI, the way XML-RPC clients take it apart.
+from pipros.printable import printable
 
-    >>> split_uri("http://robot:11311/RPC2"), split_uri("http://[::1]:11311")
-    (('robot', 11311, '/RPC2'), ('::1', 11311, '/'))
+
+def split_uri(text: str, schemes: Collection[str] = ("http",)) -> tuple[str, int, str]:
+    """Host, port and path of a URI, the way XML-RPC clients take it apart.
+
+    Args:
+        text: `http://robot:11311/RPC2`, or `rosrpc://robot:34567` of a service.
+        schemes: those that are accepted, in lower case.
 
     Raises:
         ValueError: for another scheme, without a host or a port, with blanks or control characters, or for a
-            host that can be no name.
+            host that cannot be a name or an address.
+
+    >>> split_uri("http://robot:11311/RPC2"), split_uri("rosrpc://[::1]:11311", ["rosrpc"])
+    (('robot', 11311, '/RPC2'), ('::1', 11311, '/'))
     """
     scheme, _, rest = text.partition("://")
     address, slash, path = rest.partition("/")
@@ -19,14 +27,15 @@ def split_uri(text: str) -> tuple[str, int, str]:
     host = host.rpartition("@")[2]
     if host.startswith("[") and host.endswith("]"):
         host = host[1:-1]
-    is_complete = scheme.lower() in ("http", "rosrpc") and port.isdecimal() and int(port) <= 65535
+    is_complete = scheme.lower() in schemes and port.isdecimal() and int(port) <= 65535
     if not is_complete or not _can_be_host(host) or not text.isprintable() or " " in text:
-        raise ValueError(f"[{repr(text[:200])[1:-1]}] is no URI of the form http://HOST:PORT/")
+        forms = " or ".join(f"{scheme}://HOST:PORT/" for scheme in schemes)
+        raise ValueError(f"a URI must have the form {forms}, got [{printable(text)}]")
     return host, int(port), slash + path or "/"
 
 
 def host_and_port(host: str, port: int) -> str:
-    """Both in one, as URIs and the `Host` header of HTTP have them.
+    """Both in one, as they stand in URIs and in the `Host` header of HTTP.
 
     >>> host_and_port("robot", 80), host_and_port("::1", 80)
     ('robot:80', '[::1]:80')
@@ -37,7 +46,7 @@ def host_and_port(host: str, port: int) -> str:
 
 
 def _can_be_host(host: str) -> bool:
-    """False for what looking up would raise another error for than that nobody knows it."""
+    """False for a host whose lookup would raise an error other than that the name is unknown."""
     try:
         ascii_host = host if host.isascii() else host.encode("idna").decode("ascii")
     except UnicodeError:

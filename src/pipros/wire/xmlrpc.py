@@ -17,10 +17,9 @@ import sys
 from typing import Any, Final
 
 from pipros.errors import LimitExceeded, PiprosError, ProtocolError
-from pipros.wire import xmlrpc_scan
+from pipros.limits import process_limits
+from pipros.wire import xmlrpc_fast
 
-BODY_LIMIT_BYTES: Final = 16 * 1024 * 1024
-"""The largest document read. A parameter tree of a whole robot takes a tenth of it."""
 NESTING_LIMIT: Final = 100
 """How deep lists and dictionaries may nest in a call; far below what Python's own stack bears."""
 ANSWER_NESTING_LIMIT: Final = 200
@@ -54,11 +53,11 @@ class Encoded:
     def __init__(self, value: Any, *, size_limit: int | None = None) -> None:
         """Raises what `encode_call` and `encode_response` raise."""
         parts: list[str] = []
-        _encode(value, parts, ANSWER_NESTING_LIMIT - 1, _Room(size_limit))
+        _encode(value, parts, ANSWER_NESTING_LIMIT - 1, _Budget(size_limit))
         self.text = "".join(parts)
 
 
-class TooLarge(PiprosError):
+class ValueTooLarge(PiprosError):
     """A value is larger than the caller wanted to encode on the spot."""
 
 
@@ -72,7 +71,7 @@ def encode_call(method: str, params: tuple[Any, ...] | list[Any], *, size_limit:
         ValueError: for a text with control characters, which XML cannot carry.
     """
     parts = ["<?xml version='1.0'?>\n<methodCall><methodName>", _escape(method), "</methodName><params>"]
-    room = _Room(size_limit)
+    room = _Budget(size_limit)
     for param in params:
         parts.append("<param>")
         _encode(param, parts, NESTING_LIMIT, room)
@@ -89,7 +88,7 @@ def encode_response(value: Any, *, size_limit: int | None = None) -> bytes:
             elements, a long text or binary counted as one for each `SLICE_CHARACTERS`.
     """
     parts = ["<?xml version='1.0'?>\n<methodResponse><params><param>"]
-    _encode(value, parts, ANSWER_NESTING_LIMIT, _Room(size_limit))
+    _encode(value, parts, ANSWER_NESTING_LIMIT, _Budget(size_limit))
     parts.append("</param></params></methodResponse>\n")
     return _join(parts)
 
@@ -105,7 +104,7 @@ def encode_fault(code: int, text: str) -> bytes:
     ).encode("utf-8", "replace")
 
 
-class _Room:
+class _Budget:
     """How much more may be encoded."""
 
     __slots__ = ("_left",)
@@ -116,7 +115,7 @@ class _Room:
     def take(self, size: int) -> None:
         self._left -= size
         if self._left < 0:
-            raise TooLarge
+            raise ValueTooLarge
 
 
 SLICE_CHARACTERS: Final = 500
@@ -146,7 +145,7 @@ def _escape(text: str) -> str:
     return text
 
 
-def _encode(value: Any, parts: list[str], depth_left: int, room: _Room) -> None:
+def _encode(value: Any, parts: list[str], depth_left: int, room: _Budget) -> None:
     kind = type(value)
     if kind is str:
         if len(value) > SLICE_CHARACTERS:
@@ -190,19 +189,19 @@ def _encode(value: Any, parts: list[str], depth_left: int, room: _Room) -> None:
         parts.append(_encoded_text(value, room) if kind is Encoded else _encode_rare(value, room))
 
 
-def _encoded_text(encoded: Encoded, room: _Room) -> str:
+def _encoded_text(encoded: Encoded, room: _Budget) -> str:
     room.take(len(encoded.text) // SLICE_CHARACTERS)
     return encoded.text
 
 
-def _slices(text: str, room: _Room) -> list[str]:
+def _slices(text: str, room: _Budget) -> list[str]:
     """A long text, in pieces to be put into a document."""
     room.take(len(text) // SLICE_CHARACTERS)
     starts = range(0, len(text), SLICE_CHARACTERS)
     return [_escape(text[start : start + SLICE_CHARACTERS]) for start in starts]
 
 
-def _encode_rare(value: Any, room: _Room) -> str:
+def _encode_rare(value: Any, room: _Budget) -> str:
     """Binary and dates. `xmlrpc.client` and `datetime` are asked only when somebody has imported them."""
     if value is None:
         raise TypeError("cannot marshal None unless allow_none is enabled")
@@ -218,7 +217,7 @@ def _encode_rare(value: Any, room: _Room) -> str:
     raise TypeError(f"cannot marshal {type(value)} objects")
 
 
-def _encode_binary(data: bytes, room: _Room) -> str:
+def _encode_binary(data: bytes, room: _Budget) -> str:
     from binascii import b2a_base64
 
     room.take(len(data) // SLICE_CHARACTERS)
@@ -228,10 +227,8 @@ def _encode_binary(data: bytes, room: _Room) -> str:
 # ---- text to values
 
 
-def decode_call(
-    body: bytes | bytearray, *, limit_bytes: int = BODY_LIMIT_BYTES
-) -> tuple[str, tuple[Any, ...]]:
-    """The method and the parameters of a `methodCall` document.
+def decode_call(body: bytes | bytearray, *, limit_bytes: int | None = None) -> tuple[str, tuple[Any, ...]]:
+    """The method and the parameters of a `methodCall` document, of at most `Limits.body_bytes` by default.
 
     Base64 becomes `xmlrpc.client.Binary` and dates `xmlrpc.client.DateTime`, as ROS users know them.
 
@@ -240,26 +237,26 @@ def decode_call(
         ProtocolError: for anything that is no XML-RPC call; also for any DTD, for nil and for integers
             beyond 32 bits, which could be stored but never be sent on.
     """
-    _check_size(body, limit_bytes)
+    _check_size(body, process_limits().body_bytes if limit_bytes is None else limit_bytes)
     try:
-        return xmlrpc_scan.decode_call(body, NESTING_LIMIT)
-    except xmlrpc_scan.Uncommon:
+        return xmlrpc_fast.decode_call(body, NESTING_LIMIT)
+    except xmlrpc_fast.NeedsExpat:
         from pipros.wire import xmlrpc_expat
 
         return xmlrpc_expat.decode_call(body, NESTING_LIMIT)
 
 
-def decode_response(body: bytes | bytearray, *, limit_bytes: int = BODY_LIMIT_BYTES) -> Any:
-    """The value of a `methodResponse` document.
+def decode_response(body: bytes | bytearray, *, limit_bytes: int | None = None) -> Any:
+    """The value of a `methodResponse` document, of at most `Limits.answer_bytes` of the process by default.
 
     Raises:
         Fault: when it is a fault.
         LimitExceeded, ProtocolError: as `decode_call`.
     """
-    _check_size(body, limit_bytes)
+    _check_size(body, process_limits().answer_bytes if limit_bytes is None else limit_bytes)
     try:
-        return xmlrpc_scan.decode_response(body, ANSWER_NESTING_LIMIT)
-    except xmlrpc_scan.Uncommon:
+        return xmlrpc_fast.decode_response(body, ANSWER_NESTING_LIMIT)
+    except xmlrpc_fast.NeedsExpat:
         from pipros.wire import xmlrpc_expat
 
         value, is_fault = xmlrpc_expat.decode_response(body, ANSWER_NESTING_LIMIT)

@@ -16,20 +16,21 @@ from pathlib import Path
 
 import pipros
 from pipros.errors import PiprosError
-from pipros.msg.definitions import Definitions
-from pipros.msg.files import DefinitionFiles
-from pipros.workspace import native
+from pipros.msg.language.definition_files import DefinitionFiles
+from pipros.msg.language.definitions import Definitions
+from pipros.workspace import genuine_catkin
 from pipros.workspace.build_options import BuildOptions
-from pipros.workspace.checks import check_interfaces, check_manifest
-from pipros.workspace.cmake.stand_in import cmake_program
-from pipros.workspace.custom import StepRunner
+from pipros.workspace.catkin.cmake_shim import cmake_program
+from pipros.workspace.catkin.context import FindExtras
+from pipros.workspace.catkin.project import NativeTarget, Project
+from pipros.workspace.catkin.project_reader import read_project
+from pipros.workspace.catkin.step_runner import StepRunner
 from pipros.workspace.devel import install_package, python_sources, write_devel_files
 from pipros.workspace.environment import underlays_of_build
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.layout import Layout, SourcePackage, WorkspaceError, closure, read_source_space
-from pipros.workspace.project import NativeTarget, Project
-from pipros.workspace.project_reader import FindExtras, read_project
 from pipros.workspace.setup_files import write_if_changed, write_setup_files
+from pipros.workspace.validate import check_interfaces, check_manifest
 
 Say = Callable[[str], None]
 
@@ -91,7 +92,7 @@ class _Build:
 
         def find_extras(name: str) -> Sequence[str] | None:
             if name in self._result.projects:
-                return self._result.projects[name].extras
+                return self._result.projects[name].cfg_extras
             return None if find_package(name) is None else ()
 
         definitions = Definitions(DefinitionFiles(find_package))
@@ -102,7 +103,7 @@ class _Build:
                 continue
             self._result.projects[package.name] = project
             self._note_compiled_tests(project)
-            if project.native_targets:
+            if project.needs_cmake:
                 natives.append(package)
         native_names = closure(packages, {package.name for package in natives}) if natives else set()
         for package in packages:
@@ -180,19 +181,23 @@ class _Build:
                 self._say(
                     f"-- WARNING: {package.name} lists message files but never calls generate_messages()"
                 )
-        for remark in project.remarks:
-            self._say(remark)
-        for note in project.notes:
-            self._say(f"-- WARNING: {note}")
+        for line in project.status_lines:
+            self._say(line)
+        for warning in project.warnings:
+            self._say(f"-- WARNING: {warning}")
         return project
 
     def _note_compiled_tests(self, project: Project) -> None:
         """Compiled tests, when they are wanted, make a package one for genuine catkin, if that is there."""
         compiled = [test for test in project.tests if test.target]
-        if compiled and self._options.tests and not isinstance(native.find_tools(self._variables), str):
+        if (
+            compiled
+            and self._options.tests
+            and not isinstance(genuine_catkin.find_tools(self._variables), str)
+        ):
             file, _, line = compiled[0].place.rpartition(":")
             what = f"compiles the test [{compiled[0].target}]"
-            project.native_targets.append(NativeTarget(what, file, int(line)))
+            project.needs_cmake.append(NativeTarget(what, file, int(line)))
 
     def _settings(self, package: SourcePackage) -> dict[str, str]:
         """The variables that a package finds because of where it is."""
@@ -257,17 +262,17 @@ class _Build:
         natives = [package for package in natives if package.name not in self._failed]
         if not natives:
             return
-        tools = native.find_tools(self._variables)
+        tools = genuine_catkin.find_tools(self._variables)
         if isinstance(tools, str):
             for package in natives:
-                target = self._result.projects[package.name].native_targets[0]
+                target = self._result.projects[package.name].needs_cmake[0]
                 self._fail(
                     package,
                     f"{target.file}:{target.line}: the package [{package.name}] {target.what}, and {tools}",
                 )
             return
         chosen = [package for package in packages if package.name in names]
-        problem = native.build(tools, chosen, self._layout, self._options, self._say)
+        problem = genuine_catkin.build(tools, chosen, self._layout, self._options, self._say)
         if problem is not None:
             for package in natives:
                 self._fail(package, problem)

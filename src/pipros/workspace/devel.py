@@ -6,15 +6,15 @@ import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from pipros.cmake.copying import PROGRAM_MODE, Copy, copy, copy_file
 from pipros.errors import NotFound
-from pipros.msg.definitions import Definitions
-from pipros.msg.spec import DefinitionError
+from pipros.msg.language.definitions import Definitions
+from pipros.msg.language.spec import DefinitionError
 from pipros.msg.stubs import package_stubs
-from pipros.workspace.cmake.program import run_install_code
+from pipros.workspace.catkin.installation import install
+from pipros.workspace.catkin.project import PYTHON_DESTINATION, Project
 from pipros.workspace.hooks import HOOKS_FOLDER
-from pipros.workspace.installation import copy, install_folder, install_one
 from pipros.workspace.layout import Layout
-from pipros.workspace.project import PYTHON_DESTINATION, Project
 from pipros.workspace.setup_files import write_if_changed
 from pipros.workspace.setup_py import PythonSetup, read_setup_py
 
@@ -129,20 +129,19 @@ def install_package(project: Project, layout: Layout, settings: Mapping[str, str
         PiprosError, OSError: something to install is missing, or cannot be copied.
     """
     share = layout.install / "share" / project.name
-    copy(Path(project.folder) / "package.xml", share / "package.xml", say)
+    copy_file(Path(project.folder) / "package.xml", share / "package.xml", say)
     for interface in project.interfaces:
-        copy(Path(interface.path), share / interface.kind / os.path.basename(interface.path), say)
+        copy_file(Path(interface.path), share / interface.kind / os.path.basename(interface.path), say)
     setup = read_setup_py(project.folder) if project.has_python_setup else None
     place = layout.install / PYTHON_DESTINATION
     for name, folder in (setup.packages if setup else {}).items():
-        install_folder(Path(folder), place.joinpath(*name.split(".")), say)
+        modules = Copy(f"{folder}/", os.path.join(*name.split(".")), is_folder=True, keeps_permissions=True)
+        copy(modules, place, say)
     if project.interfaces and (setup is None or project.name not in setup.packages):
         write_if_changed(place / project.name / "__init__.py", _PACKAGE.format(name=project.name))
     for script in setup.scripts if setup else ():
-        copy(Path(script), layout.install / "lib" / project.name / os.path.basename(script), say, mode=0o755)
+        target = layout.install / "lib" / project.name / os.path.basename(script)
+        copy_file(Path(script), target, say, mode=PROGRAM_MODE)
     _write_hooks(project, layout.install)
     for one in project.installations:
-        if one.kind in ("code", "script"):
-            run_install_code(one, settings)
-        else:
-            install_one(one, layout.install, say)
+        install(one, layout.install, settings, say)

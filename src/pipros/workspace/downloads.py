@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from pipros.workspace.project import Download
+from pipros.workspace.catkin.project import Download
 
 _TIMEOUT_S = 60.0
 _CHUNK_BYTES = 1 << 20

@@ -139,7 +139,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     underlays: list[Path] = []
     if prefix is not None and "--local" not in options:
         try:
-            listed = (prefix / UNDERLAYS_FILE).read_text("utf-8").split("\n")
+            listed = (prefix / UNDERLAYS_FILE).read_text("utf-8").split("\0")
             underlays = [Path(entry) for entry in listed if entry and Path(entry, MARKER).is_file()]
         except OSError:
             pass  # a workspace that was moved, or has none below it
@@ -155,4 +155,4 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 UNDERLAYS_FILE = ".pipros_underlays"
-"""In a devel or install space: the workspaces below it, one a line."""
+"""In a devel or install space: the workspaces below it, each ended by a NUL, which no path has in it."""

@@ -9,10 +9,11 @@ from pathlib import Path
 
 from pipros.env import Environment
 from pipros.errors import NotFound
-from pipros.workspace.crawl import MANIFEST, crawl
-from pipros.workspace.folders import PackageFolders
+from pipros.packages import SHARE
+from pipros.packages.crawl import MANIFEST, crawl
+from pipros.packages.package_folders import PackageFolders
 
-SHARED_PACKAGES = Path(__file__).resolve().parent.parent / "share"
+SHARED_PACKAGES = Path(SHARE).resolve()
 
 
 @dataclass(frozen=True, slots=True)

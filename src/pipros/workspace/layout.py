@@ -11,8 +11,9 @@ from catkin_pkg.package import Package as Manifest
 from catkin_pkg.topological_order import topological_order_packages
 
 from pipros.errors import PiprosError
+from pipros.input_file import read_file, read_text
+from pipros.packages.crawl import MANIFEST, crawl
 from pipros.safe.xml import XmlError, parse
-from pipros.workspace.crawl import MANIFEST, crawl
 
 WORKSPACE_MARKER = ".catkin_workspace"
 
@@ -65,7 +66,7 @@ class SourcePackage:
 
     def line_of(self, word: str) -> int:
         """The first line of the manifest that has the word; 1 when none has."""
-        for number, line in enumerate(self.manifest_file.read_text("utf-8", "replace").splitlines(), 1):
+        for number, line in enumerate(read_text(self.manifest_file, errors="replace").splitlines(), 1):
             if word in line:
                 return number
         return 1
@@ -112,7 +113,7 @@ def _read_manifest(folder: Path, variables: Mapping[str, str], errors: list[str]
     file = folder / MANIFEST
     warnings: list[str] = []
     try:
-        parse(file.read_bytes(), str(file))  # for the place of what is no XML
+        parse(read_file(file), str(file))  # for the place of what is no XML
         manifest = parse_package(str(file), warnings=warnings)
         manifest.evaluate_conditions(
             {"ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3", "ROS_DISTRO": "noetic", **variables}

@@ -10,8 +10,9 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipros.input_file import read_file
+from pipros.packages.crawl import MANIFEST
 from pipros.safe.xml import Element, XmlError, parse
-from pipros.workspace.crawl import MANIFEST
 
 # What each element of a manifest means, in the words of format 3; in the order in which rospack names them.
 _MEANING: dict[str, tuple[str, ...]] = {
@@ -57,7 +58,7 @@ def read_manifest(package: Path) -> Manifest:
         OSError: it cannot be read.
     """
     file = package / MANIFEST
-    root = parse(file.read_bytes(), str(file))
+    root = parse(read_file(file), str(file))
     if root.tag != "package":
         raise XmlError(str(file), root.line, root.column, "the root element is not <package>")
     dependencies = []

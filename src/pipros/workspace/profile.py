@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.workspace.crawl import crawl
+from pipros.packages.crawl import crawl
 
 
 def profile(roots: Sequence[Path], length: int, *, only_empty: bool = False) -> list[str]:

@@ -9,12 +9,12 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from pipros.workspace import native
+from pipros.workspace import genuine_catkin
+from pipros.workspace.catkin.project import Project, TestEntry
 from pipros.workspace.downloads import fetch
 from pipros.workspace.interpreter import with_own_python_first
 from pipros.workspace.layout import Layout
-from pipros.workspace.project import Project, TestEntry
-from pipros.workspace.targets import is_wanted, label, results_label
+from pipros.workspace.make_targets import is_wanted, label, results_label
 
 Say = Callable[[str], None]
 LeaveError = Callable[[Path, str, str], None]
@@ -55,12 +55,12 @@ def _compile(test: TestEntry, project: Project, layout: Layout) -> str | None:
     """Has genuine catkin compile what a test needs; what went wrong, None when nothing did."""
     if not test.target:
         return None
-    if not project.native_targets:
+    if not project.needs_cmake:
         return (
             f"{test.place}: the test [{test.target}] of the package [{project.name}] has to be compiled, "
             "which genuine catkin and CMake do where they are installed"
         )
-    return native.make(layout, test.target)
+    return genuine_catkin.make(layout, test.target)
 
 
 def _command(test: TestEntry, project: Project, layout: Layout, results: str) -> list[str]:
@@ -83,7 +83,7 @@ def _command(test: TestEntry, project: Project, layout: Layout, results: str) ->
     output = os.path.join(results, project.name, f"nosetests-{label(test)}.xml")
     if importlib.util.find_spec("pytest"):
         return [sys.executable, "-m", "pytest", test.path, f"--junitxml={output}"]
-    return [sys.executable, "-m", "pipros.testing.unittests", test.path, output]
+    return [sys.executable, "-m", "pipros.testing.program", test.path, output]
 
 
 def _environment(layout: Layout) -> dict[str, str]:

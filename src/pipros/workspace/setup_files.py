@@ -22,7 +22,8 @@ _SH = """\
 # Sets up the environment of this workspace for the shell that sources it. Made by catkin_make of pipros.
 # Options: --extend keeps the workspaces that are set up already, --local leaves those below this one out.
 
-_PIPROS_PREFIX="${{_CATKIN_SETUP_DIR:-{prefix}}}"
+_PIPROS_PREFIX={prefix}
+[ -z "${{_CATKIN_SETUP_DIR:-}}" ] || _PIPROS_PREFIX=$_CATKIN_SETUP_DIR
 unset _CATKIN_SETUP_DIR
 _PIPROS_PYTHON={python}
 [ -x "$_PIPROS_PYTHON" ] || _PIPROS_PYTHON=python3
@@ -49,7 +50,7 @@ _ZSH = """\
 #!/usr/bin/env zsh
 # Made by catkin_make of pipros.
 CATKIN_SHELL=zsh
-_CATKIN_SETUP_DIR=$(builtin cd -q "$(dirname "${{(%):-%x}}")" > /dev/null && pwd)
+_CATKIN_SETUP_DIR=$(builtin cd -q "$(dirname "${{funcstack[1]:-${{(%):-%x}}}}")" > /dev/null && pwd)
 emulate -R zsh -c 'source "$_CATKIN_SETUP_DIR/setup.sh"'
 [ -f {functions}/ros.zsh ] && . {functions}/ros.zsh
 :
@@ -62,7 +63,8 @@ test -x $_pipros_python; or set _pipros_python python3
 set -l _pipros_extend
 contains -- --extend $argv; and set -a _pipros_extend --extend
 contains -- --local $argv; and set -a _pipros_extend --local
-$_pipros_python -I -c '{compute}' fish (dirname (realpath (status -f))) $_pipros_extend | source
+set -l _pipros_file (realpath (status -f | string collect) | string collect)
+$_pipros_python -I -c '{compute}' fish (dirname $_pipros_file | string collect) $_pipros_extend | source
 test -f {functions}/ros.fish; and source {functions}/ros.fish
 """
 
@@ -108,7 +110,7 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
         OSError: the folder cannot be written.
     """
     values = {
-        "prefix": str(prefix),
+        "prefix": shlex.quote(str(prefix)),
         "python": shlex.quote(sys.executable),
         "powershell_python": quoted_for_powershell(sys.executable),
         "compute": _COMPUTE,
@@ -124,7 +126,7 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
     }
     prefix.mkdir(parents=True, exist_ok=True)
     write_if_changed(prefix / MARKER, ";".join(str(source) for source in sources))
-    write_if_changed(prefix / UNDERLAYS_FILE, "".join(f"{folder}\n" for folder in underlays))
+    write_if_changed(prefix / UNDERLAYS_FILE, "".join(f"{folder}\0" for folder in underlays))
     for name, template in files.items():
         _write(prefix / name, template.format(**values))
     (prefix / "env.sh").chmod(0o755)

@@ -1,7 +1,7 @@
 """Records the transcripts anew on genuine ROS 1: python3 tests/golden/cli/record.py [NAME…]
 
 Needs genuine ROS 1 in /usr (see the architecture document). Every transcript gets a master, a folder
-and a stage of its own.
+and a graph of its own.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ HERE = Path(__file__).parent
 DEADLINE_S = 8
 sys.path.insert(0, str(HERE.parents[2]))
 
-from tests.golden.cli.scenes import MASKS, stage_for, wants_sources  # noqa: E402
+from tests.golden.cli.scenes import MASKS, graph_for, needs_sources  # noqa: E402
 from tests.golden.cli.transcript import Command, Outcome, mask_outcome, render, split  # noqa: E402
 
 
@@ -96,8 +96,8 @@ def record(path: Path) -> None:
         shutil.copytree(HERE / "files", folder)
         with genuine_master(home) as environment, contextlib.ExitStack() as stack:
             text = path.read_text()
-            stack.enter_context(stage_for(text, environment["ROS_MASTER_URI"]))
-            if wants_sources(text):
+            stack.enter_context(graph_for(text, environment["ROS_MASTER_URI"]))
+            if needs_sources(text):
                 stack.enter_context(genuine_sources(environment))
             masks = {str(folder): "FOLDER", os.uname().nodename: "HOST", **MASKS}
             blocks = []

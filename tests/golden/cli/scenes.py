@@ -1,13 +1,15 @@
-"""Which stage a transcript wants, and what differs from run to run."""
+"""The graph that a transcript needs, and what differs from run to run."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
 
-from tests.golden.cli.stage import Stage
+from tests.golden.cli.stub_graph import StubGraph
 
 MASKS = {
+    # argparse of Python 3.13 and newer gives the value of an option only once
+    r"(?m)^  (-\w), (--[\w-]+) ([A-Z_]+)$": r"  \1 \3, \2 \3",
     r"(127\.0\.0\.1|localhost):(?!1\b)\d+": r"\1:PORT",
     r"time=[\d.]+ms": "time=N ms",
     r"average: [\d.]+ms": "average: N ms",
@@ -18,18 +20,18 @@ MASKS = {
 
 
 @contextlib.contextmanager
-def stage_for(transcript: str, master_uri: str) -> Iterator[None]:
-    """Sets the stage that the first line of the transcript names: `stage: robot` or `stage: empty`."""
-    if not transcript.startswith("stage: robot\n"):
+def graph_for(transcript: str, master_uri: str) -> Iterator[None]:
+    """Has the graph that the first line of the transcript names: `graph: robot` or `graph: empty`."""
+    if not transcript.startswith("graph: robot\n"):
         yield
         return
-    stage = Stage(master_uri)
+    graph = StubGraph(master_uri)
     try:
         yield
     finally:
-        stage.close()
+        graph.close()
 
 
-def wants_sources(transcript: str) -> bool:
-    """True for `stage: sources`: a real node that publishes what `sources.py` tells."""
-    return transcript.startswith("stage: sources\n")
+def needs_sources(transcript: str) -> bool:
+    """True for `graph: sources`: a real node that publishes the messages of `sources.py`."""
+    return transcript.startswith("graph: sources\n")

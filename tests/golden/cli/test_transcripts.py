@@ -16,9 +16,9 @@ from pathlib import Path
 import pytest
 
 from pipros.env import Environment
-from pipros.master.server import Master
+from pipros.master.master import Master
 from pipros.node import Node
-from tests.golden.cli.scenes import MASKS, stage_for, wants_sources
+from tests.golden.cli.scenes import MASKS, graph_for, needs_sources
 from tests.golden.cli.sources import messages, services
 from tests.golden.cli.transcript import Command, Outcome, mask_outcome, render, split
 
@@ -48,7 +48,7 @@ def run(command: Command, folder: Path) -> Outcome:
 @contextlib.contextmanager
 def sources_for(transcript: str, master_uri: str) -> Iterator[None]:
     """A node of pipros that publishes what transcripts about messages show, if this is one of them."""
-    if not wants_sources(transcript):
+    if not needs_sources(transcript):
         yield
         return
     quiet = logging.Logger("source", logging.CRITICAL)  # a failing service is a part of the scenery
@@ -65,7 +65,7 @@ def test_commands_do_what_genuine_ros_did(name: str, tmp_path: Path, monkeypatch
     folder = shutil.copytree(HERE / "files", tmp_path / "work")
     transcript = (HERE / "transcripts" / f"{name}.txt").read_text()
     masks = {str(folder): "FOLDER", os.uname().nodename: "HOST", **MASKS}
-    with Master(port=0) as master, stage_for(transcript, master.uri), sources_for(transcript, master.uri):
+    with Master(port=0) as master, graph_for(transcript, master.uri), sources_for(transcript, master.uri):
         monkeypatch.setenv("ROS_MASTER_URI", master.uri)
         monkeypatch.setenv("ROS_IP", "127.0.0.1")
         monkeypatch.setenv("COLUMNS", "80")

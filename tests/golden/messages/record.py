@@ -3,23 +3,26 @@
 
     python -m tests.golden.messages.record      # in the project's folder, with genuine ROS installed
 
-Long bytes and texts are kept as their digest. The values come from a seed (see examine_messages.py).
+Long bytes and texts are kept as digests. The values come from a seed (see examine_messages.py).
+Definitions are kept without their comments, which may be rewritten at any time and change nothing else.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import re
 from pathlib import Path
 from typing import Any
 
 from pipros.msg import load_message_class, load_service_class
-from pipros.msg.hook import installed_library
-from tests.interop.examine_messages import ask_genuine
+from pipros.msg.importing.hook import installed_library
+from tests.interop.programs.examine_messages import ask_genuine
 
 SHARE = Path(__file__).resolve().parents[3] / "src" / "pipros" / "share"
 FILE = Path(__file__).with_name("types.json")
 LONGEST = 120
+_STRING_CONSTANT = re.compile(r"\s*string [^#]*=")
 
 
 def jobs() -> list[dict[str, Any]]:
@@ -37,6 +40,17 @@ def jobs() -> list[dict[str, Any]]:
     return [{**job, "seed": seed, "count": 3} for seed, job in enumerate(found)]
 
 
+def recorded(answer: dict[str, Any]) -> dict[str, Any]:
+    """What is kept of an answer."""
+    return {key: shortened(value) for key, value in {**answer, "text": bare(answer["text"])}.items()}
+
+
+def bare(text: str) -> str:
+    """A full text without comments and empty lines."""
+    lines = (line if _STRING_CONSTANT.match(line) else line.partition("#")[0] for line in text.split("\n"))
+    return "\n".join(line.strip() for line in lines if line.strip())
+
+
 def shortened(answer: Any) -> Any:
     if isinstance(answer, str) and len(answer) > LONGEST:
         return "sha256 " + hashlib.sha256(answer.encode()).hexdigest()
@@ -52,7 +66,7 @@ def shortened(answer: Any) -> Any:
 
 def main() -> None:
     asked = jobs()
-    golden = {job["type"]: shortened(answer) for job, answer in zip(asked, ask_genuine(asked), strict=True)}
+    golden = {job["type"]: recorded(answer) for job, answer in zip(asked, ask_genuine(asked), strict=True)}
     lines = [f"{json.dumps(kind)}: {json.dumps(golden[kind])}" for kind in sorted(golden)]
     FILE.write_text("{\n" + ",\n".join(lines) + "\n}\n")
 

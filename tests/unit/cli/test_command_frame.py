@@ -6,9 +6,10 @@ import sys
 
 import pytest
 
-from pipros.cli.documents import documents_of, value_of
-from pipros.cli.program import CommandError, bullets, dispatch, run
+from pipros.cli.program import CommandError, dispatch, run
+from pipros.cli.yaml_args import documents_of, value_of
 from pipros.errors import Unreachable
+from pipros.graph.output import bullets
 from pipros.safe.yaml import YamlError
 
 HEAVY = {

@@ -31,4 +31,5 @@ def test_stubs_are_written_where_editors_look(
         "typings/std_srvs/__init__.pyi",
     ]
     text = (tmp_path / "typings" / "std_srvs" / "srv" / "__init__.pyi").read_text()
-    assert "class SetBoolRequest(_base.Message):\n    data: bool\n" in text
+    assert "class SetBoolRequest(_base.Message):\n" in text
+    assert "\n    data: bool\n" in text

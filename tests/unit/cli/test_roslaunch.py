@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from pipros.cli import roslaunch
-from pipros.cli.roslaunch import split_arguments
+from pipros.launch.arguments import split_arguments
 
 CONTENT = """\
 <launch>

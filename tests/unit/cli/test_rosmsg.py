@@ -92,7 +92,7 @@ def test_a_bag_shows_types_as_their_publishers_defined_them(capsys: pytest.Captu
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"not a bag", "is no bag file of version 2.0"),
+        (b"not a bag", "is not a bag file of version 2.0"),
         (b"#ROSBAG V2.0\n", "has no index"),
         (b"#ROSBAG V2.0\n\xff\xff\xff\xff", "is cut off"),
         (BAG.read_bytes()[:200], "is cut off"),

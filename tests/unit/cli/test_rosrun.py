@@ -126,4 +126,4 @@ def test_debug_tells_where_it_looked(scripts: Path, capsys: pytest.CaptureFixtur
 def test_a_prefix_with_an_open_quote_is_refused(scripts: Path, capsys: pytest.CaptureFixture[str]) -> None:
     script(scripts / "talker.py")
     assert rosrun.main(["--prefix", "echo 'x", "talkers", "talker.py"]) == 126
-    assert "[echo 'x] is no command" in capsys.readouterr().err
+    assert "[echo 'x] is not a valid command" in capsys.readouterr().err

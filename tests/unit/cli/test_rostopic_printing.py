@@ -2,15 +2,15 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.cli.program import CommandError
-from pipros.cli.rostopic.brief import Briefing
-from pipros.cli.rostopic.fields import Part
-from pipros.cli.rostopic.filters import MessageFilter
+from pipros.cli.rostopic.elide import Briefing
 from pipros.cli.rostopic.plot import Plot
-from pipros.cli.rostopic.raw import MessageClasses
+from pipros.graph.errors import GraphError
+from pipros.graph.message_classes import MessageClasses
+from pipros.graph.message_filter import MessageFilter
+from pipros.graph.message_path import Part
 from pipros.msg import load_message_class
 from pipros.msg.text import strify_message
-from pipros.node.raw import RawMessage
+from pipros.node.any_msg import RawMessage
 
 String = load_message_class("std_msgs/String")
 Image = load_message_class("sensor_msgs/Image")
@@ -117,5 +117,20 @@ def test_the_publishers_definition_wins_over_another_one_that_is_installed() -> 
 
 
 def test_without_any_definition_there_is_a_plain_error() -> None:
-    with pytest.raises(CommandError, match=r"Cannot load message class for \[nowhere_msgs/X\]"):
+    with pytest.raises(GraphError, match=r"Cannot load message class for \[nowhere_msgs/X\]"):
         MessageClasses().decode(raw(type="nowhere_msgs/X", md5sum="x"))
+
+
+@pytest.mark.parametrize(
+    ("text", "cell"),
+    [
+        ('grüß "dich"', 'grüß "dich"'),  # as genuine rostopic writes it
+        ("", ""),
+        ("a,b", '"a,b"'),
+        ('a,"b"', '"a,""b"""'),
+        ('"a"', '"""a"""'),
+        ("a\n0,b\x1b", '"a\\n0,b\\x1b"'),
+    ],
+)
+def test_a_text_is_one_cell_of_its_row(text: str, cell: str) -> None:
+    assert Plot().row(Part(text, "string"), 1) == f"1,{cell}"

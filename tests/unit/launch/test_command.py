@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from pipros.env import Environment
 from pipros.launch.command import CannotLaunch, CommandMaker
 from pipros.launch.model import Machine, Node, WorkingFolder
 from pipros.workspace.index import PackageIndex
@@ -39,6 +40,20 @@ def test_the_words_of_a_command_stand_in_noetics_order(maker: CommandMaker, talk
         "nice", "-n", "5", str(talker), "one", "two three", "$HOME", "--xml=y",
         "a:=b", "~c:=/d", "__name:=n", "__log:=/log/n-1.log",
     )  # fmt: skip
+
+
+def test_a_launcher_gives_its_variables_and_its_log_file(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, talker: Path
+) -> None:
+    monkeypatch.setenv("COLOUR", "blue")
+    environment = Environment(ros_home=tmp_path / "home")
+    index = PackageIndex([tmp_path / "src"])
+    maker = CommandMaker.for_launcher(environment, index, tmp_path / "roslaunch.log")
+    command = maker.make(Node("talkers", "talker", "n"), "http://m:1")
+    assert command.environment["COLOUR"] == "blue"
+    assert command.environment["ROS_LOG_FILENAME"] == str(tmp_path / "roslaunch.log")
+    assert maker.tag == f"ROS_LOG_FILENAME={tmp_path / 'roslaunch.log'}"
+    assert command.folder == tmp_path / "home"
 
 
 def test_the_environment_is_overlaid_and_later_variables_win(maker: CommandMaker) -> None:

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from pipros.errors import ProtocolError, Unreachable
-from pipros.master import liveness
-from pipros.master.liveness import Liveness, who_answers
+from pipros.master.liveness import CONFIRMATIONS, PROBES_AT_A_TIME, Liveness, find_live_nodes
+from pipros.master.options import Probing
 from pipros.master.registry import Registry
 from pipros.wire.xmlrpc import Fault
 
@@ -29,18 +29,21 @@ def silent() -> Unreachable:
 
 
 class Case:
-    """Nodes that answer as told: by API and method, a value or an error, or a list to be taken one by one."""
+    """Fake nodes. `answers` has for API and method a value, an error, or a list to be taken one by one."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def __init__(self) -> None:
         self.answers: dict[tuple[str, str], Any] = {}
         self.asked: list[tuple[str, str]] = []
         self.gone: list[tuple[str, str]] = []
         self.registry = Registry()
-        self.liveness = Liveness(self.registry, lambda node, api: self.gone.append((node, api)))
-        monkeypatch.setattr(liveness, "_ask", self._ask)
-        monkeypatch.setattr(liveness, "CONFIRMATION_PAUSE_S", 0)
+        self.liveness = Liveness(
+            self.registry,
+            lambda node, api: self.gone.append((node, api)),
+            Probing(newcomers_s=0, confirmation_pause_s=0),
+            ask=self.ask,
+        )
 
-    async def _ask(self, api: str, method: str) -> Any:
+    async def ask(self, api: str, method: str, _timeout_s: float) -> Any:
         self.asked.append((api, method))
         answer = self.answers.get((api, method))
         if isinstance(answer, list):
@@ -60,15 +63,15 @@ class Case:
         async def until_sure() -> None:
             self.liveness.suspect(node)
             self.liveness.suspect(node)  # once is enough
-            while self.liveness._tasks:
-                await asyncio.gather(*self.liveness._tasks)
+            while self.liveness.suspects:
+                await asyncio.sleep(0)
 
-        asyncio.run(until_sure())
+        asyncio.run(asyncio.wait_for(until_sure(), 30))
 
 
 @pytest.fixture
-def case(monkeypatch: pytest.MonkeyPatch) -> Case:
-    return Case(monkeypatch)
+def case() -> Case:
+    return Case()
 
 
 def test_a_node_that_answers_stays(case: Case) -> None:
@@ -84,7 +87,7 @@ def test_a_node_that_refuses_every_time_is_gone(case: Case) -> None:
     case.answers[API, "getPid"] = refused()
     case.suspect()
     assert case.gone == [("/n", API)]
-    assert len(case.asked) == liveness.CONFIRMATIONS
+    assert len(case.asked) == CONFIRMATIONS
 
 
 def test_a_node_that_was_never_met_is_unreachable_and_stays(case: Case) -> None:
@@ -152,18 +155,15 @@ def test_a_node_that_was_started_again_on_its_old_port_stays(case: Case) -> None
     assert case.gone == []
 
 
-def test_nodes_that_hang_do_not_keep_others_from_being_asked(
-    case: Case, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(liveness, "NEWCOMERS_S", 0)
-    for number in range(liveness.ASKED_AT_A_TIME):
+def test_nodes_that_hang_do_not_keep_others_from_being_asked(case: Case) -> None:
+    for number in range(PROBES_AT_A_TIME):
         case.register(f"/hanging_{number}", f"http://hanging:{number}/")
         case.answers[f"http://hanging:{number}/", "getPid"] = HANGS
     case.answers[API, "getPid"] = refused()
 
     async def until_it_is_gone() -> None:
         case.liveness.start()
-        while len(case.asked) < liveness.ASKED_AT_A_TIME:
+        while len(case.asked) < PROBES_AT_A_TIME:
             await asyncio.sleep(0)
         case.register()
         while not case.gone:
@@ -181,9 +181,10 @@ def test_a_node_that_moves_while_it_is_asked_stays(case: Case) -> None:
     async def move_meanwhile() -> None:
         case.liveness.suspect("/n")
         case.register(api=OTHER)
-        await asyncio.gather(*case.liveness._tasks)
+        while case.liveness.suspects:
+            await asyncio.sleep(0)
 
-    asyncio.run(move_meanwhile())
+    asyncio.run(asyncio.wait_for(move_meanwhile(), 30))
     assert case.gone == []
 
 
@@ -192,8 +193,8 @@ def test_a_node_that_moves_while_it_is_asked_stays(case: Case) -> None:
     [
         ("/n", 7, True),
         ("/somebody", 7, False),
-        (Fault(1, "roscpp tells no name"), 7, True),
-        (Fault(1, "roscpp tells no name"), refused(), False),
+        (Fault(1, "roscpp has no such method"), 7, True),
+        (Fault(1, "roscpp has no such method"), refused(), False),
         (None, 7, True),
         (refused(), 7, False),
         (silent(), 7, False),
@@ -218,7 +219,7 @@ def test_an_address_that_another_node_has_registered_belongs_to_that_one(case: C
         (lambda: "/n", True),
         (lambda: "", True),
         (lambda: None, True),
-        (lambda: Fault(1, "roscpp tells no name"), True),
+        (lambda: Fault(1, "roscpp has no such method"), True),
         (silent, True),
         (refused, False),
         (lambda: "/somebody", False),
@@ -229,4 +230,6 @@ def test_after_a_crash_those_are_kept_that_answer_or_may_be_slow(
     case: Case, answer: Callable[[], Any], is_kept: bool
 ) -> None:
     case.answers[API, "getName"] = answer()
-    assert asyncio.run(who_answers({"/n": API}, timeout_s=5)) == ({"/n"} if is_kept else set())
+    assert asyncio.run(find_live_nodes({"/n": API}, timeout_s=5, ask=case.ask)) == (
+        {"/n"} if is_kept else set()
+    )

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import logging
 import re
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from pipros.master import log
+from pipros.limits import Limits
 from pipros.master.api import MasterApi
 from pipros.master.log import MasterLog
 from pipros.master.params import ParamTree
 from pipros.master.registry import Registry
+from tests.support.waiting import wait_until
 
 A, B = "http://a:1/", "http://b:2/"
 
@@ -29,8 +31,8 @@ class Opened:
     def __init__(self, folder: Path) -> None:
         self.file = folder / "log" / "master.log"
 
-    def open(self, level: str | None = None) -> None:
-        self._log = MasterLog(self.file, level)
+    def open(self, level: str | None = None, limits: Limits | None = None) -> None:
+        self._log = MasterLog(self.file, level, limits=limits)
 
     def lines(self) -> list[str]:
         self._log.close()
@@ -92,7 +94,7 @@ def test_what_changes_nothing_leaves_no_line_and_what_is_wrong_does(api: MasterA
 def test_a_process_that_is_about_to_shut_down_is_told_apart(api: MasterApi, opened: Opened) -> None:
     for uri in (A, B, A):
         api.methods["registerPublisher"]("/p", "t", "x/Y", uri)
-    assert opened.lines()[-1].endswith(f"PUB [/t] of /p {A} left out, it is about to shut down")
+    assert opened.lines()[-1].endswith(f"PUB [/t] of /p {A} ignored: that process was replaced")
 
 
 def test_at_debug_level_calls_are_logged_however_large_their_values(api: MasterApi, opened: Opened) -> None:
@@ -112,7 +114,7 @@ def test_levels_are_those_of_noetic(level: str, api: MasterApi, opened: Opened) 
     opened.open(level)
     api.methods["setParam"]("/p", "w", 1)
     text = "\n".join(opened.lines())
-    assert ("none of debug, info, warn, error, fatal" in text) == (level == "nonsense")
+    assert ("must be one of debug, info, warn, error, fatal, got [nonsense]" in text) == (level == "nonsense")
     assert ("+PARAM" in text) == (level == "nonsense")
 
 
@@ -124,13 +126,10 @@ def test_names_with_line_breaks_forge_no_lines(api: MasterApi, opened: Opened) -
     assert len(second) < 3_000
 
 
-def test_a_file_that_grows_too_large_is_put_aside(
-    api: MasterApi, opened: Opened, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(log, "FILE_LIMIT_BYTES", 1_000)
+def test_a_file_that_grows_too_large_is_put_aside(api: MasterApi, opened: Opened) -> None:
     opened.lines()
     for number in range(20):
-        opened.open()
+        opened.open(limits=Limits(log_bytes=1_000))
         api.methods["setParam"]("/p", f"{number}/{'w' * 600}", 1)
         opened.lines()
     kept = sorted(opened.file.parent.iterdir())
@@ -139,6 +138,39 @@ def test_a_file_that_grows_too_large_is_put_aside(
         *(f"master.log.{number}" for number in range(1, 5)),
     ]
     assert ["/19/" in kept[0].read_text(), "/18/" in kept[1].read_text()] == [True, True]
+
+
+def test_a_file_that_cannot_be_opened_anew_costs_the_lines_of_that_time_only(
+    api: MasterApi, opened: Opened, capsys: pytest.CaptureFixture[str]
+) -> None:
+    opened.lines()
+    opened.file.unlink()
+    opened.open(limits=Limits(log_bytes=1_000))
+    folder, elsewhere = opened.file.parent, opened.file.parent.with_name("elsewhere")
+    api.methods["setParam"]("/p", "first/" + "w" * 600, 1)
+    wait_until(lambda: opened.file.stat().st_size)
+    folder.rename(elsewhere)
+    folder.write_text("in the way")
+    api.methods["setParam"]("/p", "lost/" + "w" * 600, 1)
+    wait_until(lambda: "cannot write to log file" in capsys.readouterr().err)
+    folder.unlink()
+    elsewhere.rename(folder)
+    wait_until(lambda: _logs_again(api, opened.file))
+    assert "log entries before this line were lost" in opened.file.read_text()
+
+
+def _logs_again(api: MasterApi, file: Path) -> bool:
+    api.methods["setParam"]("/p", "again", time.monotonic())
+    return file.exists() and "/again" in file.read_text()
+
+
+def test_a_line_that_cannot_be_formatted_costs_no_other(api: MasterApi, opened: Opened) -> None:
+    record = logging.LogRecord("other", logging.INFO, __file__, 1, "%d of them", ("no number",), None)
+    opened._log.handle(record)
+    api.methods["setParam"]("/p", "w", 1)
+    first, second = opened.lines()
+    assert "cannot be shown: '%d of them'" in first
+    assert "+PARAM [/w]" in second
 
 
 def test_when_it_is_closed_nothing_is_written_any_more(api: MasterApi, tmp_path: Path) -> None:

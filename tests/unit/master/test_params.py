@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from pipros.master.params import LEVELS_LIMIT, NotATree, NotSet, ParamTree, TooDeep, changes_for
+from pipros.master.param_weight import weigh
+from pipros.master.params import LEVELS_LIMIT, NotATree, NotSet, ParamTree, TooDeep
 from pipros.wire.xmlrpc import NESTING_LIMIT, decode_response, encode_response
 
 
@@ -121,24 +122,20 @@ def test_a_key_of_too_many_parts_is_refused_so_that_the_tree_can_be_told() -> No
     assert decode_response(encode_response([1, "", tree.get("/")]))[2] == tree.get("/")
 
 
-@pytest.mark.parametrize(
-    ("subscribed", "key", "value", "told"),
-    [
-        ("/w", "/w", 7, ("/w/", 7)),
-        ("/w", "/w/g/k", 1, ("/w/g/k/", 1)),
-        ("/", "/w", 7, ("/w/", 7)),
-        ("/w/g", "/w", {"g": 5}, ("/w/g/", 5)),
-        ("/w/g/k", "/w", {"g": {"k": [1]}}, ("/w/g/k/", [1])),
-        ("/w/g", "/w", {}, ("/w/g/", {})),
-        ("/w/g", "/w", 7, ("/w/g/", {})),
-        ("/w", "/", {"w": 1}, ("/w/", 1)),
-        ("/", "/", {"w": 1}, ("/", {"w": 1})),
-        ("/a", "/ab", 1, None),
-        ("/ab", "/a", {"b": 1}, None),
-    ],
-)
-def test_subscribers_above_hear_the_change_and_those_below_their_part(
-    subscribed: str, key: str, value: Any, told: tuple[str, Any] | None
-) -> None:
-    expected = [] if told is None else [(subscribed, *told)]
-    assert list(changes_for([subscribed], key, value)) == expected
+def test_what_gives_way_to_a_value_can_be_asked_for_before() -> None:
+    tree = ParamTree({"robot": {"speed": 5}})
+    assert tree.former("/robot/speed") == 5
+    assert tree.former("/robot/speed/limit") == 5  # a value on the way
+    assert tree.former("/robot") == {"speed": 5}
+    assert tree.former("/nothing") is None
+
+
+def test_a_weight_that_is_known_is_not_measured_again() -> None:
+    tree, value = ParamTree(), "x" * 1000
+    empty = tree.held_bytes
+    with tree.weights_known({id(value): 7}):
+        tree.set("/text", value)
+    known = tree.held_bytes - empty
+    again = ParamTree()
+    again.set("/text", value)
+    assert (again.held_bytes - empty) - known == weigh(value) - 7

@@ -21,8 +21,8 @@ A = "http://a:1/"
 def reopened(file: Path) -> tuple[ParamTree, Registry]:
     store = Store(file)
     params, registry = ParamTree(), Registry()
-    restore_params(params, store.kept)
-    restore_registrations(registry, store.kept, {found.node for found in store.kept.registrations})
+    restore_params(params, store.restored)
+    restore_registrations(registry, store.restored, {found.node for found in store.restored.registrations})
     store.close()
     return params, registry
 
@@ -85,7 +85,7 @@ def test_a_change_that_comes_alone_is_written_at_once_and_the_last_ones_before_t
     reader.close()
     store.param_set("/last", 2)
     store.close()
-    assert dict(Store(tmp_path / "store").kept.parameters) == {"/first": 1, "/last": 2}
+    assert dict(Store(tmp_path / "store").restored.parameters) == {"/first": 1, "/last": 2}
 
 
 def test_the_file_does_not_grow_with_the_number_of_changes(tmp_path: Path) -> None:
@@ -140,10 +140,10 @@ def test_a_file_that_is_no_good_store_is_set_aside_unchanged(
     before = file.read_bytes()
     store = Store(file)
     store.close()
-    assert store.kept.parameters == ()
+    assert store.restored.parameters == ()
     assert store.set_aside == tmp_path / "master.db.unusable-1"
     assert store.set_aside.read_bytes() == before
-    assert f"{file} is no store of a master" in caplog.text
+    assert f"{file} is not a usable store of a master" in caplog.text
     file.unlink()
     spoil(file)
     again = Store(file)

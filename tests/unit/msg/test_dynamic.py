@@ -15,10 +15,10 @@ from std_msgs.msg import Header
 
 import genpy.dynamic
 from genmsg import InvalidMsgSpec, MsgGenerationException, MsgNotFound
-from pipros.msg import dynamic
-from pipros.msg.digest import SEPARATOR
+from pipros.limits import Limits
 from pipros.msg.dynamic import message_classes_from_text
-from pipros.msg.spec import DefinitionError
+from pipros.msg.language.digest import SEPARATOR
+from pipros.msg.language.spec import DefinitionError
 
 
 def written(message: Any) -> bytes:
@@ -107,12 +107,12 @@ def part(name: str, text: str) -> str:
         ("p/Missing x", r"unknown type \[p/Missing\]"),
         ("T t", "cannot contain itself"),
         (f"int32 x\n{SEPARATOR}\nint32 y", "expected MSG: package/Name"),
-        (f"int32 x\n{part('no name', 'int32 x')}", "is not a type name"),
+        (f"int32 x\n{part('no name', 'int32 x')}", "a type name must have the form package/Name, got"),
         ("int32 serialize", "the name serialize is taken"),
         ("int32 from\nint32 from_", "the name from_ is taken"),
-        ("x" * (dynamic.TEXT_LIMIT_BYTES + 1), "is longer than"),
+        ("x" * (Limits().definition_bytes + 1), "is longer than"),
         (
-            "int32 x\n" + "".join(part(f"p/T{i}", "") for i in range(dynamic.TYPES_LIMIT)),
+            "int32 x\n" + "".join(part(f"p/T{i}", "") for i in range(Limits().definition_types)),
             "more than 1000 types",
         ),
         ("int32[67108865] x", "is longer than"),

@@ -11,8 +11,8 @@ import pytest
 import genpy
 import genpy.message
 from pipros.msg import load_message_class, load_service_class
-from tests.golden.messages.record import FILE, SHARE, jobs, shortened
-from tests.interop.examine_messages import examine, random_values
+from tests.golden.messages.record import FILE, SHARE, jobs, recorded
+from tests.interop.programs.examine_messages import examine, random_values
 
 GOLDEN = json.loads(FILE.read_text())
 PACKAGES = sorted(folder.name for folder in SHARE.iterdir())
@@ -29,7 +29,7 @@ def test_types_that_ship_are_genpys_to_the_last_byte(package: str) -> None:
             class_of = finder(job.get("service"))
             values = random_values(job, class_of)
             answer = json.loads(json.dumps(examine({**job, "values": values}, class_of, genpy)))
-            assert shortened(answer) == GOLDEN[job["type"]], job["type"]
+            assert recorded(answer) == GOLDEN[job["type"]], job["type"]
 
 
 def finder(service_type: str | None) -> Callable[[str], Any]:

@@ -10,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import genpy
-from pipros.msg.base import DeserializationError, Message
+from pipros.msg.base import Message
 from pipros.msg.dynamic import message_classes_from_text
-from tests.interop.examine_messages import build, random_value, written
+from pipros.msg.errors import DeserializationError
+from tests.interop.programs.examine_messages import build, random_value, written
 from tests.interop.random_definitions import full_text
 
 seeds = st.integers(0, 2**32)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from fractions import Fraction
+
+import numpy
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -80,3 +84,71 @@ def test_float_seconds_and_nanoseconds_together_are_refused() -> None:
 def test_no_attribute_can_be_added() -> None:
     with pytest.raises(AttributeError):
         Time().seconds = 1  # type: ignore[attr-defined]
+
+
+def test_the_operators_are_genpys() -> None:
+    assert Duration(7) / Duration(2) == 3.5
+    assert Duration(5) / 2 == Duration(2.5)
+    assert (Duration(7) // Duration(2), Duration(7) // 2) == (3, Duration(3))
+    assert Duration(7.5) % Duration(2) == Duration(1.5)
+    assert divmod(Duration(7.5), Duration(2)) == (3, Duration(1.5))
+    assert (Duration(3) * 0.5, 2 * Duration(1.25)) == (Duration(1.5), Duration(2.5))
+    assert (-Duration(1.5), abs(Duration(-1.5)), abs(Duration(1.5))) == (
+        Duration(-2, 500_000_000),
+        Duration(1.5),
+        Duration(1.5),
+    )
+    assert Duration(1) + Time(2) == Time(3)
+    assert Time(3) - Duration(1) == Time(2)
+
+
+@pytest.mark.parametrize(
+    "operation",
+    [
+        lambda: Duration(1) + 1,  # type: ignore[operator]
+        lambda: Duration(1) - 1,  # type: ignore[operator]
+        lambda: Duration(1) * "1",  # type: ignore[operator]
+        lambda: Duration(1) / "1",
+        lambda: Duration(1) // "1",
+        lambda: Duration(1) % 1,  # type: ignore[operator]
+        lambda: divmod(Duration(1), 1),  # type: ignore[operator]
+        lambda: Time(1) - 1,  # type: ignore[call-overload]
+        lambda: Time(1) + 1,  # type: ignore[operator]
+    ],
+    ids=["+", "-", "*", "/", "//", "%", "divmod", "instant -", "instant +"],
+)
+def test_what_is_no_time_is_refused(operation: Callable[[], object]) -> None:
+    with pytest.raises(TypeError):
+        operation()
+
+
+def test_numbers_of_other_kinds_are_numbers() -> None:
+    assert Time(numpy.int64(3), numpy.int32(5)) == Time(3, 5)
+    assert Time(Fraction(3, 2)) == Time(1.5)
+    assert Duration(1) * Fraction(3, 2) == Duration(1.5)
+
+
+def test_comparison_gives_minus_one_nought_or_one() -> None:
+    assert [Time(2).__cmp__(Time(secs)) for secs in (1, 2, 3)] == [1, 0, -1]
+    with pytest.raises(TypeError, match="annot compare to non-Time"):
+        Time(2).__cmp__(Duration(2))
+
+
+def test_instants_are_ordered_and_spans_are_ordered() -> None:
+    assert Time(1) <= Time(1) < Time(2) > Time(1) >= Time(1)
+    assert Duration(-1) <= Duration(-1) < Duration(0) > Duration(-1) >= Duration(-1)
+
+
+def test_seconds_and_nanoseconds_may_be_set_and_brought_in_order() -> None:
+    value = Time()
+    assert value.is_zero()
+    assert not value
+    value.set(1, 2_500_000_000)
+    value.canon()
+    assert (value.secs, value.nsecs, value.to_time()) == (3, 500_000_000, 3.5)
+    assert value
+
+
+def test_equal_values_are_one_key() -> None:
+    assert {Time(1, 5): "a"}[Time(1, 5)] == "a"
+    assert len({Duration(1), Duration(0, 10**9)}) == 1

@@ -8,7 +8,7 @@ import threading
 import pytest
 
 from pipros.net import incoming
-from pipros.net.incoming import IncomingLink, Turn
+from pipros.net.incoming import DeliveryLock, IncomingLink
 from tests.support.waiting import wait_until
 
 FRAME = b"\x01\x00\x00\x00x"
@@ -19,9 +19,9 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(
     queue_size: int | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(incoming, "TURN_S", -1.0)  # over with each message
-    turn, began, order = Turn(), threading.Event(), list[str]()
+    turn, began, order = DeliveryLock(), threading.Event(), list[str]()
 
-    def make_link(name: str) -> tuple[IncomingLink, socket.socket]:
+    def make_link(name: str, received: bytes = b"") -> tuple[IncomingLink, socket.socket]:
         def deliver(_: object) -> None:
             order.append(name)
             began.set()
@@ -37,14 +37,15 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(
             turn=turn,
             queue_size=queue_size,
             on_closed=lambda _, error: None,
+            received=received,
         )
         return link, there
 
     with socket.create_server(("127.0.0.1", 0)) as server:
-        busy, to_busy = make_link("busy")
+        busy, to_busy = make_link("busy", 20 * FRAME)
         quiet, to_quiet = make_link("quiet")
     with to_busy, to_quiet:
-        busy.start(first=20 * FRAME)
+        busy.start()
         to_busy.sendall(20 * FRAME)
         assert began.wait(10)
         quiet.start()

@@ -52,7 +52,7 @@ def test_a_simulated_sleep_waits_for_the_clock_to_start_and_to_get_there() -> No
     clock = SimulatedClock()
     sleeper = Sleeper(clock, 2)
     clock.set_ns(10 * S)
-    wait_until(lambda: clock._changed._waiters)  # type: ignore[attr-defined]
+    wait_until(lambda: clock.sleeper_count)
     clock.set_ns(11 * S)
     assert sleeper.is_alive()
     clock.set_ns(13 * S)
@@ -72,7 +72,7 @@ def test_a_sleeper_is_told_when_time_goes_back() -> None:
     clock = SimulatedClock()
     clock.set_ns(10 * S)
     sleeper = Sleeper(clock, 2)
-    wait_until(lambda: clock._changed._waiters)  # type: ignore[attr-defined]
+    wait_until(lambda: clock.sleeper_count)
     clock.set_ns(4 * S)
     sleeper.join(5)
     assert isinstance(sleeper.result, TimeMovedBackwards)
@@ -140,7 +140,7 @@ def test_who_sleeps_without_any_time_is_told_once(monkeypatch: pytest.MonkeyPatc
     assert told.wait(5)
     assert sleeper.is_alive()
     clock.set_ns(S)
-    wait_until(lambda: clock._changed._waiters)  # type: ignore[attr-defined]
+    wait_until(lambda: clock.sleeper_count)
     clock.set_ns(3 * S)
     sleeper.join(5)
     assert sleeper.result is True

@@ -9,7 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pipros.limits import Limits
 from pipros.safe.expr import ExpressionError, arithmetic, evaluate
+
+MODULUS = (1 << 61) - 1
+"""Python gives all multiples of it the same hash."""
 
 NAMES = {"a": 3, "b": True, "s": "hi", "xs": [1, 2, 3], "d": {"k": "v"}}
 
@@ -125,6 +129,11 @@ def test_what_is_not_on_the_list_is_refused(text: str) -> None:
         "-" * 500 + "1",
         "-" * 3000 + "1",
         "not " * 300 + "1",
+        f"len(set(range(0, 100000 * {MODULUS}, {MODULUS})))",
+        f"len(set(zip(range(0, 40000 * {MODULUS}, {MODULUS}))))",
+        f"len(dict(zip(range(0, 30000 * {MODULUS}, {MODULUS}), range(30000))))",
+        "len(sum([[0]] * 45000, []))",
+        "len(prod([1] * 45000, start=[0] * 90000))",
     ],
 )
 def test_what_would_run_away_is_refused_at_once(text: str) -> None:
@@ -132,6 +141,25 @@ def test_what_would_run_away_is_refused_at_once(text: str) -> None:
     with pytest.raises(ExpressionError):
         evaluate(text, names=NAMES)
     assert time.process_time() - started < 5
+
+
+def test_sets_and_dictionaries_are_as_large_as_other_results() -> None:
+    assert evaluate("len(set(range(45000)))") == 45_000
+    assert evaluate("len(set([1] * 45000))") == 1
+    assert evaluate("len(dict(zip(range(15000), range(15000))))") == 15_000
+    assert evaluate("dict([('a', 1), 'bc'], d=2)") == {"a": 1, "b": "c", "d": 2}
+    assert evaluate("dict(dict(a=1), b=2)") == {"a": 1, "b": 2}
+    assert evaluate("set()") == set()
+
+
+def test_the_limits_are_those_that_the_caller_gives() -> None:
+    for text, limits, words in [
+        ("1 + 1", Limits(expression_characters=4), "longer than 4 characters"),
+        ("'abc' + 'de'", Limits(expression_size=4), "more than 4 characters or elements"),
+        ("1 + 1 + 1 + 1", Limits(expression_work=2), "builds too much"),
+    ]:
+        with pytest.raises(ExpressionError, match=words):
+            evaluate(text, limits=limits)
 
 
 def test_an_error_names_the_place() -> None:
@@ -167,7 +195,8 @@ def test_arithmetic_knows_numbers_and_pi(text: str, value: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "x", "sin(1)", "'a'", "1 if 1 else 2", "1 < 2", "True", "a.b", "1j", "1/0", "8**9**9"]
+    "text",
+    ["", "x", "sin(1)", "'a'", "1 if 1 else 2", "1 < 2", "True", "a.b", "1j", "1/0", "8**9**9", "9" * 400],
 )
 def test_arithmetic_refuses_all_else(text: str) -> None:
     with pytest.raises(ExpressionError):

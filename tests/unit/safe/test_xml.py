@@ -2,7 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.safe.xml import DEPTH_LIMIT, XmlError, parse
+from pipros.limits import Limits
+from pipros.safe.xml import XmlError, parse
 
 
 def test_elements_know_their_place() -> None:
@@ -62,6 +63,6 @@ def test_document_types_and_entities_are_refused(text: str) -> None:
 
 
 def test_nesting_is_limited() -> None:
-    parse("<a>" * DEPTH_LIMIT + "</a>" * DEPTH_LIMIT)
+    parse("<a>" * Limits().xml_depth + "</a>" * Limits().xml_depth)
     with pytest.raises(XmlError, match="nested more than"):
-        parse("<a>" * (DEPTH_LIMIT + 1))
+        parse("<a>" * (Limits().xml_depth + 1))

@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+import io
 import math
 from typing import Any
 
 import pytest
 
+from pipros.limits import Limits
 from pipros.safe.yaml import YamlError, load, load_all
 
 
@@ -53,6 +55,11 @@ def test_several_documents_are_all_given() -> None:
         ("a: deg(x)", "p.yaml:1:4"),
         ("a: rad(9**9**9)", "p.yaml:1:4"),
         ("? [1]\n: 2", "p.yaml:1:"),
+        ("a: !!bool maybe", "p.yaml: invalid YAML: a value does not fit its tag"),
+        ("!!int ''", "p.yaml: invalid YAML: a value does not fit its tag"),
+        ("!!timestamp soon", "p.yaml: invalid YAML: a value does not fit its tag"),
+        ("1:" * 1000 + "1.5", "p.yaml: invalid YAML: a value does not fit its tag"),
+        ("9" * 5000, "p.yaml:1:1"),
     ],
 )
 def test_a_bad_document_is_refused_with_its_place(text: str, place: str) -> None:
@@ -69,10 +76,40 @@ def test_aliases_that_multiply_are_refused() -> None:
 
 
 def test_an_alias_to_itself_is_refused() -> None:
-    with pytest.raises(YamlError, match="nested more than"):
+    with pytest.raises(YamlError, match=r":1:5: \*a stands inside of what it refers to"):
         load("&a [*a]")
 
 
 def test_deep_nesting_is_refused() -> None:
     with pytest.raises(YamlError, match="nested"):
         load("[" * 200 + "]" * 200)
+
+
+def test_aliases_are_counted_where_they_stand() -> None:
+    text = "a: &a [1, 2]\nb: [*a, *a]\n"
+
+    assert load(text, limits=Limits(yaml_values=13)) == {"a": [1, 2], "b": [[1, 2], [1, 2]]}
+    with pytest.raises(YamlError, match=r"^<string>:2:9: expands to more than 12 values"):
+        load(text, limits=Limits(yaml_values=12))
+
+
+def test_an_alias_is_as_deep_as_what_it_stands_for() -> None:
+    text = "a: &a [[1]]\nb: [[*a]]\n"
+
+    assert load(text, limits=Limits(yaml_depth=5)) == {"a": [[1]], "b": [[[[1]]]]}
+    with pytest.raises(YamlError, match=r"^<string>:2:6: nested more than 4 deep"):
+        load(text, limits=Limits(yaml_depth=4))
+
+
+def test_an_anchor_may_be_used_again_in_the_next_document() -> None:
+    assert load_all("- &a 1\n- *a\n---\n- &a [2]\n- *a\n") == [[1, 1], [[2], [2]]]
+
+
+def test_merged_mappings_are_as_they_were() -> None:
+    text = "a: &a {x: 1, y: 2}\nb: {<<: *a, y: 3}\nc: {<<: [{x: 5}, *a]}"
+
+    assert load(text) == {"a": {"x": 1, "y": 2}, "b": {"x": 1, "y": 3}, "c": {"x": 5, "y": 2}}
+
+
+def test_files_and_bytes_are_read() -> None:
+    assert load(io.StringIO("a: 1")) == load(io.BytesIO(b"a: 1")) == load("a: 1".encode("utf-16")) == {"a": 1}

@@ -12,7 +12,7 @@ import pytest
 
 from pipros.launch import model
 from pipros.launch.model import Launch, Node
-from pipros.testing.places import XML_OUTPUT_FLAG
+from pipros.testing.result_paths import XML_OUTPUT_FLAG
 from pipros.testing.results import Case, Outcome, Suite
 from pipros.testing.rostest import Plan, Rostest, TestProgramTimedOut
 from pipros.testing.runner import CaseResult

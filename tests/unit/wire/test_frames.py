@@ -2,44 +2,78 @@
 
 from __future__ import annotations
 
+import itertools
 import struct
+from collections.abc import Iterator
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pipros.errors import LimitExceeded
-from pipros.wire.frames import FrameBuffer, FrameSplitter
+from pipros.wire.frames import FrameBuffer, ReplyReader
 
 
 def framed(*bodies: bytes) -> bytes:
     return b"".join(struct.pack("<I", len(body)) + body for body in bodies)
 
 
+def pieces(stream: bytes, sizes: list[int]) -> Iterator[bytes]:
+    """The stream, cut at the given sizes by turns."""
+    at = 0
+    for size in itertools.cycle(sizes):
+        if at >= len(stream):
+            return
+        yield stream[at : at + size]
+        at += size
+
+
+def fed(buffer: FrameBuffer, data: bytes) -> list[bytes]:
+    return [bytes(frame) for frame in buffer.feed(data)]
+
+
+def receive(buffer: FrameBuffer, data: bytes) -> list[bytes]:
+    """As a socket does it: into the room that there is."""
+    frames, view = [], memoryview(data)
+    while view:
+        room = buffer.room()
+        count = min(len(room), len(view))
+        room[:count] = view[:count]
+        view = view[count:]
+        frames += [bytes(frame) for frame in buffer.received(count)]
+    return frames
+
+
 @given(st.lists(st.binary(max_size=300), max_size=20), st.lists(st.integers(1, 500), min_size=1))
 def test_frames_come_out_as_they_went_in_wherever_the_stream_was_cut(
     bodies: list[bytes], cuts: list[int]
 ) -> None:
-    stream, splitter, received, at, turn = framed(*bodies), FrameSplitter(), [], 0, 0
-    while at < len(stream):
-        size = cuts[turn % len(cuts)]
-        received += splitter.feed(stream[at : at + size])
-        at, turn = at + size, turn + 1
+    buffer, received = FrameBuffer(), []
+    for piece in pieces(framed(*bodies), cuts):
+        received += fed(buffer, piece)
+    assert received == bodies
+
+
+@given(st.lists(st.binary(max_size=300), max_size=20), st.lists(st.integers(1, 500), min_size=1))
+def test_it_does_not_matter_who_received_the_bytes(bodies: list[bytes], cuts: list[int]) -> None:
+    buffer, received = FrameBuffer(), []
+    for number, piece in enumerate(pieces(framed(*bodies), cuts)):
+        received += (fed if number % 2 else receive)(buffer, piece)
     assert received == bodies
 
 
 def test_a_frame_larger_than_the_first_buffer_arrives_whole() -> None:
     body = bytes(range(256)) * 4096
-    assert FrameSplitter().feed(framed(b"before", body, b"after")) == [b"before", body, b"after"]
+    assert fed(FrameBuffer(), framed(b"before", body, b"after")) == [b"before", body, b"after"]
 
 
 def test_an_empty_frame_is_a_frame() -> None:
-    assert FrameSplitter().feed(framed(b"", b"")) == [b"", b""]
+    assert fed(FrameBuffer(), framed(b"", b"")) == [b"", b""]
 
 
 def test_a_frame_above_the_limit_is_refused_before_it_arrives() -> None:
     with pytest.raises(LimitExceeded, match="frame of 11 bytes announced, the limit is 10"):
-        FrameSplitter(limit_bytes=10).feed(struct.pack("<I", 11))
+        fed(FrameBuffer(limit_bytes=10), struct.pack("<I", 11))
 
 
 def test_memory_grows_with_what_arrives_not_with_what_is_claimed() -> None:
@@ -58,3 +92,98 @@ def test_room_is_used_again() -> None:
         buffer.room()[: len(data)] = data
         assert [bytes(frame) for frame in buffer.received(len(data))] == [b"x" * 1000]
     assert buffer.room().obj is first.obj
+
+
+def test_the_memory_of_a_large_frame_is_given_back_when_small_ones_follow() -> None:
+    buffer = FrameBuffer()
+    assert len(receive(buffer, framed(bytes(4_000_000)))) == 1
+    for _ in range(250):
+        assert receive(buffer, framed(b"small")) == [b"small"]
+    assert len(buffer.room()) <= 128 * 1024
+
+
+def test_the_memory_for_large_frames_stays_as_long_as_they_come() -> None:
+    buffer = FrameBuffer()
+    for number in range(300):
+        receive(buffer, framed(bytes(1_000_000) if number % 50 == 0 else b"small"))
+    assert len(buffer.room()) >= 1_000_000
+
+
+def test_an_idle_link_gives_the_memory_back_but_never_a_part_of_a_frame() -> None:
+    buffer = FrameBuffer()
+    receive(buffer, framed(bytes(1_000_000)))
+    receive(buffer, framed(b"in two")[:6])
+    buffer.trim()
+    assert receive(buffer, framed(b"in two")[6:]) == [b"in two"]
+    assert buffer.is_large
+    buffer.trim()
+    assert not buffer.is_large
+    assert receive(buffer, framed(b"after")) == [b"after"]
+
+
+def test_bytes_that_somebody_else_received_may_be_more_than_the_buffer_has_room_for() -> None:
+    buffer = FrameBuffer(limit_bytes=1000)
+    data = framed(*[bytes([number]) * 100 for number in range(200)])
+    assert fed(buffer, data[:-1]) == [bytes([n]) * 100 for n in range(199)]
+    assert fed(buffer, data[-1:]) == [bytes([199]) * 100]
+
+
+def test_feeding_a_stream_takes_no_more_memory_than_its_largest_piece() -> None:
+    buffer, piece = FrameBuffer(), framed(*[bytes(1000)] * 100)
+    fed(buffer, piece[:50])
+    for _ in range(100):
+        assert len(fed(buffer, piece[50:] + piece[:50])) == 100
+    assert len(buffer.room()) < 4 * len(piece)
+
+
+def test_frames_that_were_fed_are_there_before_they_are_asked_for() -> None:
+    buffer = FrameBuffer()
+    first, second = framed(b"first"), framed(b"second")
+    buffer.feed(first[:3])
+    assert buffer.is_within
+    assert fed(buffer, first[3:] + second) == [b"first", b"second"]
+
+
+def replies_of(*replies: tuple[bool, bytes]) -> bytes:
+    return b"".join(struct.pack("<BI", ok, len(body)) + body for ok, body in replies)
+
+
+def taken(reader: ReplyReader) -> list[tuple[bool, bytes]]:
+    return list(iter(reader.next_reply, None))
+
+
+@given(
+    st.lists(st.tuples(st.booleans(), st.binary(max_size=300)), max_size=10),
+    st.lists(st.integers(1, 500), min_size=1),
+)
+def test_replies_come_out_as_they_went_in_wherever_the_stream_was_cut(
+    replies: list[tuple[bool, bytes]], cuts: list[int]
+) -> None:
+    reader, received = ReplyReader(), []
+    for piece in pieces(replies_of(*replies), cuts):
+        reader.feed(piece)
+        received += taken(reader)
+    assert received == replies
+
+
+@given(st.binary(max_size=300), st.integers(0, 304))
+def test_what_a_reply_lacks_is_never_more_than_it_really_lacks(body: bytes, arrived: int) -> None:
+    reader, data = ReplyReader(), replies_of((True, body))
+    reader.feed(data[:arrived])
+    lacks = max(0, len(data) - arrived)
+    assert (reader.next_reply() is None) == bool(lacks)
+    if lacks:
+        assert reader.missing_bytes == (lacks if arrived >= 5 else 5 - arrived)
+
+
+def test_a_reply_above_the_limit_is_refused_before_it_arrives() -> None:
+    reader = ReplyReader(limit_bytes=10)
+    reader.feed(struct.pack("<BI", 1, 11))
+    with pytest.raises(LimitExceeded, match="reply of 11 bytes announced, the limit is 10"):
+        reader.next_reply()
+
+
+def test_only_one_in_front_of_a_reply_means_success() -> None:
+    reader = ReplyReader()
+    reader.feed(replies_of((True, b"yes"), (False, b"no")) + struct.pack("<BI", 2, 0))
+    assert taken(reader) == [(True, b"yes"), (False, b"no"), (False, b"")]

@@ -6,36 +6,38 @@ import pytest
 
 from pipros.errors import ProtocolError, Refused
 from pipros.wire.handshake import (
-    Interface,
+    WireType,
+    accept_service_link,
     accept_topic_link,
-    check_service_request,
+    check_service_reply,
     check_topic_reply,
-    check_topic_request,
     request_service_link,
     request_topic_link,
+    service_refusal,
+    topic_refusal,
 )
 
-STRING = Interface("std_msgs/String", "992ce8a1687cec8c8bd883ec73ca41d1", "string data\n")
-OTHER = Interface("a/B", "0" * 32)
-ANY = Interface("*", "*")
+STRING = WireType("std_msgs/String", "992ce8a1687cec8c8bd883ec73ca41d1", "string data\n")
+OTHER = WireType("a/B", "0" * 32)
+ANY = WireType("*", "*")
 
 
 def test_a_subscriber_and_a_publisher_of_one_type_agree() -> None:
     request = request_topic_link("/chat", "/listener", STRING, tcp_nodelay=True)
-    assert check_topic_request(request, STRING) is None
+    assert topic_refusal(request, STRING) is None
     reply = accept_topic_link("/chat", "/talker", STRING, latching=True)
     check_topic_reply(reply, STRING, "host:1")
     assert (request["tcp_nodelay"], reply["latching"]) == ("1", "1")
 
 
 def test_only_the_md5sum_decides() -> None:
-    renamed = Interface("my_msgs/Text", STRING.md5sum)
-    assert check_topic_request(request_topic_link("/c", "/l", renamed, tcp_nodelay=False), STRING) is None
-    assert check_topic_request(request_topic_link("/c", "/l", ANY, tcp_nodelay=False), STRING) is None
+    renamed = WireType("my_msgs/Text", STRING.md5sum)
+    assert topic_refusal(request_topic_link("/c", "/l", renamed, tcp_nodelay=False), STRING) is None
+    assert topic_refusal(request_topic_link("/c", "/l", ANY, tcp_nodelay=False), STRING) is None
 
 
 def test_a_refusal_names_both_types_and_md5sums() -> None:
-    refusal = check_topic_request(request_topic_link("/c", "/l", OTHER, tcp_nodelay=False), STRING)
+    refusal = topic_refusal(request_topic_link("/c", "/l", OTHER, tcp_nodelay=False), STRING)
     assert refusal is not None
     for part in ("/l", "/c", "a/B", "0" * 32, STRING.type, STRING.md5sum):
         assert part in refusal
@@ -45,13 +47,13 @@ def test_a_refusal_names_both_types_and_md5sums() -> None:
 def test_a_subscriber_must_say_who_it_is_and_what_it_wants(missing: str) -> None:
     request = request_topic_link("/c", "/l", STRING, tcp_nodelay=False)
     del request[missing]
-    assert check_topic_request(request, STRING) == f"Missing required '{missing}' field"
+    assert topic_refusal(request, STRING) == f"Missing required '{missing}' field"
 
 
 def test_a_publisher_need_not_be_told_the_type() -> None:
     request = request_topic_link("/c", "/l", STRING, tcp_nodelay=False)
     del request["type"], request["message_definition"]
-    assert check_topic_request(request, STRING) is None
+    assert topic_refusal(request, STRING) is None
 
 
 def test_a_refusal_is_raised_in_the_publishers_words() -> None:
@@ -68,5 +70,41 @@ def test_a_publisher_of_another_type_is_not_listened_to() -> None:
 def test_a_service_client_adds_its_own_fields() -> None:
     request = request_service_link("/s", "/me", OTHER, persistent=True, extra={"token": "x"})
     assert (request["persistent"], request["token"], "probe" in request) == ("1", "x", False)
-    assert check_service_request(request, OTHER) is None
-    assert "md5sums do not match" in (check_service_request(request, STRING) or "")
+    assert service_refusal(request, OTHER) is None
+    assert "md5sums do not match" in (service_refusal(request, STRING) or "")
+
+
+def test_a_service_client_and_its_server_agree() -> None:
+    request = request_service_link("/s", "/me", OTHER, probe=True)
+    assert request["probe"] == "1"
+    assert service_refusal(request, OTHER) is None
+    reply = accept_service_link(
+        "/s", "/server", OTHER, request_type="a/BRequest", response_type="a/BResponse"
+    )
+    check_service_reply(reply, "host:1")
+    assert (reply["request_type"], reply["response_type"]) == ("a/BRequest", "a/BResponse")
+    assert "request_type" not in accept_service_link("/s", "/server", OTHER)
+
+
+def test_a_client_of_another_service_type_is_refused_with_both_md5sums() -> None:
+    refusal = service_refusal(request_service_link("/s", "/me", OTHER), STRING)
+    assert refusal == f"request from [/me]: md5sums do not match: [{OTHER.md5sum}] vs. [{STRING.md5sum}]"
+
+
+@pytest.mark.parametrize("missing", ["service", "md5sum", "callerid"])
+def test_a_service_client_must_say_who_it_is_and_what_it_wants(missing: str) -> None:
+    request = request_service_link("/s", "/me", OTHER)
+    del request[missing]
+    assert service_refusal(request, OTHER) == f"Missing required '{missing}' field"
+
+
+def test_a_service_servers_refusal_is_raised_in_its_words() -> None:
+    with pytest.raises(Refused, match="no such service"):
+        check_service_reply({"error": "no such service"}, "host:1")
+
+
+def test_an_answer_without_what_the_protocol_wants_names_the_peer_and_the_field() -> None:
+    with pytest.raises(ProtocolError, match="service at host:1: Missing required 'callerid' field"):
+        check_service_reply({}, "host:1")
+    with pytest.raises(ProtocolError, match="publisher host:1: Missing required 'type' field"):
+        check_topic_reply({"md5sum": STRING.md5sum}, STRING, "host:1")

@@ -17,7 +17,7 @@ from pipros.wire.xmlrpc import (
     NESTING_LIMIT,
     Encoded,
     Fault,
-    TooLarge,
+    ValueTooLarge,
     decode_call,
     decode_response,
     encode_call,
@@ -305,7 +305,7 @@ def test_a_fault_without_code_is_a_protocol_error(content: str) -> None:
 )
 def test_a_large_value_is_noticed_before_it_is_encoded(value: Any) -> None:
     assert encode_response(value)
-    with pytest.raises(TooLarge):
+    with pytest.raises(ValueTooLarge):
         encode_response(value, size_limit=100)
     assert encode_response(["x" * 400] * 10, size_limit=100)
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.cmake import program
+from pipros.cmake import program
 from pipros.workspace.hooks import find_hooks
-from pipros.workspace.targets import label, names, results_label
+from pipros.workspace.make_targets import label, names, results_label
 from tests.support.workspaces import Workspace
 
 

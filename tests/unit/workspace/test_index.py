@@ -7,7 +7,7 @@ import pytest
 
 from pipros.env import Environment
 from pipros.errors import NotFound
-from pipros.workspace import crawl as crawling
+from pipros.packages import crawl as crawling
 from pipros.workspace.index import Package, PackageIndex
 
 

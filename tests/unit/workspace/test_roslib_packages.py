@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
-from rospkg import ResourceNotFound
+from rospkg import ResourceNotFound, RosPack
 
+import roslib
 from roslib import packages
 
 
@@ -16,7 +19,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (folder / "scripts").mkdir(parents=True)
     (folder / "package.xml").write_text(
         "<package format='2'><name>old_robot</name><version>1.0.0</version><description>d</description>"
-        "<maintainer email='a@b.c'>a</maintainer><license>BSD</license></package>"
+        "<maintainer email='a@example.com'>a</maintainer><license>BSD</license></package>"
     )
     program = folder / "scripts" / "drive"
     program.write_text("#!/bin/sh\n")
@@ -46,8 +49,9 @@ def test_a_missing_package_is_an_error_unless_it_is_not_required(package: Path) 
 def test_folders_are_made_when_they_are_required(package: Path) -> None:
     assert packages.get_pkg_subdir("old_robot", "scripts") == str(package / "scripts")
     assert packages.get_pkg_subdir("old_robot", "maps", required=False) is None
+    assert packages.resource_file("old_robot", "maps", "hall.yaml") == str(package / "maps" / "hall.yaml")
     with pytest.raises(packages.InvalidROSPkgException):
-        packages.resource_file("old_robot", "maps", "hall.yaml")
+        packages.resource_file("no_robot", "maps", "hall.yaml")
     assert packages.get_pkg_subdir("old_robot", "maps") == str(package / "maps")
     assert packages.resource_file("old_robot", "maps", "hall.yaml") == str(package / "maps" / "hall.yaml")
     with pytest.raises(packages.InvalidROSPkgException, match="cannot be made"):
@@ -62,3 +66,44 @@ def test_programs_and_files_are_found(package: Path) -> None:
     assert packages.find_resource("old_robot", "drive", lambda path: path != drive) == []
     with pytest.raises(ResourceNotFound, match="no_robot"):
         packages.find_node("no_robot", "drive")
+
+
+def test_packages_are_found_where_an_argument_says(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_PACKAGE_PATH", "")
+    path = str(package.parent)
+    assert packages.get_pkg_dir("old_robot", required=False) is None
+    assert packages.get_pkg_dir("old_robot", ros_root="/", ros_package_path=path) == str(package)
+    assert packages.get_pkg_subdir("old_robot", "scripts", env={"ROS_PACKAGE_PATH": path})
+    packs = RosPack(ros_paths=[path])
+    assert packages.find_node("old_robot", "drive", packs) == [str(package / "scripts" / "drive")]
+    assert packages.find_resource("old_robot", "map.yaml", rospack=packs)
+    assert packages.list_pkgs_by_path(path, ["another"]) == ["another", "old_robot"]
+
+
+def test_load_manifest_is_satisfied_with_a_package_that_there_is(package: Path) -> None:
+    assert roslib.load_manifest is roslib.launcher.load_manifest
+    roslib.load_manifest("old_robot")
+    roslib.load_manifest("rospy")
+    with pytest.raises(ResourceNotFound, match="no_robot"):
+        roslib.load_manifest("no_robot")
+    assert roslib.manifest.load_manifest("old_robot").description == "d"
+    assert roslib.manifest.manifest_file("old_robot", required=False) is None
+
+
+def test_import_roslib_alone_gives_its_modules() -> None:
+    asked = (
+        "import roslib; roslib.packages.get_pkg_dir; roslib.launcher.load_manifest; "
+        "roslib.exceptions.ROSLibException; roslib.manifest.Manifest; roslib.stacks.list_stacks; "
+        "import rosgraph; rosgraph.xmlrpc.XmlRpcNode; rosgraph.roslogging.RosStreamHandler; "
+        "print(roslib.is_interactive(), roslib.set_interactive(True), roslib.is_interactive())"
+    )
+    ended = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=False)
+    assert (ended.stdout, ended.stderr) == ("False None True\n", "")
+
+
+def test_stacks_are_none_where_packages_are_of_today(package: Path) -> None:
+    assert roslib.stacks.list_stacks() == []
+    assert roslib.stacks.expand_to_packages(["old_robot", "nothing"]) == (["old_robot"], ["nothing"])
+    assert roslib.stacks.stack_of("old_robot") is None
+    with pytest.raises(roslib.stacks.InvalidROSStackException):
+        roslib.stacks.get_stack_dir("ros_comm")

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from pipros.cli.program import USAGE_ERROR, run
-from pipros.cli.rosmsg.interfaces import MESSAGES, Interfaces
+from pipros.cli.streams import command
+from pipros.workspace.type_catalogue import MESSAGES, TypeCatalogue
 
 OVERVIEW = """\
 {command} is a command-line tool for displaying information about ROS {Noun} types.
@@ -23,10 +24,11 @@ Commands:
 Type {command} <command> -h for more detailed usage
 """
 
-Body = Callable[[Interfaces, str, Sequence[str]], int]
+Body = Callable[[TypeCatalogue, str, Sequence[str]], int]
 
 
-def main(argv: Sequence[str] | None = None, interfaces: Interfaces = MESSAGES) -> int:
+@command
+def main(argv: Sequence[str] | None = None, interfaces: TypeCatalogue = MESSAGES) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     subcommand = _subcommand(arguments[0]) if arguments else None
     if subcommand is None:

@@ -20,7 +20,7 @@ def bag_definitions(path: Path) -> dict[str, str]:
     """The full text of every message type in a bag, by type name.
 
     Raises:
-        CommandError: there is no such file, it is no bag, or it was not closed and has no index.
+        CommandError: the file does not exist, is not a bag, or was not closed and has no index.
     """
     if not path.is_file():
         raise CommandError(f"bag file [{path}] does not exist")
@@ -33,7 +33,7 @@ def bag_definitions(path: Path) -> dict[str, str]:
 
 def _definitions(file: BinaryIO, path: Path) -> Iterator[tuple[str, str]]:
     if file.read(len(MAGIC)) != MAGIC:
-        raise CommandError(f"[{path}] is no bag file of version 2.0")
+        raise CommandError(f"[{path}] is not a bag file of version 2.0")
     header, _ = _record(file)
     position = int.from_bytes(header.get(b"index_pos", b""), "little")
     if header.get(b"op") != OP_BAG_HEADER or not position:

@@ -6,12 +6,12 @@ import sys
 from collections.abc import Sequence
 
 from pipros.cli.program import USAGE_ERROR, option_parser
-from pipros.cli.rosmsg.interfaces import Interfaces
 from pipros.errors import NotFound
 from pipros.workspace.index import PackageIndex
+from pipros.workspace.type_catalogue import TypeCatalogue
 
 
-def list_types(interfaces: Interfaces, subcommand: str, argv: Sequence[str]) -> int:
+def list_types(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) -> int:
     option_parser(interfaces.command, subcommand).parse_args(list(argv))
     for package in interfaces.packages():
         for name in interfaces.names(package):
@@ -19,7 +19,7 @@ def list_types(interfaces: Interfaces, subcommand: str, argv: Sequence[str]) -> 
     return 0
 
 
-def list_packages(interfaces: Interfaces, subcommand: str, argv: Sequence[str]) -> int:
+def list_packages(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) -> int:
     parser = option_parser(interfaces.command, subcommand)
     parser.add_option(
         "-s",
@@ -33,7 +33,7 @@ def list_packages(interfaces: Interfaces, subcommand: str, argv: Sequence[str]) 
     return 0
 
 
-def list_package(interfaces: Interfaces, subcommand: str, argv: Sequence[str]) -> int:
+def list_package(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) -> int:
     parser = option_parser(interfaces.command, f"{subcommand} <package>")
     parser.add_option(
         "-s", action="store_true", dest="is_one_line", default=False, help="list all msgs on a single line"

@@ -9,13 +9,13 @@ from pathlib import Path
 
 from pipros.cli.program import option_parser
 from pipros.cli.rosmsg.bag import bag_definitions
-from pipros.cli.rosmsg.interfaces import Interfaces, expanded
 from pipros.errors import NotFound
-from pipros.msg.dynamic import specs_from_text
-from pipros.msg.spec import DefinitionError
+from pipros.msg.language.full_text import specs_from_text
+from pipros.msg.language.spec import DefinitionError
+from pipros.workspace.type_catalogue import TypeCatalogue, expanded
 
 
-def show(interfaces: Interfaces, subcommand: str, argv: Sequence[str]) -> int:
+def show(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) -> int:
     parser = option_parser(interfaces.command, f"{subcommand} [options] <{interfaces.noun} type>")
     parser.add_option(
         "-r", "--raw", action="store_true", default=False, help="show raw message text, including comments"
@@ -30,7 +30,7 @@ def show(interfaces: Interfaces, subcommand: str, argv: Sequence[str]) -> int:
     return status
 
 
-def show_md5(interfaces: Interfaces, subcommand: str, argv: Sequence[str]) -> int:
+def show_md5(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) -> int:
     parser = option_parser(interfaces.command, f"{subcommand} <{interfaces.noun} type>")
     _, arguments = parser.parse_args(list(argv))
     for name in _type_names(parser, arguments):
@@ -51,7 +51,7 @@ def show_md5(interfaces: Interfaces, subcommand: str, argv: Sequence[str]) -> in
     return 0
 
 
-def _show_one(interfaces: Interfaces, name: str, *, is_raw: bool) -> int:
+def _show_one(interfaces: TypeCatalogue, name: str, *, is_raw: bool) -> int:
     types = interfaces.types_named(name) if name else []
     if not types:
         print(f"Could not find msg '{name}'", file=sys.stderr)

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from pipros.cli.program import USAGE_ERROR, dispatch, run
+from pipros.cli.streams import command
 
 OVERVIEW = """\
 rosnode is a command-line tool for printing information about ROS Nodes.
@@ -27,10 +28,11 @@ SUBCOMMANDS = {
     "ping": "pipros.cli.rosnode.ping:ping_nodes",
     "machine": "pipros.cli.rosnode.machine:show_machines",
     "kill": "pipros.cli.rosnode.kill:kill_nodes",
-    "cleanup": "pipros.cli.rosnode.cleanup:clean_up",
+    "cleanup": "pipros.cli.rosnode.cleanup:clean_up_nodes",
 }
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     return run(lambda: dispatch(SUBCOMMANDS, arguments, OVERVIEW, USAGE_ERROR))

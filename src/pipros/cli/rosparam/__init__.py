@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from pipros.cli.program import dispatch, run
+from pipros.cli.streams import command
 
 OVERVIEW = """\
 rosparam is a command-line tool for getting, setting, and deleting parameters from the ROS Parameter Server.
@@ -29,6 +30,7 @@ SUBCOMMANDS = {
 }
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     return run(lambda: dispatch(SUBCOMMANDS, arguments, OVERVIEW, 0))

@@ -8,8 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pipros.cli.program import CommandError, Surroundings, option_parser
-from pipros.cli.rosparam.server import delete, write
+from pipros.cli.program import CommandError, option_parser
+from pipros.graph.client import GraphClient
+from pipros.graph.param_files import parse_value
+from pipros.graph.params import delete, write
 from pipros.names import canonicalize
 
 _NEGATIVE_NUMBER = re.compile(r"-\.?\d")
@@ -48,37 +50,28 @@ def set_parameter(argv: Sequence[str]) -> int:
     if len(arguments) < 2 and not options.text_file and not options.bin_file:
         parser.error("invalid arguments. Please specify a parameter value")
 
-    with Surroundings("rosparam") as here:
-        name = here.resolve(arguments[0])
+    with GraphClient("rosparam") as graph:
+        name = graph.resolve(arguments[0])
         if options.text_file:
             value: Any = _text(options.text_file)
         elif options.bin_file:
             value = _contents(options.bin_file)
         else:
             value = parse_value(arguments[1], name)
-        written = write(here.master, name, value)
+        written = write(graph.master, name, value)
     if options.verbose:
         for leaf, part in written:
             print(f"set parameter [{leaf}] to [{part}]")
     return 0
 
 
-def parse_value(text: str, name: str) -> Any:
-    """The value that a text on the command line stands for: YAML; nothing is the empty text.
-
-    Raises:
-        YamlError: it is no YAML, or more than plain data.
-    """
-    from pipros.safe.yaml import load
-
-    return load(text, f"the value of {name}") if text else ""
-
-
 def _text(file: str) -> str:
     try:
         return _contents(file).decode("utf-8")
     except UnicodeDecodeError as error:
-        raise CommandError(f"[{file}] is no UTF-8 text ({error.reason}); -b sets it as binary data") from None
+        raise CommandError(
+            f"[{file}] is not UTF-8 text ({error.reason}); -b sets it as binary data"
+        ) from None
 
 
 def _contents(file: str) -> bytes:
@@ -96,11 +89,11 @@ def load_parameters(argv: Sequence[str]) -> int:
         parser.error("invalid arguments. Please specify a file name or - for stdin")
     if len(arguments) > 2:
         parser.error("too many arguments")
-    from pipros.cli.rosparam.documents import read_file, read_text
+    from pipros.graph.param_files import read_file, read_text
 
     file = arguments[0]
-    with Surroundings("rosparam") as here:
-        ns = here.resolve(arguments[1] if len(arguments) > 1 else "")
+    with GraphClient("rosparam") as graph:
+        ns = graph.resolve(arguments[1] if len(arguments) > 1 else "")
         documents = read_text(sys.stdin.read(), "stdin", ns) if file == "-" else read_file(file, ns)
         if options.verbose:
             print(f"reading parameters from {'stdin' if file == '-' else f'[{file}]'}")
@@ -109,7 +102,7 @@ def load_parameters(argv: Sequence[str]) -> int:
                 print(f"reading parameters into namespace [{own_ns}]")
             if canonicalize(own_ns) == "/" and not isinstance(values, dict):
                 raise CommandError("global / can only be set to a dictionary")
-            for leaf, part in write(here.master, own_ns, values):
+            for leaf, part in write(graph.master, own_ns, values):
                 if options.verbose:
                     print(f"{leaf}={part}")
     return 0
@@ -123,9 +116,9 @@ def delete_parameter(argv: Sequence[str]) -> int:
         parser.error("invalid arguments. Please specify a parameter name")
     if len(arguments) > 1:
         parser.error("too many arguments")
-    with Surroundings("rosparam") as here:
-        name = here.resolve(arguments[0])
-        delete(here.master, name)
+    with GraphClient("rosparam") as graph:
+        name = graph.resolve(arguments[0])
+        delete(graph.master, name)
     if options.verbose:
         print(f"deleted parameter [{name}]")
     return 0

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from pipros.cli.program import CommandError, Surroundings, option_parser
-from pipros.cli.rosparam.rendering import as_document, as_pretty_text, as_shown
-from pipros.cli.rosparam.server import leaves, names_below, read
+from pipros.cli.program import CommandError, option_parser
+from pipros.graph.client import GraphClient
+from pipros.graph.param_text import as_document, as_pretty_text, as_shown
+from pipros.graph.params import leaves, names_below, read
+from pipros.printable import listed, printable_lines
 
 
 def get_parameter(argv: Sequence[str]) -> int:
@@ -19,15 +21,15 @@ def get_parameter(argv: Sequence[str]) -> int:
         parser.error("invalid arguments. Please specify a parameter name")
     if len(arguments) > 1:
         parser.error("too many arguments")
-    with Surroundings("rosparam") as here:
-        name = here.resolve(arguments[0])
+    with GraphClient("rosparam") as graph:
+        name = graph.resolve(arguments[0])
         if options.verbose:
             print(f"getting parameter [{name}]")
-        value = read(here.master, name)
+        value = read(graph.master, name)
     if options.pretty and isinstance(value, Mapping):
         print(as_pretty_text(value), end="")
     elif options.pretty and isinstance(value, str):
-        print(value)
+        print(printable_lines(value))
     else:
         print(as_shown(value), end="")
     return 0
@@ -38,9 +40,9 @@ def list_parameters(argv: Sequence[str]) -> int:
     _, arguments = parser.parse_args(list(argv))
     if len(arguments) > 1:
         parser.error("too many arguments")
-    with Surroundings("rosparam") as here:
-        ns = here.resolve(arguments[0]) if arguments else "/"
-        print("\n".join(names_below(here.master, ns)))
+    with GraphClient("rosparam") as graph:
+        ns = graph.resolve(arguments[0]) if arguments else "/"
+        print("\n".join(map(listed, names_below(graph.master, ns))))
     return 0
 
 
@@ -50,9 +52,9 @@ def dump_parameters(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(list(argv))
     if len(arguments) > 2:
         parser.error("too many arguments")
-    with Surroundings("rosparam") as here:
-        ns = here.resolve(arguments[1]) if len(arguments) > 1 else "/"
-        tree = read(here.master, ns)
+    with GraphClient("rosparam") as graph:
+        ns = graph.resolve(arguments[1]) if len(arguments) > 1 else "/"
+        tree = read(graph.master, ns)
     if not arguments:
         print(as_document(tree), end="")
         return 0
@@ -60,7 +62,7 @@ def dump_parameters(argv: Sequence[str]) -> int:
     if options.verbose:
         print(f"dumping namespace [{ns}] to file [{file}]")
         for name, value in sorted(leaves(ns, tree)):
-            print(f"{name}={value}")
+            print(printable_lines(f"{name}={value}"))
     try:
         Path(file).write_text(as_document(tree), encoding="utf-8")
     except OSError as error:

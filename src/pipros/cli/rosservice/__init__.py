@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from pipros.cli.program import USAGE_ERROR, dispatch, run
+from pipros.cli.streams import command
 
 OVERVIEW = """\
 Commands:
@@ -34,6 +35,7 @@ SUBCOMMANDS = {
 }
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     return run(lambda: dispatch(SUBCOMMANDS, arguments, OVERVIEW, USAGE_ERROR), error_code=ERROR)

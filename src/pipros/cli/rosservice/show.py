@@ -5,8 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.program import Surroundings, option_parser
-from pipros.cli.rosservice.services import (
+from pipros.cli.program import option_parser
+from pipros.graph.client import GraphClient
+from pipros.graph.services import (
     argument_names,
     nodes_by_service,
     service_class_of,
@@ -14,8 +15,9 @@ from pipros.cli.rosservice.services import (
     type_of,
     uri_of,
 )
-from pipros.graph.picture import is_below
+from pipros.graph.system_state import is_below
 from pipros.names import parse_arguments
+from pipros.printable import listed
 
 
 def list_services(argv: Sequence[str]) -> int:
@@ -26,52 +28,52 @@ def list_services(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(list(parse_arguments(argv).rest))
     if len(arguments) > 1:
         parser.error("you may only specify one input namespace")
-    with Surroundings("rosservice") as here:
-        ns = here.resolve(arguments[0]) if arguments else "/"
-        for service, node in nodes_by_service(here.master).items():
+    with GraphClient("rosservice") as graph:
+        ns = graph.resolve(arguments[0]) if arguments else "/"
+        for service, node in nodes_by_service(graph.master).items():
             if is_below(service, ns):
-                print(f"{service} {node}" if options.nodes else service)
+                print(listed(f"{service} {node}" if options.nodes else service))
     return 0
 
 
 def show_type(argv: Sequence[str]) -> int:
     name = _one_service("type", argv)
-    with Surroundings("rosservice") as here:
-        service = here.resolve(name)
-        type_name = type_of(here.master, service)
+    with GraphClient("rosservice") as graph:
+        service = graph.resolve(name)
+        type_name = type_of(graph.master, service)
     if type_name is None:
         print(f"Unknown service [{service}]", file=sys.stderr)
         return 1
-    print(type_name)
+    print(listed(type_name))
     return 0
 
 
 def show_uri(argv: Sequence[str]) -> int:
     name = _one_service("uri", argv)
-    with Surroundings("rosservice") as here:
-        service = here.resolve(name)
-        return _print_known(service, uri_of(here.master, service))
+    with GraphClient("rosservice") as graph:
+        service = graph.resolve(name)
+        return _print_known(service, uri_of(graph.master, service))
 
 
 def show_node(argv: Sequence[str]) -> int:
     name = _one_service("node", argv)
-    with Surroundings("rosservice") as here:
-        service = here.resolve(name)
-        return _print_known(service, nodes_by_service(here.master).get(service))
+    with GraphClient("rosservice") as graph:
+        service = graph.resolve(name)
+        return _print_known(service, nodes_by_service(graph.master).get(service))
 
 
 def _print_known(service: str, value: str | None) -> int:
     if value is None:
         print(f"Unknown service: {service}", file=sys.stderr)
         return 1
-    print(value)
+    print(listed(value))
     return 0
 
 
 def show_args(argv: Sequence[str]) -> int:
     name = _one_service("args", argv)
-    with Surroundings("rosservice") as here:
-        print(argument_names(service_class_of(here.master, here.resolve(name))))
+    with GraphClient("rosservice") as graph:
+        print(argument_names(service_class_of(graph.master, graph.resolve(name))))
     return 0
 
 
@@ -92,15 +94,15 @@ def show_info(argv: Sequence[str]) -> int:
         parser.error("you must specify a service name")
     if len(arguments) > 1:
         parser.error("you may only specify one service")
-    with Surroundings("rosservice") as here:
-        service = here.resolve(arguments[0])
-        node = nodes_by_service(here.master).get(service)
+    with GraphClient("rosservice") as graph:
+        service = graph.resolve(arguments[0])
+        node = nodes_by_service(graph.master).get(service)
         if node is None:
             print("ERROR: unknown service", file=sys.stderr)
             return 1
-        print(f"Node: {node}")
-        print(f"URI: {uri_of(here.master, service)}")
-        service_class = service_class_of(here.master, service)
+        print(f"Node: {listed(node)}")
+        print(f"URI: {listed(uri_of(graph.master, service))}")
+        service_class = service_class_of(graph.master, service)
     print(f"Type: {service_class._type}")
     print(f"Args: {argument_names(service_class)}")
     return 0
@@ -113,6 +115,6 @@ def find_services(argv: Sequence[str]) -> int:
         parser.error("please specify a message type")
     if len(arguments) > 1:
         parser.error("you may only specify one message type")
-    with Surroundings("rosservice") as here:
-        print("\n".join(services_of_type(here.master, arguments[0])))
+    with GraphClient("rosservice") as graph:
+        print("\n".join(map(listed, services_of_type(graph.master, arguments[0]))))
     return 0

@@ -6,6 +6,8 @@ import sys
 from collections.abc import Sequence
 
 from pipros.cli.program import USAGE_ERROR, dispatch, run
+from pipros.cli.streams import command
+from pipros.interrupts import accept_ctrl_c
 
 OVERVIEW = """\
 rostopic is a command-line tool for printing information about ROS Topics.
@@ -37,8 +39,14 @@ SUBCOMMANDS = {
     "delay": "pipros.cli.rostopic.delay:measure_delay",
 }
 
+NODES = frozenset(("echo", "pub", "hz", "bw", "delay"))
+"""The subcommands that are nodes, and so end on SIGINT whatever the process that started them made of it."""
 
+
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one subcommand; remapping arguments (`a:=b`) are for the node behind it, not for its options."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    if arguments[:1] and arguments[0] in NODES:
+        accept_ctrl_c()
     return run(lambda: dispatch(SUBCOMMANDS, arguments, OVERVIEW, USAGE_ERROR))

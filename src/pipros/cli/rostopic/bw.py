@@ -7,14 +7,15 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from pipros.cli.program import Surroundings, option_parser
-from pipros.cli.rostopic.samples import Bandwidth, Figures, as_bytes
+from pipros.cli.program import option_parser
+from pipros.graph.client import GraphClient
+from pipros.graph.measurements import BANDWIDTH_WINDOW, bandwidth_text
+from pipros.graph.samples import BandwidthWindow
 from pipros.names import parse_arguments
 
 if TYPE_CHECKING:
-    from pipros.node.raw import RawMessage
+    from pipros.node.any_msg import RawMessage
 
-DEFAULT_WINDOW = 100
 REPORT_PERIOD_S = 1.0
 
 
@@ -33,15 +34,15 @@ def measure_bandwidth(argv: Sequence[str]) -> int:
     if len(arguments) > 1:
         parser.error("you may only specify one input topic")
     try:
-        window = DEFAULT_WINDOW if options.window is None else int(options.window)
+        window = BANDWIDTH_WINDOW if options.window is None else int(options.window)
     except ValueError:
         parser.error("window size must be an integer")
     from pipros.cli.command_node import command_node
-    from pipros.cli.rostopic.listening import Listening, wait_for_source
+    from pipros.graph.listening import Listening, wait_for_topic
 
-    with Surroundings("rostopic") as here:
-        topic = wait_for_source(here.master, here.resolve(arguments[0])).topic
-    bandwidth, lock = Bandwidth(window), threading.Lock()
+    with GraphClient("rostopic") as graph:
+        topic = wait_for_topic(graph.master, graph.resolve(arguments[0])).topic
+    bandwidth, lock = BandwidthWindow(window), threading.Lock()
 
     def count(raw: RawMessage) -> None:
         with lock:
@@ -51,7 +52,7 @@ def measure_bandwidth(argv: Sequence[str]) -> int:
         with lock:
             figures = bandwidth.figures(time.monotonic())
         if figures is not None:
-            print(describe(*figures), flush=True)
+            print(bandwidth_text(*figures), flush=True)
 
     with command_node("rostopic", argv) as node:
         listening = Listening(node)
@@ -63,11 +64,3 @@ def measure_bandwidth(argv: Sequence[str]) -> int:
         except KeyboardInterrupt:
             report()
     return 0
-
-
-def describe(bytes_a_second: float, sizes: Figures) -> str:
-    return (
-        f"average: {as_bytes(bytes_a_second)}/s\n"
-        f"\tmean: {as_bytes(sizes.mean)} min: {as_bytes(sizes.minimum)} max: {as_bytes(sizes.maximum)}"
-        f" window: {sizes.count}"
-    )

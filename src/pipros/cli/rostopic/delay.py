@@ -7,12 +7,13 @@ import threading
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from pipros.cli.program import Surroundings
-from pipros.cli.rostopic.samples import DEFAULT_WINDOW, Figures, Samples
+from pipros.graph.client import GraphClient
+from pipros.graph.measurements import delay_text
+from pipros.graph.samples import DEFAULT_WINDOW, Samples
 from pipros.names import parse_arguments
 
 if TYPE_CHECKING:
-    from pipros.node.raw import RawMessage
+    from pipros.node.any_msg import RawMessage
 
 REPORT_PERIOD_S = 1.0
 
@@ -39,10 +40,10 @@ def measure_delay(argv: Sequence[str]) -> int:
     )
     options = parser.parse_args(list(parse_arguments(argv).rest))
     from pipros.cli.command_node import command_node
-    from pipros.cli.rostopic.listening import Listening, wait_for_source
+    from pipros.graph.listening import Listening, wait_for_topic
 
-    with Surroundings("rostopic") as here:
-        topic = wait_for_source(here.master, here.resolve(options.topic)).topic
+    with GraphClient("rostopic") as graph:
+        topic = wait_for_topic(graph.master, graph.resolve(options.topic)).topic
     with command_node("rostopic", argv) as node:
         listening = Listening(node)
         delays = Delays(options.window_size)
@@ -63,20 +64,20 @@ class Delays:
     """Collects delays in any thread, and prints what is new."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
-        from pipros.cli.rostopic.raw import MessageClasses
+        from pipros.graph.message_classes import MessageClasses
 
         self._classes = MessageClasses()
         self._delays_s = Samples(window)
         self._lock = threading.Lock()
         self._has_news = False
-        self._is_told = False
+        self._has_complained = False
 
     def add(self, raw: RawMessage, now_ns: int) -> None:
         """Takes over a message that arrived at `now_ns`; one without a header is complained about, once."""
         message = self._classes.decode(raw)
         if not message._has_header:
-            if not self._is_told:
-                self._is_told = True
+            if not self._has_complained:
+                self._has_complained = True
                 print(f"[ERROR] [{now_ns / 1e9:.6f}]: msg does not have header", file=sys.stderr, flush=True)
             return
         with self._lock:
@@ -88,12 +89,4 @@ class Delays:
             has_news, self._has_news = self._has_news, False
             figures = self._delays_s.figures()
         if has_news and figures is not None and figures.count > 1:
-            print(describe(figures), flush=True)
-
-
-def describe(figures: Figures) -> str:
-    return (
-        f"average delay: {figures.mean:.3f}\n"
-        f"\tmin: {figures.minimum:.3f}s max: {figures.maximum:.3f}s"
-        f" std dev: {figures.deviation:.5f}s window: {figures.count}"
-    )
+            print(delay_text(figures), flush=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipros.cli.program import Surroundings
 from pipros.cli.rostopic.echo_options import parse
+from pipros.graph.client import GraphClient
 from pipros.names import parse_arguments
 
 
@@ -13,11 +13,11 @@ def echo(argv: Sequence[str]) -> int:
     arguments = parse_arguments(argv)
     topic, options = parse(arguments.rest)
     from pipros.cli.command_node import command_node
-    from pipros.cli.rostopic.listening import Listening, wait_for_source
     from pipros.cli.rostopic.printing import MessagePrinter
+    from pipros.graph.listening import Listening, wait_for_topic
 
-    with Surroundings("rostopic") as here:
-        source = wait_for_source(here.master, here.resolve(topic))
+    with GraphClient("rostopic") as graph:
+        source = wait_for_topic(graph.master, graph.resolve(topic))
     with command_node("rostopic", argv) as node:
         listening = Listening(node)
         printer = MessagePrinter(options, source, node.clock, listening.finish)

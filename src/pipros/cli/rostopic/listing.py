@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from pipros.cli.program import CommandError, Surroundings, option_parser
+from pipros.cli.program import CommandError, option_parser
 from pipros.errors import Refused
-from pipros.graph.picture import Picture, Registrations, is_below
+from pipros.graph.client import GraphClient
+from pipros.graph.system_state import Registrations, SystemState, is_below
 from pipros.names import parse_arguments
-from pipros.net.master import MasterClient
+from pipros.net.master_client import MasterClient
+from pipros.printable import listed
 
 
 def list_topics(argv: Sequence[str]) -> int:
@@ -33,20 +35,20 @@ def list_topics(argv: Sequence[str]) -> int:
         parser.error("you may only specify one of -p, -s")
 
     sections = (not options.subscribers, not options.publishers)
-    with Surroundings("rostopic") as here:
-        ns = here.resolve(arguments[0]) if arguments else "/"
-        picture = Picture.from_state(here.master.get_system_state())
-        picture = Picture(
+    with GraphClient("rostopic") as graph:
+        ns = graph.resolve(arguments[0]) if arguments else "/"
+        picture = SystemState.from_state(graph.master.get_system_state())
+        picture = SystemState(
             _below(picture.publishers, ns) if sections[0] else {},
             _below(picture.subscribers, ns) if sections[1] else {},
             {},
         )
-        types = dict(here.master.get_topic_types()) if options.verbose else {}
-        parts = list(_split_by_host(picture, _Hosts(here.master))) if options.by_host else []
+        types = dict(graph.master.get_topic_types()) if options.verbose else {}
+        parts = list(_split_by_host(picture, _Hosts(graph.master))) if options.by_host else []
     if not options.by_host:
         print("\n".join(_lines(picture, types, sections, options.verbose)))
     for host, part in parts:
-        print(f"Host [{host}]:")
+        print(f"Host [{listed(host)}]:")
         print(_indented(_lines(part, types, sections, options.verbose)))
     return 0
 
@@ -62,11 +64,11 @@ def _below(registrations: Registrations, ns: str) -> Registrations:
 
 
 def _lines(
-    picture: Picture, types: Mapping[str, str], sections: tuple[bool, bool], verbose: bool
+    picture: SystemState, types: Mapping[str, str], sections: tuple[bool, bool], verbose: bool
 ) -> list[str]:
     """The lines to print; `sections` tells whether publishers and whether subscribers are wanted."""
     if not verbose:
-        return picture.topics()
+        return [listed(topic) for topic in picture.topics()]
     lines = [""]
     kinds = (("Published", picture.publishers), ("Subscribed", picture.subscribers))
     for is_wanted, (heading, registrations) in zip(sections, kinds, strict=True):
@@ -76,7 +78,8 @@ def _lines(
         role = "publisher" if heading == "Published" else "subscriber"
         for topic, nodes in registrations.items():
             plural = "" if len(nodes) == 1 else "s"
-            lines.append(f" * {topic} [{types.get(topic, 'unknown type')}] {len(nodes)} {role}{plural}")
+            entry = f" * {topic} [{types.get(topic, 'unknown type')}] {len(nodes)} {role}{plural}"
+            lines.append(listed(entry))
         lines.append("")
     return lines
 
@@ -104,19 +107,19 @@ class _Hosts:
 
         try:
             return split_uri(self._master.lookup_node(node))[0]
-        except (Refused, ValueError):  # it has just left, or gave an address that is none
+        except (Refused, ValueError):  # it has just left, or registered with an invalid address
             return "unknown"
 
 
-def _split_by_host(picture: Picture, hosts: _Hosts) -> Iterable[tuple[str, Picture]]:
+def _split_by_host(picture: SystemState, hosts: _Hosts) -> Iterable[tuple[str, SystemState]]:
     kinds = (picture.publishers, picture.subscribers)
     for host in sorted({hosts.of(node) for kind in kinds for nodes in kind.values() for node in nodes}):
         publishers, subscribers = (_on_host(kind, host, hosts) for kind in kinds)
-        yield host, Picture(publishers, subscribers, {})
+        yield host, SystemState(publishers, subscribers, {})
 
 
 def _on_host(registrations: Registrations, host: str, hosts: _Hosts) -> Registrations:
-    here = {
+    graph = {
         topic: [node for node in nodes if hosts.of(node) == host] for topic, nodes in registrations.items()
     }
-    return {topic: nodes for topic, nodes in here.items() if nodes}
+    return {topic: nodes for topic, nodes in graph.items() if nodes}

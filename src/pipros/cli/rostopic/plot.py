@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from pipros.cli.rostopic.fields import Part
+from pipros.graph.message_path import Part
 from pipros.msg.base import Message
 from pipros.msg.time import Time, TVal
+from pipros.printable import listed
 
 
 class Plot:
@@ -40,9 +41,15 @@ class Plot:
                     yield from self._columns(f"{name}{index}", element_part, offset_ns)
         elif isinstance(value, str):
             if not self._no_texts:
-                yield name, value
+                yield name, _cell(value)
         elif not isinstance(value, (bytes, bytearray)):
             yield name, _plain(value, offset_ns)
+
+
+def _cell(text: str) -> str:
+    """A text as one cell on one line: as it is, or in quotes when it would otherwise be read as another."""
+    text = listed(text)
+    return '"' + text.replace('"', '""') + '"' if "," in text or text.startswith('"') else text
 
 
 def _plain(value: Any, offset_ns: int) -> str:

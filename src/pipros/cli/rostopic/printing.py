@@ -6,18 +6,18 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from pipros.cli.rostopic.brief import Briefing
 from pipros.cli.rostopic.echo_options import EchoOptions
-from pipros.cli.rostopic.fields import Part, describe_path, extract
-from pipros.cli.rostopic.filters import MessageFilter
-from pipros.cli.rostopic.listening import Source
+from pipros.cli.rostopic.elide import Briefing
 from pipros.cli.rostopic.plot import Plot
-from pipros.cli.rostopic.raw import MessageClasses
 from pipros.errors import NotFound
+from pipros.graph.listening import TopicPart
+from pipros.graph.message_classes import MessageClasses
+from pipros.graph.message_filter import MessageFilter
+from pipros.graph.message_path import Part, describe_path, extract
 from pipros.msg.text import strify_message
-from pipros.msg.time import Time
+from pipros.msg.time import NS_PER_S, Time
+from pipros.node.any_msg import RawMessage
 from pipros.node.clock import Clock
-from pipros.node.raw import RawMessage
 
 CLEAR_SCREEN = "\x1b[2J\x1b[;H"
 
@@ -26,7 +26,7 @@ class MessagePrinter:
     """Shows messages until it has shown enough."""
 
     def __init__(
-        self, options: EchoOptions, source: Source, clock: Clock, finish: Callable[[], object]
+        self, options: EchoOptions, source: TopicPart, clock: Clock, finish: Callable[[], object]
     ) -> None:
         """`finish` is called when the last message that is wanted has been shown."""
         self._options = options
@@ -89,4 +89,4 @@ def _readable(part: Part) -> Any:
 
 
 def _time(nanoseconds: int) -> Time:
-    return Time(*divmod(nanoseconds, 1_000_000_000))
+    return Time(*divmod(nanoseconds, NS_PER_S))

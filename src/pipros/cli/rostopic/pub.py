@@ -11,7 +11,8 @@ from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.program import CommandError, Surroundings, option_parser
+from pipros.cli.program import CommandError, option_parser
+from pipros.graph.client import GraphClient
 from pipros.names import parse_arguments
 
 if TYPE_CHECKING:
@@ -57,10 +58,10 @@ class PubOptions:
 
 def publish(argv: Sequence[str]) -> int:
     parser, options = _parse(list(parse_arguments(argv).rest))
-    with Surroundings("rostopic") as here:
-        here.master.get_pid()  # without a master there is nobody to publish to
+    with GraphClient("rostopic") as graph:
+        graph.master.get_pid()  # without a master there is nobody to publish to
     from pipros.cli.command_node import command_node
-    from pipros.cli.rostopic.values import Template, message_class_of, read_values
+    from pipros.cli.rostopic.pub_values import Template, message_class_of, read_values
 
     message_class = message_class_of(options.type_name)
     values = read_values(parser, options.words)
@@ -161,7 +162,7 @@ class _Run:
 
 def _documents(file: str | None) -> Iterator[Any]:
     """The YAML documents of a file, or of standard input as they arrive."""
-    from pipros.cli.documents import documents_of
+    from pipros.cli.yaml_args import documents_of
 
     if file is None:
         yield from documents_of(sys.stdin)

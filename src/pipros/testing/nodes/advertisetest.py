@@ -8,12 +8,11 @@ from __future__ import annotations
 import time
 
 from pipros.errors import PiprosError
-from pipros.net.tcpros import HANDSHAKE_DEADLINE_S
 from pipros.node import Node
-from pipros.node.client import ServiceLink
+from pipros.node.service_client import ServiceLink
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
 from pipros.testing.nodes.program import run_checks
-from pipros.wire.handshake import Interface
+from pipros.wire.handshake import WireType
 
 # Reports leave out the frames of modules with this mark: what failed is said in words.
 __unittest = True
@@ -46,8 +45,8 @@ def check_services(node: Node) -> None:
 
 
 def _service_type(node: Node, service: str, uri: str) -> str:
-    any_kind = Interface("*", "*")
-    deadline = time.monotonic() + HANDSHAKE_DEADLINE_S
+    any_kind = WireType("*", "*")
+    deadline = time.monotonic() + node.limits.handshake_s
     link = ServiceLink(uri, service, node.name, any_kind, deadline=deadline, probe=True)
     link.close()
     return link.fields.get("type", "")

@@ -38,7 +38,7 @@ class Expectation:
         """Reads `{name: …, timeout: …, negative: …, type: …}`, where all but the name may be missing.
 
         Raises:
-            AssertionError: the entry is no dictionary with a name, or its timeout no number.
+            AssertionError: the entry is not a dictionary with a name, or its timeout not a number.
         """
         if not isinstance(entry, Mapping) or not isinstance(entry.get("name"), str):
             raise AssertionError(
@@ -47,7 +47,7 @@ class Expectation:
             )
         timeout = entry.get("timeout", DEFAULT_TIMEOUT_S)
         if isinstance(timeout, bool) or not isinstance(timeout, (int, float)):
-            raise AssertionError(f"the timeout of [{entry['name']}] is no number: {timeout!r}")
+            raise AssertionError(f"the timeout of [{entry['name']}] must be a number, got {timeout!r}")
         return cls(
             resolve(entry["name"]), float(timeout), bool(entry.get("negative", False)), entry.get("type")
         )
@@ -57,11 +57,11 @@ def expectations(node: Node, name: str) -> list[Expectation]:
     """The list that a parameter holds; empty when it is not set.
 
     Raises:
-        AssertionError: it is no list of expectations.
+        AssertionError: it is not a list of expectations.
     """
     entries = parameter(node, name, [])
     if not isinstance(entries, list):
-        raise AssertionError(f"parameter [{node.resolve(name)}] is no list: {entries!r}")
+        raise AssertionError(f"parameter [{node.resolve(name)}] must be a list, got {entries!r}")
     return [Expectation.read(entry, node.resolve) for entry in entries]
 
 
@@ -70,7 +70,7 @@ Find = Callable[[Expectation], str | None]
 
 
 class Watch:
-    """Several expectations, all of which run from the same moment on. Pure: it is told the time.
+    """Several expectations, all of which run from the same moment on. Pure: the time is passed in.
 
     >>> watch = Watch([Expectation("/level", 2.0)], "topic")
     >>> watch.look(0.5, lambda one: None)

@@ -10,9 +10,10 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 
+from pipros.msg.time import NS_PER_S
 from pipros.node import Node
-from pipros.node.clock import NS_PER_S, WallClock
-from pipros.node.raw import RawMessage
+from pipros.node.any_msg import RawMessage
+from pipros.node.clock import WallClock
 from pipros.testing.nodes.program import looks, number, parameter, run_checks
 
 # Reports leave out the frames of modules with this mark: what failed is said in words.

@@ -9,9 +9,10 @@ from typing import Any
 
 from pipros.env import Environment
 from pipros.errors import NotFound
+from pipros.msg.time import NS_PER_S
 from pipros.node import Node
-from pipros.node.clock import NS_PER_S, Clock, WallClock
-from pipros.safe import yaml
+from pipros.node.clock import Clock, WallClock
+from pipros.node.start_params import set_private_params
 from pipros.testing.program import exit_unless, run_program
 
 # Reports leave out the frames of modules with this mark: what failed is said in words.
@@ -39,8 +40,7 @@ def _case(name: str, check: Callable[[Node], None]) -> Callable[[unittest.TestCa
     def run(_: unittest.TestCase) -> None:
         with Node(name, argv=sys.argv, environment=Environment.from_os()) as node:
             node.wait_for_master()
-            for key, text in node.identity.arguments.params.items():
-                node.params.set("~" + key, yaml.load(text))
+            set_private_params(node)
             if parameter(node, "/use_sim_time", False):
                 node.use_simulated_time()
                 _wait_for_time(node)
@@ -70,15 +70,15 @@ def number(node: Node, name: str, default: Any = _REQUIRED) -> float:
     """A parameter that must be a number.
 
     Raises:
-        AssertionError: it is none.
+        AssertionError: it is not a number.
     """
     value = parameter(node, name, default)
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        raise AssertionError(f"parameter [{node.resolve(name)}] is no number: {value!r}")
+        raise AssertionError(f"parameter [{node.resolve(name)}] must be a number, got {value!r}")
     try:
         return float(value)
     except ValueError:
-        raise AssertionError(f"parameter [{node.resolve(name)}] is no number: {value!r}") from None
+        raise AssertionError(f"parameter [{node.resolve(name)}] must be a number, got {value!r}") from None
 
 
 def looks(node: Node, timeout_s: float, clock: Clock | None = None) -> Iterator[float]:

@@ -6,7 +6,7 @@ Private parameter `topics`: a list of `{name, timeout: 10.0, negative: false}`.
 from __future__ import annotations
 
 from pipros.node import Node
-from pipros.node.raw import RawMessage
+from pipros.node.any_msg import RawMessage
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
 from pipros.testing.nodes.program import run_checks
 

@@ -30,7 +30,7 @@ def test_an_entry_needs_only_a_name() -> None:
     [
         ("level", "'name' field in rosparam is required"),
         ({"timeout": 1}, "'name' field in rosparam is required"),
-        ({"name": "level", "timeout": "soon"}, r"timeout of \[level\] is no number: 'soon'"),
+        ({"name": "level", "timeout": "soon"}, r"timeout of \[level\] must be a number, got 'soon'"),
     ],
 )
 def test_an_entry_that_means_nothing_is_refused(entry: Any, said: str) -> None:

@@ -1,0 +1,55 @@
+"""`pipros-complete`: what a shell may offer for the word at the cursor of a ROS command.
+
+Called by the shells' completion with the position of the word and all words; prints one candidate a line.
+A candidate of several lines comes alone, after the character 0x1f.
+With `--find PACKAGE NAME` it prints the files of that name in a package, for roscat, rosed and roscp.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from pipros.cli.complete.candidates import candidates
+from pipros.cli.complete.running import MANY_LINES
+from pipros.cli.streams import command
+from pipros.workspace.index import PackageIndex
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Prints the candidates, or nothing when there are none."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if arguments[:1] == ["--find"] and len(arguments) == 3:
+        return _print_files(*arguments[1:])
+    if len(arguments) < 2 or not arguments[0].isdecimal():
+        print("usage: pipros-complete POSITION WORD...", file=sys.stderr)
+        return 2
+    position, words = int(arguments[0]), arguments[1:]
+    words += [""] * (position + 1 - len(words))
+    started = words[position]
+    for candidate in candidates(words[: position + 1], PackageIndex.from_environment()):
+        if candidate.startswith(started) and _is_one_offer(candidate):
+            print(candidate)
+    return 0
+
+
+def _is_one_offer(candidate: str) -> bool:
+    """False for a file name with a line break, for example, which the shell would take for two."""
+    return candidate.startswith(MANY_LINES) or candidate.isprintable()
+
+
+def _print_files(package_name: str, name: str) -> int:
+    package = PackageIndex.from_environment().get(package_name)
+    if package is None:
+        print(f"[rospack] Error: package '{package_name}' not found", file=sys.stderr)
+        return 1
+    if (package.path / name).is_file():
+        print(package.path / name)
+        return 0
+    for folder, folders, files in os.walk(package.path):
+        folders[:] = sorted(sub for sub in folders if not sub.startswith("."))
+        if name in files:
+            print(os.path.join(folder, name))
+    return 0

@@ -1,0 +1,117 @@
+"""The candidates for a word: packages, programs, files, types, names of the running system."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+
+from pipros.cli.complete.options import SUBCOMMANDS, options
+from pipros.cli.complete.running import live_names, prototype, service_type
+from pipros.workspace.executables import list_executables
+from pipros.workspace.index import PackageIndex
+
+_ENDINGS = {"roslaunch": (".launch", ".test"), "rostest": (".test", ".launch")}
+_KINDS = {"rosmsg": "msg", "rossrv": "srv", "rosaction": "action"}
+_TARGETS = ("install", "run_tests", "tests", "clean")
+
+_FILES_LIMIT = 2000
+
+
+def candidates(words: Sequence[str], index: PackageIndex) -> Iterable[str]:
+    """What may be offered for the last of the words."""
+    command, *before, current = words
+    command = os.path.basename(command)
+    if current.startswith("-"):
+        return options(command, before)
+    before = [word for word in before if not word.startswith("-")]
+    if command in SUBCOMMANDS:
+        if not before:
+            return SUBCOMMANDS[command].split()
+        return _of_subcommand(command, before, current, index)
+    if command in ("roscd", "rosls", "rospd"):
+        return [] if before else _folders(index, current)
+    if command == "catkin_make":
+        return _TARGETS
+    if not before:
+        return _packages(index)
+    package = index.get(before[0])
+    if package is None:
+        return []
+    if command == "rosrun":
+        return list_executables(package) if len(before) == 1 else []
+    if command in _ENDINGS and len(before) == 2:
+        return _arguments(str(package.path), before[1])
+    return _files(str(package.path), _ENDINGS.get(command, ("",))) if len(before) == 1 else []
+
+
+def _of_subcommand(command: str, before: Sequence[str], current: str, index: PackageIndex) -> Iterable[str]:
+    if command == "rospack":
+        return _packages(index)
+    if command in _KINDS:
+        if before[0] == "package":
+            return _packages(index)
+        return [] if before[0] in ("list", "packages") else _types(_KINDS[command], current, index)
+    if command == "rostopic" and before[0] == "pub" and len(before) == 2:
+        return _types("msg", current, index)
+    if command == "rostopic" and before[0] == "pub" and len(before) == 3:
+        return [] if current else prototype("msg", before[2])
+    if command == "rosservice" and before[0] == "call" and len(before) == 2:
+        return [] if current else prototype("srv", service_type(before[1]))
+    return live_names(command, before)
+
+
+def _packages(index: PackageIndex) -> list[str]:
+    return [package.name for package in index]
+
+
+def _folders(index: PackageIndex, current: str) -> list[str]:
+    """Packages, or the folders inside one: `package/folder/`."""
+    name, slash, rest = current.partition("/")
+    package = index.get(name) if slash else None
+    if package is None:
+        return [f"{known.name}/" for known in index]
+    below = os.path.dirname(rest)
+    try:
+        entries = sorted(os.scandir(os.path.join(package.path, below)), key=lambda entry: entry.name)
+    except OSError:
+        return []
+    shown = [entry.name for entry in entries if entry.is_dir() and not entry.name.startswith(".")]
+    return ["/".join(filter(None, (name, below, folder))) + "/" for folder in shown]
+
+
+def _files(folder: str, endings: tuple[str, ...]) -> list[str]:
+    found: set[str] = set()
+    for _, folders, files in os.walk(folder):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        found.update(name for name in files if name.endswith(endings))
+        if len(found) > _FILES_LIMIT:
+            break
+    return sorted(found)
+
+
+def _arguments(folder: str, name: str) -> list[str]:
+    """The arguments of a launch file that can be set: `name:=`."""
+    from pipros.safe.xml import XmlError, parse
+
+    for base, folders, files in os.walk(folder):
+        folders[:] = [one for one in folders if not one.startswith(".")]
+        if name in files:
+            path = os.path.join(base, name)
+            try:
+                with open(path, "rb") as file:
+                    root = parse(file.read(), path)
+            except (XmlError, OSError):
+                return []
+            settable = [one.attributes for one in root.all("arg") if "value" not in one.attributes]
+            return [f"{attributes['name']}:=" for attributes in settable if "name" in attributes]
+    return []
+
+
+def _types(kind: str, current: str, index: PackageIndex) -> list[str]:
+    """Packages with definitions of this kind (`std_msgs/`), or the types of one."""
+    from pipros.msg.importing.hook import installed_library
+
+    package, slash, _ = current.partition("/")
+    if not slash:
+        return [f"{known.name}/" for known in index if (known.path / kind).is_dir()]
+    return [f"{package}/{name}" for name in installed_library().files.names(kind, package)]

@@ -1,0 +1,51 @@
+"""The subcommands and options that a shell may offer for ROS commands."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+SUBCOMMANDS = {
+    "rosaction": "info list md5 package packages show",
+    "rosbag": "check compress decompress filter fix help info play record reindex",
+    "rosclean": "check purge",
+    "rosmsg": "info list md5 package packages show",
+    "rosnode": "cleanup info kill list machine ping",
+    "rospack": "cflags-only-I cflags-only-other depends depends-indent depends-manifests depends-msgsrv "
+    "depends-on depends-on1 depends-why depends1 export find help langs libs-only-L libs-only-l "
+    "libs-only-other list list-duplicates list-names plugins profile rosdep rosdep0 vcs vcs0",
+    "rosparam": "delete dump get list load set",
+    "rosservice": "args call find info list type uri",
+    "rossrv": "info list md5 package packages show",
+    "rostopic": "bw delay echo find hz info list pub type",
+}
+
+
+def options(command: str, before: Sequence[str]) -> list[str]:
+    """The long options of a command, or of its subcommand.
+
+    They are read from its help: that is what optparse, argparse and the commands that parse by hand have in
+    common.
+    """
+    if command in ("roscd", "rosls", "rosed", "roscat", "roscp", "rosmv", "rospd"):
+        return ["--help"]
+    try:
+        module = import_module(f"pipros.cli.{command.replace('-', '_')}")
+    except ImportError:
+        return []
+    subcommand = [word for word in before if not word.startswith("-")][:1] if command in SUBCOMMANDS else []
+    help_text = io.StringIO()
+    arguments = sys.argv
+    with (
+        contextlib.redirect_stdout(help_text),
+        contextlib.redirect_stderr(help_text),
+        contextlib.suppress(SystemExit),
+    ):
+        sys.argv = [command]
+        module.main([*subcommand, "--help"])
+    sys.argv = arguments
+    return sorted(set(re.findall(r"(?<![\w-])--[a-z][\w-]*", help_text.getvalue())))

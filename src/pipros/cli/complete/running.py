@@ -1,0 +1,67 @@
+"""What a shell may offer that only the running system knows: topics, nodes, services, parameters.
+
+Only legal graph names are offered: any other text that peers registered must not get onto a command line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pipros import names
+from pipros.env import Environment
+from pipros.errors import PiprosError
+
+_TIMEOUT_S = 0.5
+
+MANY_LINES = "\x1f"
+"""Comes before a candidate of several lines, which is offered alone."""
+
+
+def live_names(command: str, before: Sequence[str]) -> list[str]:
+    """Names from the running system; none when no master answers at once."""
+    return [name for name in _registered(command, before) if names.is_legal(name)]
+
+
+def _registered(command: str, before: Sequence[str]) -> list[str]:
+    from pipros.graph.system_state import SystemState
+    from pipros.net.master_client import MasterClient
+
+    if len(before) > 1 and command != "rosnode":
+        return []
+    client = MasterClient(Environment.from_os().master_uri, "/complete", timeout_s=_TIMEOUT_S)
+    try:
+        if command == "rosparam":
+            return client.get_param_names()
+        if command == "rostopic":
+            return sorted(name for name, _ in client.get_topic_types())
+        if command in ("rosservice", "rosnode"):
+            state = SystemState.from_state(client.get_system_state())
+            return sorted(state.services) if command == "rosservice" else state.nodes()
+    except PiprosError:
+        pass
+    finally:
+        client.close()
+    return []
+
+
+def service_type(service: str) -> str:
+    """The type of a service that runs; empty when it is unknown."""
+    from pipros.graph.client import GraphClient
+    from pipros.graph.services import type_of
+
+    try:
+        with GraphClient("rosservice") as graph:
+            type_name = type_of(graph.master, graph.resolve(service)) or ""
+    except PiprosError:
+        return ""
+    return type_name if names.is_legal(type_name) else ""
+
+
+def prototype(kind: str, type_name: str) -> list[str]:
+    """A message or a request with default values, to be filled in; none for an unknown type."""
+    from pipros.cli.rosmsg_proto import UnknownType, example, skeleton
+
+    try:
+        return [f'{MANY_LINES}"{skeleton(example(kind, type_name))}"'] if type_name else []
+    except UnknownType:
+        return []

@@ -1,0 +1,69 @@
+"""`rosgraph`: prints who sends to whom, and again whenever that changes, until Ctrl-C."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Sequence
+
+from pipros.cli.program import run
+from pipros.cli.streams import command
+from pipros.errors import Unreachable
+from pipros.graph.client import GraphClient
+from pipros.graph.errors import NO_MASTER
+from pipros.graph.system_state import SystemState
+from pipros.printable import printable
+
+USAGE = """\
+rosgraph is a command-line tool for debugging the ROS Computation Graph.
+
+Usage:
+\trosgraph
+"""
+
+#: Noetic's exit code after the usage, unless somebody asked for it.
+USAGE_ERROR = 255
+
+LOOK_INTERVAL_S = 1.0
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if arguments:
+        print(USAGE)
+        return 0 if arguments[0] in ("-h", "--help") else USAGE_ERROR
+    return run(_follow)
+
+
+def _follow() -> int:
+    before = ""
+    with GraphClient("rosgraph") as graph:
+        while True:
+            try:
+                now = describe(SystemState.from_state(graph.master.get_system_state()))
+            except Unreachable:
+                sys.stdout.flush()
+                print(f"ERROR: {NO_MASTER}", file=sys.stderr)
+                return 0
+            if now != before:
+                print(f"\n\n{now}", flush=True)
+                before = now
+            time.sleep(LOOK_INTERVAL_S)
+
+
+def describe(state: SystemState) -> str:
+    """Each node with those that it receives from and sends to, by what the master knows; then services."""
+    inbound: dict[str, set[str]] = {node: set() for node in state.nodes()}
+    outbound: dict[str, set[str]] = {node: set() for node in state.nodes()}
+    for topic, publishers in state.publishers.items():
+        for subscriber in state.subscribers.get(topic, ()):
+            inbound[subscriber].update(publishers)
+            for publisher in publishers:
+                outbound[publisher].add(subscriber)
+    lines = ["Nodes:"]
+    for node in state.nodes():
+        lines += [f"  {node} :", "    Inbound:", *(f"      {peer}" for peer in sorted(inbound[node]))]
+        lines += ["    Outbound:", *(f"      {peer}" for peer in sorted(outbound[node]))]
+    lines += ["Services:", *(f"  {service}" for service in sorted(state.services))]
+    return "\n".join(printable(line, len(line)) for line in lines)

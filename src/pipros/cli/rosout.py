@@ -1,0 +1,28 @@
+"""`rosrun rosout rosout`: the `/rosout` node in a process of its own, for masters that run without one."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+
+from pipros import names
+from pipros.cli.program import run
+from pipros.cli.streams import command
+from pipros.env import Environment
+from pipros.node.rosout import RosoutAggregator
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    return run(lambda: _repeat(list(sys.argv[1:] if argv is None else argv)))
+
+
+def _repeat(arguments: Sequence[str]) -> int:
+    environment = Environment.from_os()
+    special = names.parse_arguments(arguments).special
+    master_uri = special.get("__master", environment.master_uri)
+    environment = replace(environment, master_uri=master_uri, namespace="/")
+    with RosoutAggregator(environment, environment.log_dir.expanduser() / "rosout.log") as rosout:
+        rosout.node.wait_for_shutdown()
+    return 0

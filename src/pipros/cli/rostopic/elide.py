@@ -1,0 +1,48 @@
+"""Messages without their arrays or texts: what `--noarr` and `--nostr` show in their place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.graph.message_path import Part
+from pipros.msg.base import Message
+
+
+class Briefing:
+    """Replaces arrays and texts by a note of their size. Messages inside arrays are left as they are."""
+
+    def __init__(self, *, no_arrays: bool, no_texts: bool) -> None:
+        self._no_arrays = no_arrays
+        self._no_texts = no_texts
+        self._classes: dict[type[Message], type[Message]] = {}
+
+    def of(self, part: Part) -> Any:
+        """The part's value, or what is shown instead of it."""
+        value, type_name = part.value, part.type_name or ""
+        if type_name.endswith("]") and self._no_arrays:
+            return f"<array type: {type_name.partition('[')[0]}, length: {len(value)}>"
+        if type_name == "string" and self._no_texts:
+            return f"<string length: {len(value)}>"
+        if not isinstance(value, Message):
+            return value
+        brief = object.__new__(self._class_for(type(value)))
+        for name, kind in zip(value.__slots__, value._slot_types, strict=True):
+            setattr(brief, name, self.of(Part(getattr(value, name), kind)))
+        return brief
+
+    def _class_for(self, original: type[Message]) -> type[Message]:
+        """A class with the same fields, in which those that are replaced are texts."""
+        if original not in self._classes:
+            self._classes[original] = type(
+                original.__name__,
+                (Message,),
+                {
+                    "__slots__": list(original.__slots__),
+                    "_type": original._type,
+                    "_slot_types": [
+                        "string" if self._no_arrays and kind.endswith("]") else kind
+                        for kind in original._slot_types
+                    ],
+                },
+            )
+        return self._classes[original]

@@ -1,0 +1,69 @@
+"""Messages from the values that people type: YAML words become fields."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from optparse import OptionParser
+from typing import Any
+
+from pipros.cli.program import CommandError
+from pipros.cli.yaml_args import value_of
+from pipros.errors import PiprosError
+from pipros.msg import load_message_class
+from pipros.msg.base import Message
+from pipros.msg.errors import MessageException
+from pipros.msg.from_yaml import fill_message_args, get_printable_message_args
+from pipros.msg.time import NS_PER_S, Time
+from pipros.safe.yaml import YamlError
+
+
+def message_class_of(type_name: str) -> type[Message]:
+    """Raises:
+    CommandError: there is no such type on the path.
+    """
+    try:
+        return load_message_class(type_name)
+    except PiprosError:
+        package = type_name.partition("/")[0]
+        raise CommandError(
+            f"invalid message type: {type_name}.\n"
+            f"If this is a valid message type, perhaps you need to type 'rosmake {package}'"
+        ) from None
+
+
+def read_values(parser: OptionParser, words: Sequence[str]) -> list[Any] | None:
+    """The values of the words of a command line, None without any. An empty word is an empty text.
+
+    A word that is not valid YAML ends the command.
+    """
+    if not words:
+        return None
+    try:
+        return [value_of(word) for word in words]
+    except YamlError as error:
+        parser.error(f"Argument error: {error}")
+
+
+class Template:
+    """Makes messages of one class from values. `now` is the time, `auto` a header with the time in it."""
+
+    def __init__(self, message_class: type[Message]) -> None:
+        self._message_class = message_class
+
+    def fill(self, values: Sequence[Any], now_ns: int) -> Message:
+        """Raises:
+        CommandError: too many or too few values, an unknown field, or one of the wrong type.
+        """
+        message = self._message_class()
+        now = Time(*divmod(now_ns, NS_PER_S))
+        keys: dict[str, Any] = {"now": now}
+        if message._has_header:
+            keys["auto"] = type(message.header)(stamp=now)  # type: ignore[attr-defined]
+        else:
+            keys["auto"] = load_message_class("std_msgs/Header")(stamp=now)
+        try:
+            fill_message_args(message, list(values), keys)
+            message._check_types()
+        except (MessageException, ValueError) as error:
+            raise CommandError(f"{error}\n\nArgs are: [{get_printable_message_args(message)}]") from None
+        return message

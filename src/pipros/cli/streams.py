@@ -1,0 +1,129 @@
+"""What every command starts in: usable standard streams, and a Ctrl-C that counts."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import sys
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, ParamSpec
+
+from pipros import interrupts
+
+OUTPUT_FAILED = 120
+"""Python's exit code when it cannot write what a program printed, hence that of Noetic's commands."""
+
+_Arguments = ParamSpec("_Arguments")
+
+
+class OutputFailed(OSError):
+    """Standard output cannot be written: the disk behind it is full, say."""
+
+
+def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
+    """Makes `main` a command that can be started with any standard streams and interrupted at any moment.
+
+    - Ctrl-C ends it whatever it is doing (`pipros.interrupts`).
+    - A closed stream (`>&-`) is `/dev/null` to the command and to what it starts, as for Noetic's commands.
+      No file or socket that is opened later can take its number.
+    - Output that cannot be written ends the command with one line on standard error and code 120.
+    - A reader that closed the pipe (`| head`) ends it quietly, with code 0.
+    - A character that the encoding of the terminal lacks is written as `\\xe9`, all else as it is.
+
+    Output is written when the command returns. Streams that replaced the process's own, as in tests, are
+    left alone.
+    """
+
+    @wraps(main)
+    def guarded(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> int:
+        interrupts.install()
+        _open_closed_streams()
+        before = sys.stdout
+        sys.stdout, sys.stderr = _reporting_output(sys.stdout), _lenient(sys.stderr)
+        try:
+            try:
+                return main(*args, **kwargs)
+            finally:
+                sys.stdout.flush()
+        except OutputFailed as error:
+            discard_output()
+            with contextlib.suppress(OSError, ValueError):
+                print(f"ERROR: cannot write to standard output: {error.strerror}", file=sys.stderr)
+            return OUTPUT_FAILED
+        except BrokenPipeError:
+            discard_output()
+            return 0
+        finally:
+            sys.stdout = before
+
+    return guarded
+
+
+def discard_output() -> None:
+    """Sends what is still buffered, and all that follows, to the null device: nobody can read it."""
+    with contextlib.suppress(OSError, ValueError):
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, sys.stdout.fileno())
+        os.close(null)
+        sys.stdout.flush()
+
+
+class _ReportingFile(io.FileIO):
+    """The file behind standard output. Its errors are `OutputFailed`, unlike any other OSError."""
+
+    def write(self, data: Any, /) -> int:
+        try:
+            return super().write(data)
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            raise OutputFailed(error.errno, error.strerror) from None
+
+
+def _reporting_output(stream: Any) -> Any:
+    buffer: Any = getattr(stream, "buffer", None)
+    is_buffered = isinstance(buffer, io.BufferedWriter)
+    raw = buffer.raw if is_buffered else buffer
+    if stream is not sys.__stdout__ or not isinstance(stream, io.TextIOWrapper) or type(raw) is not io.FileIO:
+        return stream
+    stream.flush()
+    own = _ReportingFile(raw.fileno(), "wb", closefd=False)
+    return io.TextIOWrapper(
+        io.BufferedWriter(own) if is_buffered else own,  # as Python has it with -u
+        encoding=stream.encoding,
+        errors=_lenient_errors(stream),
+        line_buffering=stream.line_buffering,
+        write_through=stream.write_through,
+    )
+
+
+def _lenient(stream: Any) -> Any:
+    if stream is sys.__stderr__ and isinstance(stream, io.TextIOWrapper):
+        stream.reconfigure(errors=_lenient_errors(stream))
+    return stream
+
+
+def _lenient_errors(stream: Any) -> str:
+    return "backslashreplace" if stream.errors == "strict" else str(stream.errors)
+
+
+def _open_closed_streams() -> None:
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is not None:
+            continue
+        null = os.open(os.devnull, os.O_RDWR)
+        if null > number and not _is_open(number):
+            os.dup2(null, number)
+            os.close(null)
+            null = number
+        setattr(sys, name, open(null, "w" if number else "r", encoding="utf-8", closefd=False))  # noqa: SIM115
+
+
+def _is_open(number: int) -> bool:
+    try:
+        os.fstat(number)
+    except OSError:
+        return False
+    return True

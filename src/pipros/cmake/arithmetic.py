@@ -1,0 +1,60 @@
+"""`math()`: arithmetic with integers of 64 bits."""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pipros.cmake.scope import Scope
+
+_TWO_TO_63 = 2**63
+
+
+def math(words: list[str], scope: Scope) -> None:
+    """Carries out `math(EXPR variable expression [OUTPUT_FORMAT …])`.
+
+    Raises:
+        ValueError: not an expression of whole numbers, or it divides by zero.
+    """
+    if words[:1] != ["EXPR"] or len(words) < 3:
+        raise ValueError("has the form math(EXPR variable expression)")
+    try:
+        value = _value(ast.parse(words[2].strip(), mode="eval").body)
+    except (SyntaxError, RecursionError):
+        raise ValueError(f'cannot parse the expression: "{words[2]}"') from None
+    except ZeroDivisionError:
+        raise ValueError(f"divide by zero in: {words[2]}") from None
+    value = (value + _TWO_TO_63) % (2 * _TWO_TO_63) - _TWO_TO_63
+    is_hexadecimal = words[3:] == ["OUTPUT_FORMAT", "HEXADECIMAL"]
+    scope.values[words[1]] = hex(value % (2 * _TWO_TO_63)) if is_hexadecimal else str(value)
+
+
+_BINARY: Mapping[type, Callable[[int, int], int]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: lambda left, right: abs(left) // abs(right) * (1 if (left < 0) == (right < 0) else -1),
+    ast.Mod: lambda left, right: abs(left) % abs(right) * (-1 if left < 0 else 1),
+    ast.BitOr: operator.or_,
+    ast.BitAnd: operator.and_,
+    ast.BitXor: operator.xor,
+    ast.LShift: lambda left, right: left << min(right, 64),
+    ast.RShift: lambda left, right: left >> min(right, 64),
+}
+
+
+def _value(node: Any) -> int:
+    match node:
+        case ast.Constant(value=int(number)) if not isinstance(number, bool):
+            return number
+        case ast.BinOp() if type(node.op) in _BINARY:
+            return _BINARY[type(node.op)](_value(node.left), _value(node.right))
+        case ast.UnaryOp(op=ast.USub()):
+            return -_value(node.operand)
+        case ast.UnaryOp(op=ast.UAdd()):
+            return _value(node.operand)
+        case ast.UnaryOp(op=ast.Invert()):
+            return ~_value(node.operand)
+    raise ValueError("the expression must consist of whole numbers, + - * / % | & ^ ~ << >> and brackets")

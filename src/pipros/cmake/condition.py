@@ -1,0 +1,191 @@
+"""The conditions of `if()` and `while()`: words in, a truth value out."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Container, MutableMapping, Sequence
+from typing import Any
+
+from pipros.cmake.language import split_list
+from pipros.cmake.regex import search
+
+Word = tuple[str, bool]
+"""A word with its variables replaced, and whether it was quoted, and so neither a keyword nor a variable."""
+
+_FALSE = frozenset(("", "0", "off", "no", "false", "n", "ignore", "notfound"))
+_TRUE = frozenset(("1", "on", "yes", "true", "y"))
+_NUMBER = re.compile(r"-?\d+(\.\d+)?")
+_COMPARISONS = ("LESS", "GREATER", "EQUAL", "LESS_EQUAL", "GREATER_EQUAL")
+
+
+def is_true(
+    words: Sequence[Word],
+    variables: MutableMapping[str, str],
+    commands: Container[str] = (),
+    targets: Container[str] = (),
+    environment: Container[str] = (),
+) -> bool:
+    """Whether `if(words)` holds. What `MATCHES` finds is left in the variables `CMAKE_MATCH_0`, …
+
+    Args:
+        commands, targets, environment: the names that exist, for `COMMAND`, `TARGET` and `DEFINED ENV{…}`.
+
+    Raises:
+        ValueError: the words do not form a condition.
+    """
+    condition = _Condition(list(words), variables, commands, targets, environment)
+    value = condition.any_of()
+    condition.expect_end()
+    return value
+
+
+def is_on(value: str) -> bool:
+    """Whether a variable with that value counts as true."""
+    lower = value.lower()
+    return lower not in _FALSE and not lower.endswith("-notfound")
+
+
+class _Condition:
+    """A recursive descent over the words: OR binds loosest, then AND, then NOT, then tests and brackets."""
+
+    def __init__(
+        self,
+        words: list[Word],
+        variables: MutableMapping[str, str],
+        commands: Container[str],
+        targets: Container[str],
+        environment: Container[str],
+    ) -> None:
+        self._words = words
+        self._variables = variables
+        self._commands = commands
+        self._targets = targets
+        self._environment = environment
+
+    def any_of(self) -> bool:
+        value = self._all_of()
+        while self._take("OR"):
+            value = self._all_of() or value
+        return value
+
+    def _all_of(self) -> bool:
+        value = self._negated()
+        while self._take("AND"):
+            value = self._negated() and value
+        return value
+
+    def _negated(self) -> bool:
+        if self._take("NOT"):
+            return not self._negated()
+        if self._take("("):
+            value = self.any_of()
+            if not self._take(")"):
+                raise ValueError("the condition lacks a )")
+            return value
+        return self._test()
+
+    def _test(self) -> bool:
+        word = self._next()
+        name, is_quoted = word
+        if self._words and not is_quoted and name in _ONE_WORD_TESTS:
+            return self._one_word_test(name, self._next()[0])
+        if self._words and not self._words[0][1]:
+            operator = self._words[0][0]
+            if operator in _TWO_WORD_TESTS or operator.startswith(("VERSION_", "STR")):
+                self._words.pop(0)
+                return self._two_word_test(word, operator, self._next())
+        return self._truth(word)
+
+    def _one_word_test(self, test: str, word: str) -> bool:
+        if test == "DEFINED":
+            if word.startswith("ENV{"):
+                return word[4:-1] in self._environment
+            return word in self._variables
+        if test == "TARGET":
+            return word in self._targets
+        if test == "COMMAND":
+            return word.lower() in self._commands
+        if test == "EXISTS":
+            return os.path.exists(word)
+        if test == "IS_DIRECTORY":
+            return os.path.isdir(word)
+        if test == "IS_SYMLINK":
+            return os.path.islink(word)
+        return test == "POLICY" or (test == "IS_ABSOLUTE" and os.path.isabs(word))
+
+    def _two_word_test(self, left: Word, operator: str, right: Word) -> bool:
+        first, second = self._value(left), self._value(right)
+        if operator == "IN_LIST":
+            return first in split_list(self._variables.get(right[0], ""))
+        if operator == "MATCHES":
+            return search(second, first, self._variables)
+        if operator == "IS_NEWER_THAN":
+            return _is_newer(first, second)
+        if operator == "PATH_EQUAL":
+            return os.path.normpath(first) == os.path.normpath(second)
+        relation = operator.removeprefix("VERSION_").removeprefix("STR")
+        if operator.startswith("STR"):
+            return _compare((first,), relation, (second,))
+        if operator.startswith("VERSION_"):
+            return _compare(_version(first), relation, _version(second))
+        if not (_NUMBER.fullmatch(first) and _NUMBER.fullmatch(second)):
+            return False
+        return _compare((float(first),), relation, (float(second),))
+
+    def _value(self, word: Word) -> str:
+        text, is_quoted = word
+        return text if is_quoted else self._variables.get(text, text)
+
+    def _truth(self, word: Word) -> bool:
+        text = word[0]
+        lower = text.lower()
+        if lower in _TRUE or _NUMBER.fullmatch(text):
+            return lower in _TRUE or float(text) != 0
+        if lower in _FALSE or lower.endswith("-notfound") or word[1]:
+            return False
+        return is_on(self._variables.get(text, ""))
+
+    def _next(self) -> Word:
+        if not self._words:
+            raise ValueError("the condition ends too early")
+        return self._words.pop(0)
+
+    def _take(self, keyword: str) -> bool:
+        if self._words and self._words[0] == (keyword, False):
+            self._words.pop(0)
+            return True
+        return False
+
+    def expect_end(self) -> None:
+        if self._words:
+            raise ValueError(f"the condition has an unexpected [{self._words[0][0]}]")
+
+
+_ONE_WORD_TESTS = ("DEFINED", "COMMAND", "EXISTS", "IS_DIRECTORY", "IS_ABSOLUTE", "TARGET", "POLICY", "TEST",
+                   "IS_SYMLINK")  # fmt: skip
+_TWO_WORD_TESTS = ("MATCHES", "IN_LIST", "IS_NEWER_THAN", "PATH_EQUAL", *_COMPARISONS)
+
+
+def _is_newer(first: str, second: str) -> bool:
+    """Whether the first file is at least as new as the second, or one of them does not exist."""
+    try:
+        return os.stat(first).st_mtime_ns >= os.stat(second).st_mtime_ns
+    except OSError:
+        return True
+
+
+def _compare(left: Any, relation: str, right: Any) -> bool:
+    """Compares two tuples whose elements are of the same type."""
+    if relation == "EQUAL":
+        return bool(left == right)
+    if relation.startswith("LESS"):
+        return bool(left < right) or (relation.endswith("EQUAL") and left == right)
+    return bool(left > right) or (relation.endswith("EQUAL") and left == right)
+
+
+def _version(text: str) -> tuple[int, ...]:
+    numbers = [int(part) for part in re.findall(r"\d+", text)]
+    while numbers and numbers[-1] == 0:
+        numbers.pop()
+    return tuple(numbers)

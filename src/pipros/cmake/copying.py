@@ -1,0 +1,232 @@
+"""The copying that `file(COPY)` and `install()` do: which files, where to, and with which permissions."""
+
+from __future__ import annotations
+
+import fnmatch
+import os
+import re
+import shutil
+import stat
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pipros.cmake import regex
+from pipros.errors import PiprosError
+
+Say = Callable[[str], None]
+
+FILE_MODE, PROGRAM_MODE = 0o644, 0o755
+
+_PERMISSIONS = {
+    "OWNER_READ": 0o400, "OWNER_WRITE": 0o200, "OWNER_EXECUTE": 0o100,
+    "GROUP_READ": 0o040, "GROUP_WRITE": 0o020, "GROUP_EXECUTE": 0o010,
+    "WORLD_READ": 0o004, "WORLD_WRITE": 0o002, "WORLD_EXECUTE": 0o001,
+    "SETUID": 0o4000, "SETGID": 0o2000,
+}  # fmt: skip
+_ONE_VALUE = ("DESTINATION", "RENAME", "COMPONENT", "TYPE")
+_PATTERNS = ("PATTERN", "REGEX")
+_PERMISSION_LISTS = ("PERMISSIONS", "FILE_PERMISSIONS", "DIRECTORY_PERMISSIONS")
+_SWITCHES = ("OPTIONAL", "USE_SOURCE_PERMISSIONS", "FILES_MATCHING", "MESSAGE_NEVER", "EXCLUDE_FROM_ALL",
+             "NO_SOURCE_PERMISSIONS", "FOLLOW_SYMLINK_CHAIN", "ALL_COMPONENTS")  # fmt: skip
+_KEYWORDS = frozenset((*_ONE_VALUE, *_PATTERNS, *_PERMISSION_LISTS, *_SWITCHES, "EXCLUDE", "CONFIGURATIONS"))
+
+
+class CannotCopy(PiprosError):
+    """A file to be copied does not exist."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """A `PATTERN` or `REGEX`: which paths match it, and what is done with them."""
+
+    expression: re.Pattern[str]
+    is_excluded: bool = False
+    mode: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Copy:
+    """A file or folder to copy.
+
+    Attributes:
+        source: an absolute path. A folder with a slash at its end stands for what is in it.
+        target: the folder to put it in, absolute or below the one that `copy` is given.
+        rename: the name of the file there, when it is not that of the source.
+        is_optional: whether the source may be missing; that of a folder always may.
+        mode: the permissions of files; of the source, with `keeps_permissions`.
+        only_matching: whether files that match no pattern are left out.
+    """
+
+    source: str
+    target: str
+    is_folder: bool = False
+    rename: str = ""
+    is_optional: bool = False
+    mode: int = FILE_MODE
+    keeps_permissions: bool = False
+    patterns: tuple[Pattern, ...] = ()
+    only_matching: bool = False
+
+
+def read_copies(
+    words: Sequence[str], in_source: Callable[[str], str], *, is_folder: bool = False, mode: int = FILE_MODE
+) -> list[Copy]:
+    """The copies that words such as `a.txt b.txt DESTINATION share OPTIONAL` describe.
+
+    Args:
+        in_source: makes the path of a source absolute.
+        is_folder: whether the sources are folders.
+        mode: the permissions of files where the words give none.
+
+    Raises:
+        ValueError: no `DESTINATION`, a keyword without its value, or an expression that does not compile.
+    """
+    sources: list[str] = []
+    patterns: list[Pattern] = []
+    values: dict[str, str] = {}
+    switches: set[str] = set()
+    for keyword, following in _by_keyword(words):
+        taken = _words_of(keyword, following)
+        # Words that do not belong to the keyword before them are sources.
+        sources += following[len(taken) :]
+        if keyword in _PATTERNS:
+            patterns.append(_pattern(keyword, taken[0]))
+        elif keyword in _ONE_VALUE:
+            values[keyword] = taken[0]
+        elif keyword == "EXCLUDE":
+            if not patterns:
+                raise ValueError('does not allow "EXCLUDE" before a PATTERN or REGEX is given')
+            patterns[-1] = replace(patterns[-1], is_excluded=True)
+        elif keyword in _PERMISSION_LISTS and patterns:
+            patterns[-1] = replace(patterns[-1], mode=_mode(taken))
+        elif keyword in _PERMISSION_LISTS and keyword != "DIRECTORY_PERMISSIONS":
+            mode = _mode(taken) or mode
+            switches.add("PERMISSIONS")
+        else:
+            switches.add(keyword)
+    if not values.get("DESTINATION"):
+        raise ValueError("given no DESTINATION")
+    common = Copy(
+        "",
+        values["DESTINATION"],
+        is_folder,
+        rename=values.get("RENAME", ""),
+        is_optional="OPTIONAL" in switches,
+        mode=mode,
+        keeps_permissions="USE_SOURCE_PERMISSIONS" in switches,
+        patterns=tuple(patterns),
+        only_matching="FILES_MATCHING" in switches,
+    )
+    return [replace(common, source=in_source(word) + ("/" if word.endswith("/") else "")) for word in sources]
+
+
+def _by_keyword(words: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
+    """Each keyword with the words behind it; the words before the first one behind an empty keyword."""
+    keyword, following = "", list[str]()
+    for word in words:
+        if word in _KEYWORDS:
+            yield keyword, following
+            keyword, following = word, []
+        else:
+            following.append(word)
+    yield keyword, following
+
+
+def _words_of(keyword: str, following: list[str]) -> list[str]:
+    """Those of the following words that belong to the keyword."""
+    if keyword in _ONE_VALUE or keyword in _PATTERNS:
+        if not following:
+            raise ValueError(f"given no value for {keyword}")
+        return following[:1]
+    if keyword in _PERMISSION_LISTS:
+        count = next((n for n, word in enumerate(following) if word not in _PERMISSIONS), len(following))
+        return following[:count]
+    return following if keyword == "CONFIGURATIONS" else []
+
+
+def _mode(permissions: Sequence[str]) -> int:
+    mode = 0
+    for permission in permissions:
+        mode |= _PERMISSIONS[permission]
+    return mode
+
+
+def _pattern(keyword: str, text: str) -> Pattern:
+    if keyword == "REGEX":
+        return Pattern(regex.compiled(text))
+    return Pattern(re.compile(f"(?:.*/)?{fnmatch.translate(text)}"))
+
+
+def copy(one: Copy, base: Path, say: Say) -> Path:
+    """Copies a file or folder, and returns where it is then.
+
+    Args:
+        base: the folder that `one.target` is below.
+        say: called with a line for each file.
+
+    Raises:
+        CannotCopy: it does not exist.
+        OSError: it cannot be copied.
+    """
+    source, target = Path(one.source), base / one.target
+    # As for cp: with a slash at its end what is in the folder, without one the folder itself.
+    copied = target if one.source.endswith("/") else target / (one.rename or source.name)
+    if not source.exists() and not source.is_symlink():
+        if not (one.is_optional or one.is_folder):
+            raise CannotCopy(f'file INSTALL cannot find "{source}": No such file or directory.')
+    elif one.is_folder:
+        _copy_folder(one, source, copied, say)
+    else:
+        copy_file(source, copied, say, mode=_mode_of(one, str(source)))
+    return copied
+
+
+def copy_file(source: Path, target: Path, say: Say, *, mode: int = FILE_MODE) -> None:
+    """Copies a file, unless its copy has the same time. Links are copied as links.
+
+    Raises:
+        OSError: it cannot be copied.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    if target.exists() and target.stat().st_mtime_ns == source.stat().st_mtime_ns:
+        say(f"-- Up-to-date: {target}")
+        return
+    say(f"-- Installing: {target}")
+    if source.is_symlink():
+        target.unlink(missing_ok=True)
+        shutil.copy2(source, target, follow_symlinks=False)
+        return
+    shutil.copy2(source, target)
+    target.chmod(mode)
+
+
+def _copy_folder(one: Copy, source: Path, target: Path, say: Say) -> None:
+    target.mkdir(parents=True, exist_ok=True)
+    for folder, folders, files in os.walk(source):
+        folders[:] = [
+            name
+            for name in folders
+            if name != "__pycache__" and not _is_excluded(one, os.path.join(folder, name))
+        ]
+        below = target / os.path.relpath(folder, source)
+        below.mkdir(exist_ok=True)
+        for name in files:
+            path = os.path.join(folder, name)
+            if not _is_excluded(one, path) and (_matching(one, path) or not one.only_matching):
+                copy_file(Path(path), Path(os.path.normpath(below / name)), say, mode=_mode_of(one, path))
+
+
+def _matching(one: Copy, path: str) -> list[Pattern]:
+    return [pattern for pattern in one.patterns if pattern.expression.search(path)]
+
+
+def _is_excluded(one: Copy, path: str) -> bool:
+    return any(pattern.is_excluded for pattern in _matching(one, path))
+
+
+def _mode_of(one: Copy, path: str) -> int:
+    mode = stat.S_IMODE(os.stat(path).st_mode) if one.keeps_permissions else one.mode
+    for pattern in _matching(one, path) if one.is_folder else ():
+        mode = pattern.mode or mode
+    return mode

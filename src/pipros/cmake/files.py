@@ -1,0 +1,228 @@
+"""`file()`: reads, writes, finds and copies files."""
+
+from __future__ import annotations
+
+import filecmp
+import fnmatch
+import os
+import re
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from pipros.cmake import regex
+from pipros.cmake.configure import configured
+from pipros.cmake.copying import copy, read_copies
+from pipros.cmake.scope import Scope, Unsupported
+from pipros.cmake.words import options_of
+from pipros.input_file import read_file
+
+_GIVEN_PERMISSIONS = frozenset(("PERMISSIONS", "FILE_PERMISSIONS", "NO_SOURCE_PERMISSIONS"))
+_WILD = re.compile(r"[*?\[]")
+
+
+def carry_out(words: list[str], scope: Scope) -> None:
+    """Carries out `file(words)`.
+
+    Raises:
+        ValueError: wrong arguments, or a file cannot be read or written.
+        Unsupported: a subcommand that only CMake itself has.
+    """
+    operation, *rest = words or [""]
+    action = _OPERATIONS.get(operation)
+    if action is None:
+        raise Unsupported(f"file({operation})")
+    try:
+        action(rest, scope)
+    except IndexError:
+        raise ValueError(f"sub-command {operation} has too few arguments") from None
+    except OSError as error:
+        raise ValueError(f"{operation}: {error.filename or rest}: {error.strerror or error}") from None
+
+
+def _glob(words: list[str], scope: Scope, *, is_recursive: bool) -> None:
+    output, *rest = words
+    relative_to, with_folders = None, not is_recursive
+    found: set[str] = set()
+    while rest:
+        word = rest.pop(0)
+        if word == "RELATIVE":
+            relative_to = rest.pop(0)
+        elif word == "LIST_DIRECTORIES":
+            with_folders = rest.pop(0).lower() in ("true", "on", "1", "yes")
+        elif word not in ("CONFIGURE_DEPENDS", "FOLLOW_SYMLINKS"):
+            pattern = scope.in_source(word)
+            found.update((_matching_below if is_recursive else _matching)(pattern, with_folders=with_folders))
+    paths = sorted(os.path.relpath(path, relative_to) if relative_to else path for path in found)
+    scope.values[output] = ";".join(paths)
+
+
+def _matching(pattern: str, *, with_folders: bool) -> list[str]:
+    """The paths that match an absolute pattern, hidden ones too, as in CMake."""
+    found = [""]
+    for part in pattern.split("/")[1:]:
+        if _WILD.search(part):
+            found = [
+                os.path.join(folder, name)
+                for folder in (base or "/" for base in found)
+                for name in _names(folder)
+                if fnmatch.fnmatchcase(name, part)
+            ]
+        else:
+            found = [f"{base}/{part}" for base in found if os.path.lexists(f"{base}/{part}")]
+    return [path for path in found if with_folders or not os.path.isdir(path)]
+
+
+def _matching_below(pattern: str, *, with_folders: bool) -> Iterator[str]:
+    """The paths whose names match the last part of a pattern, below the folders that the rest matches."""
+    base, _, last = pattern.rpartition("/")
+    for root in _matching(base, with_folders=True) if _WILD.search(base) else [base]:
+        for folder, folders, files in os.walk(root):
+            names = [*files, *folders] if with_folders else files
+            yield from (os.path.join(folder, name) for name in names if fnmatch.fnmatchcase(name, last))
+
+
+def _names(folder: str) -> list[str]:
+    try:
+        return os.listdir(folder)
+    except OSError:
+        return []
+
+
+def _read(words: list[str], scope: Scope) -> None:
+    options = dict(zip(words[2::2], words[3::2], strict=False))
+    content = read_file(scope.in_source(words[0]), scope.limits.file_bytes)[int(options.get("OFFSET", "0")) :]
+    if "LIMIT" in options:
+        content = content[: int(options["LIMIT"])]
+    scope.values[words[1]] = content.hex() if "HEX" in words[2:] else content.decode("utf-8", "replace")
+
+
+def _strings(words: list[str], scope: Scope) -> None:
+    options = dict(zip(words[2::2], words[3::2], strict=False))
+    content = read_file(scope.in_source(words[0]), scope.limits.file_bytes)
+    lines = content.decode("utf-8", "replace").splitlines()
+    if "REGEX" in options:
+        pattern = regex.compiled(options["REGEX"])
+        lines = [line for line in lines if pattern.search(line)]
+    kept = [line.replace(";", "\\;") for line in lines]
+    limit = int(options.get("LIMIT_COUNT", "0"))
+    scope.values[words[1]] = ";".join(kept[:limit] if limit else kept)
+
+
+def _write(words: list[str], scope: Scope, mode: str) -> None:
+    path = Path(scope.in_source(words[0]))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open(mode, encoding="utf-8") as file:
+        file.write("".join(words[1:]))
+
+
+def _touch(words: list[str], scope: Scope, *, makes: bool = True) -> None:
+    for word in words:
+        path = Path(scope.in_source(word))
+        if makes:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        if makes or path.exists():
+            path.touch()
+
+
+def _remove(words: list[str], scope: Scope, *, is_recursive: bool) -> None:
+    for word in filter(None, words):
+        remove(scope.in_source(word), is_recursive=is_recursive)
+
+
+def remove(path: str, *, is_recursive: bool) -> None:
+    """Removes a file or link, if it is there; a folder only with `is_recursive`."""
+    if os.path.isdir(path) and not os.path.islink(path):
+        if is_recursive:
+            shutil.rmtree(path)
+    elif os.path.lexists(path):
+        os.unlink(path)
+
+
+def _rename(words: list[str], scope: Scope) -> None:
+    os.replace(scope.in_source(words[0]), scope.in_source(words[1]))
+
+
+def _make_directory(words: list[str], scope: Scope) -> None:
+    for word in words:
+        os.makedirs(scope.in_source(word), exist_ok=True)
+
+
+def _copy(words: list[str], scope: Scope, *, is_installing: bool = False) -> None:
+    for one in read_copies(words, scope.in_source):
+        # Unlike INSTALL, COPY gives files the permissions of their sources.
+        keeps = not is_installing and _GIVEN_PERMISSIONS.isdisjoint(words)
+        copied = replace(
+            one,
+            target=scope.in_binary(one.target),
+            is_folder=os.path.isdir(one.source),
+            keeps_permissions=keeps or one.keeps_permissions,
+        )
+        copy(copied, Path("/"), print if is_installing else lambda _line: None)
+
+
+def _copy_file(words: list[str], scope: Scope) -> None:
+    source, target = scope.in_source(words[0]), scope.in_source(words[1])
+    if not ("ONLY_IF_DIFFERENT" in words and os.path.isfile(target) and filecmp.cmp(source, target, False)):
+        shutil.copyfile(source, target)
+
+
+def _link(words: list[str], scope: Scope) -> None:
+    source, target = words[0], scope.in_source(words[1])
+    if os.path.lexists(target):
+        os.unlink(target)
+    if "SYMBOLIC" in words:
+        os.symlink(source, target)
+    else:
+        os.link(scope.in_source(source), target)
+
+
+def _set(compute: Callable[[list[str], Scope], str]) -> Callable[[list[str], Scope], None]:
+    """A subcommand that stores what it computes in the variable that its first word names."""
+
+    def carry_out(words: list[str], scope: Scope) -> None:
+        scope.values[words[0]] = compute(words[1:], scope)
+
+    return carry_out
+
+
+def _configure(words: list[str], scope: Scope) -> None:
+    options = options_of(words, "OUTPUT", "CONTENT")
+    target = Path(scope.in_binary(options["OUTPUT"]))
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(configured(options["CONTENT"], scope, at_only="@ONLY" in words), "utf-8")
+
+
+_OPERATIONS: Mapping[str, Callable[[list[str], Scope], None]] = {
+    "GLOB": lambda words, scope: _glob(words, scope, is_recursive=False),
+    "GLOB_RECURSE": lambda words, scope: _glob(words, scope, is_recursive=True),
+    "READ": _read,
+    "STRINGS": _strings,
+    "WRITE": lambda words, scope: _write(words, scope, "w"),
+    "APPEND": lambda words, scope: _write(words, scope, "a"),
+    "TOUCH": _touch,
+    "TOUCH_NOCREATE": lambda words, scope: _touch(words, scope, makes=False),
+    "REMOVE": lambda words, scope: _remove(words, scope, is_recursive=False),
+    "REMOVE_RECURSE": lambda words, scope: _remove(words, scope, is_recursive=True),
+    "RENAME": _rename,
+    "MAKE_DIRECTORY": _make_directory,
+    "COPY": _copy,
+    "INSTALL": lambda words, scope: _copy(words, scope, is_installing=True),
+    "COPY_FILE": _copy_file,
+    "CREATE_LINK": _link,
+    "CONFIGURE": _configure,
+    "LOCK": lambda _words, _scope: None,
+    "RELATIVE_PATH": _set(lambda words, _scope: os.path.relpath(words[1], words[0])),
+    "TO_CMAKE_PATH": lambda words, scope: scope.values.update({words[1]: words[0].replace(":", ";")}),
+    "TO_NATIVE_PATH": lambda words, scope: scope.values.update({words[1]: words[0].replace(";", ":")}),
+    "SIZE": lambda words, scope: scope.values.update(
+        {words[1]: str(os.path.getsize(scope.in_source(words[0])))}
+    ),
+    "REAL_PATH": lambda words, scope: scope.values.update(
+        {words[1]: os.path.realpath(scope.in_source(words[0]))}
+    ),
+    "READ_SYMLINK": lambda words, scope: scope.values.update(
+        {words[1]: os.readlink(scope.in_source(words[0]))}
+    ),
+}

@@ -1,0 +1,334 @@
+"""Carries out CMake files: conditions, loops, functions, other files and folders, and calls of commands.
+
+What a command does stands in `value_commands.py`, or is given as an action. `Limits` bound loops, calls and
+the number of commands.
+"""
+
+from __future__ import annotations
+
+import enum
+import os
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from pipros.cmake import language
+from pipros.cmake.blocks import BLOCKS, branches, end_of_block
+from pipros.cmake.condition import is_true
+from pipros.cmake.language import Argument, CMakeError, Command, split_list
+from pipros.cmake.loops import rounds
+from pipros.cmake.names import BUILTIN_COMMANDS
+from pipros.cmake.scope import Scope, Unsupported
+from pipros.cmake.value_commands import VALUE_COMMANDS
+from pipros.input_file import read_text
+
+_MISTAKES = (ArithmeticError, LookupError, OSError, RecursionError, TypeError, ValueError)
+"""What a command may raise for wrong arguments."""
+
+Action = Callable[[Command, list[str]], None]
+"""What a command does; called with the command and its arguments as words.
+
+May raise `Unsupported`, or ValueError and other built-in errors for wrong arguments.
+"""
+
+
+class _Flow(enum.Enum):
+    """How to go on after a command."""
+
+    NEXT = enum.auto()
+    BREAK = enum.auto()
+    CONTINUE = enum.auto()
+    RETURN = enum.auto()
+
+
+_JUMPS = {"break": _Flow.BREAK, "continue": _Flow.CONTINUE, "return": _Flow.RETURN}
+
+
+@dataclass(frozen=True, slots=True)
+class _Function:
+    """A `function()` or `macro()`, and the file that defines it."""
+
+    is_macro: bool
+    parameters: Sequence[str]
+    body: Sequence[Command]
+    file: str
+
+
+class Interpreter:
+    """Carries out files.
+
+    Attributes:
+        scope: the current variables.
+        file: the file that is being carried out.
+    """
+
+    def __init__(
+        self,
+        scope: Scope,
+        actions: Mapping[str, Action],
+        *,
+        check: Callable[[Command], None],
+        on_unsupported: Callable[[Command, str], None],
+        include_module: Callable[[str], None] = lambda _name: None,
+        commands: Container[str] = (),
+        targets: Container[str] = (),
+    ) -> None:
+        """Carries out nothing yet.
+
+        Args:
+            actions: what commands do, by their names in lower case.
+            check: called before a command that no file defined; raises if it is unknown.
+            on_unsupported: called with a command, and words for what only CMake itself can do about it.
+            include_module: called with the name of a module of CMake that is included.
+            commands: names besides those of CMake's own commands for which `if(COMMAND name)` holds.
+            targets: the names for which `if(TARGET name)` holds.
+        """
+        self.scope = scope
+        self.file = ""
+        self._commands = commands
+        self._targets = targets
+        self._actions = {**actions, "include": self._include, "add_subdirectory": self._add_subdirectory}
+        self._check = check
+        self._on_unsupported = on_unsupported
+        self._include_module = include_module
+        self._functions: dict[str, _Function] = {}
+        self._guarded: set[str] = set()
+        self._depth = 0
+        self._steps = 0
+
+    def run_file(self, file: str) -> None:
+        """Carries out a file, with the current folders and variables.
+
+        Raises:
+            CMakeError: the file cannot be read, or with file and line what is wrong in it.
+        """
+        try:
+            text = read_text(file, self.scope.limits.file_bytes, errors="replace")
+        except OSError as error:
+            raise CMakeError(file, 0, "", f"cannot be read: {error.strerror}") from None
+        self.run_text(text, file)
+
+    def run_text(self, text: str, file: str) -> None:
+        """Carries out a text as if it were the content of `file`.
+
+        Raises:
+            CMakeError: with file and line, what is wrong in it.
+        """
+        commands = language.parse(text, file)
+        with self._in_file(file, commands[0] if commands else None):
+            self._run(commands)
+
+    @contextmanager
+    def _in_file(self, file: str, command: Command | None) -> Iterator[None]:
+        """Makes `file` the current one. Raises CMakeError at `command` if calls are nested too deep."""
+        limit = self.scope.limits.cmake_depth
+        if self._depth >= limit and command is not None:
+            raise self.error(command, f"calls are nested more than {limit} deep")
+        values = self.scope.values
+        names = ("CMAKE_CURRENT_LIST_FILE", "CMAKE_CURRENT_LIST_DIR")
+        before = self.file, [values.get(name, "") for name in names]
+        self.file = file
+        self._depth += 1
+        values.update(zip(names, (file, os.path.dirname(file)), strict=True))
+        try:
+            yield
+        finally:
+            self._depth -= 1
+            self.file, folders = before
+            values.update(zip(names, folders, strict=True))
+
+    def _run(self, commands: Sequence[Command]) -> _Flow:
+        """Carries out commands, up to one that leaves the loop, function or file."""
+        position = 0
+        while position < len(commands):
+            command = commands[position]
+            self._count_step(command)
+            end = end_of_block(commands, position) if command.name in BLOCKS else position
+            if end is None:
+                raise self.error(command, f"A logical block is not closed; end{command.name}() is missing")
+            try:
+                flow = self._run_one(command, commands[position + 1 : end])
+            except _MISTAKES as error:
+                raise self.error(command, str(error)) from None
+            position = end
+            if flow is not _Flow.NEXT:
+                return flow
+            position += 1
+        return _Flow.NEXT
+
+    def _run_one(self, command: Command, body: Sequence[Command]) -> _Flow:
+        if command.name in BLOCKS:
+            return self._run_block(command, body)
+        if command.name == "include_guard":
+            is_guarded = self.file in self._guarded
+            self._guarded.add(self.file)
+            return _Flow.RETURN if is_guarded else _Flow.NEXT
+        return self._jump(command) if command.name in _JUMPS else self._run_command(command)
+
+    def _count_step(self, command: Command) -> None:
+        self._steps += 1
+        limit = self.scope.limits.cmake_steps
+        if self._steps > limit:
+            raise self.error(command, f"more than {limit} commands were carried out; does a loop end?")
+
+    def _jump(self, command: Command) -> _Flow:
+        words = self.words(command)
+        if words[:1] == ["PROPAGATE"]:
+            for name in words[1:]:
+                self.scope.set_in_parent(name, self.scope.values.get(name))
+        return _JUMPS[command.name]
+
+    def _run_block(self, opening: Command, body: Sequence[Command]) -> _Flow:
+        if opening.name in ("function", "macro"):
+            name, *parameters = self.words(opening) or [""]
+            self._functions[name.lower()] = _Function(opening.name == "macro", parameters, body, self.file)
+            return _Flow.NEXT
+        if opening.name == "foreach":
+            return self._run_foreach(opening, body)
+        if opening.name == "while":
+            return self._run_while(opening, body)
+        if opening.name == "block":
+            with self.scope.inner():
+                return self._run(body)
+        return self._run_if(opening, body)
+
+    def _run_if(self, opening: Command, body: Sequence[Command]) -> _Flow:
+        for branch, commands in branches(opening, body):
+            if branch.name == "else" or self._holds(branch):
+                return self._run(commands)
+        return _Flow.NEXT
+
+    def _holds(self, command: Command) -> bool:
+        values, environment = self.scope.values, self.scope.environment
+        words: list[tuple[str, bool]] = []
+        for argument in command.arguments:
+            if argument.is_quoted:
+                words += [(word, True) for word in self._expanded([argument], command)]
+            elif argument.text in ("(", ")"):
+                words.append((argument.text, False))
+            else:
+                words += [(word, False) for word in self._expanded([argument], command)]
+        try:
+            return is_true(words, values, _Names(self._functions, self._commands), self._targets, environment)
+        except ValueError as error:
+            raise self.error(command, str(error)) from None
+
+    def _run_foreach(self, opening: Command, body: Sequence[Command]) -> _Flow:
+        try:
+            names, all_rounds = rounds(self.words(opening), self.scope.values)
+        except (ValueError, IndexError) as error:
+            raise self.error(opening, f"called with wrong arguments: {error}") from None
+        limit = self.scope.limits.cmake_rounds
+        with self.scope.restored(names):
+            for number, elements in enumerate(all_rounds):
+                if number >= limit:
+                    raise self.error(opening, f"the loop goes on for more than {limit} rounds")
+                self.scope.values.update(zip(names, elements, strict=True))
+                flow = self._run(body)
+                if flow is _Flow.RETURN:
+                    return flow
+                if flow is _Flow.BREAK:
+                    break
+        return _Flow.NEXT
+
+    def _run_while(self, opening: Command, body: Sequence[Command]) -> _Flow:
+        limit = self.scope.limits.cmake_rounds
+        for _ in range(limit):
+            if not self._holds(opening):
+                return _Flow.NEXT
+            flow = self._run(body)
+            if flow is _Flow.RETURN:
+                return flow
+            if flow is _Flow.BREAK:
+                return _Flow.NEXT
+        raise self.error(opening, f"the loop goes on for more than {limit} rounds; can its condition end it?")
+
+    def _run_command(self, command: Command) -> _Flow:
+        words = self.words(command)
+        if command.name in self._functions:
+            return self._call(command, words)
+        self._check(command)
+        try:
+            if command.name in VALUE_COMMANDS:
+                VALUE_COMMANDS[command.name](words, self.scope)
+            elif command.name in self._actions:
+                self._actions[command.name](command, words)
+        except Unsupported as error:
+            self._on_unsupported(command, str(error))
+        return _Flow.NEXT
+
+    def _call(self, command: Command, words: list[str]) -> _Flow:
+        function = self._functions[command.name]
+        parameters = function.parameters
+        if len(words) < len(parameters):
+            raise self.error(
+                command, f"called with incorrect number of arguments: it needs {' '.join(parameters)}"
+            )
+        arguments = {f"ARGV{number}": word for number, word in enumerate(words)}
+        arguments |= dict(zip(parameters, words, strict=False))
+        arguments |= {
+            "ARGC": str(len(words)),
+            "ARGV": ";".join(words),
+            "ARGN": ";".join(words[len(parameters) :]),
+        }
+        # CMake does not treat the arguments of a macro as variables, so they must not outlive it.
+        kept = self.scope.restored(arguments) if function.is_macro else self.scope.inner()
+        with self._in_file(function.file, command), kept:
+            self.scope.values.update(arguments)
+            flow = self._run(function.body)
+        return flow if function.is_macro else _Flow.NEXT
+
+    def _include(self, command: Command, words: list[str]) -> None:
+        if not words:
+            raise self.error(command, "include() called with no file")
+        places = [self.scope.in_source(""), *split_list(self.scope.values.get("CMAKE_MODULE_PATH", ""))]
+        names = [words[0], f"{words[0]}.cmake"]
+        for path in (os.path.join(place, name) for place in places for name in names):
+            if os.path.isfile(path):
+                self.run_file(path)
+                return
+        if "/" not in words[0] and not words[0].endswith(".cmake"):
+            self._include_module(words[0])
+        elif "OPTIONAL" not in words:
+            raise self.error(command, f"include could not find requested file:\n\n    {words[0]}")
+
+    def _add_subdirectory(self, command: Command, words: list[str]) -> None:
+        path = self.scope.in_source(words[0] if words else "")
+        if not os.path.isfile(os.path.join(path, "CMakeLists.txt")):
+            raise self.error(command, f"The source directory {path} does not contain a CMakeLists.txt file")
+        binary = self.scope.in_binary(words[1] if len(words) > 1 else words[0])
+        with self.scope.inner():
+            self.scope.values["CMAKE_CURRENT_SOURCE_DIR"] = path
+            self.scope.values["CMAKE_CURRENT_BINARY_DIR"] = binary
+            self.run_file(os.path.join(path, "CMakeLists.txt"))
+
+    def words(self, command: Command) -> list[str]:
+        """The arguments of a command, with variables replaced and lists split.
+
+        Raises:
+            CMakeError: they are too long.
+        """
+        return self._expanded(command.arguments, command)
+
+    def _expanded(self, arguments: Sequence[Argument], command: Command) -> list[str]:
+        scope = self.scope
+        try:
+            return language.expand(
+                arguments, scope.values, scope.environment, scope.limits.cmake_value_characters
+            )
+        except ValueError as error:
+            raise self.error(command, str(error)) from None
+
+    def error(self, command: Command, reason: str) -> CMakeError:
+        """An error at a command of the current file."""
+        return CMakeError(self.file, command.line, command.written_name, reason)
+
+
+class _Names:
+    """The names for which `if(COMMAND name)` holds: functions, CMake's own commands, and others."""
+
+    def __init__(self, *others: Container[str]) -> None:
+        self._all = (BUILTIN_COMMANDS, *others)
+
+    def __contains__(self, name: object) -> bool:
+        return any(name in names for names in self._all)

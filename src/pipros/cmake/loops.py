@@ -1,0 +1,61 @@
+"""The arguments of `foreach()`: the values that its variables have in each round."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import zip_longest
+
+from pipros.cmake.language import split_list
+
+
+def rounds(words: Sequence[str], variables: Mapping[str, str]) -> tuple[list[str], Iterable[tuple[str, ...]]]:
+    """The variables of a loop, and their values in each round.
+
+    Raises:
+        ValueError, IndexError: wrong arguments.
+    """
+    if not words:
+        raise ValueError("no loop variable")
+    if "IN" in words[1:] and words[words.index("IN") + 1 :][:1] == ["ZIP_LISTS"]:
+        place = words.index("IN")
+        return _zipped(list(words[:place]), [_elements(name, variables) for name in words[place + 2 :]])
+    variable, *rest = words
+    if rest[:1] == ["RANGE"]:
+        return [variable], ((str(number),) for number in _range([int(word) for word in rest[1:]]))
+    if rest[:1] == ["IN"]:
+        rest = _in(rest[1:], variables)
+    return [variable], [(word,) for word in rest]
+
+
+def _in(words: Sequence[str], variables: Mapping[str, str]) -> list[str]:
+    found: list[str] = []
+    kind = ""
+    for word in words:
+        if word in ("LISTS", "ITEMS"):
+            kind = word
+        elif kind == "LISTS":
+            found += _elements(word, variables)
+        else:
+            found.append(word)
+    return found
+
+
+def _range(numbers: list[int]) -> range:
+    """The numbers including the last one, as in CMake. Without a step it may count down, too."""
+    first, last = (0, numbers[0]) if len(numbers) == 1 else numbers[:2]
+    direction = 1 if last >= first else -1
+    step = numbers[2] if len(numbers) > 2 else direction
+    if step * direction <= 0:
+        raise ValueError(f"incorrect range specification: start {first}, stop {last}, step {step}")
+    return range(first, last + direction, step)
+
+
+def _zipped(names: list[str], lists: list[list[str]]) -> tuple[list[str], Iterable[tuple[str, ...]]]:
+    if len(names) == 1:
+        names = [f"{names[0]}_{number}" for number in range(len(lists))]
+    return names, zip_longest(*lists, fillvalue="")
+
+
+def _elements(name: str, variables: Mapping[str, str]) -> list[str]:
+    text = variables.get(name, "")
+    return split_list(text) if text else []

@@ -1,0 +1,100 @@
+"""A stand-in for the program `cmake` where that is not installed: `cmake -E tool …` and `cmake -P script`.
+
+Custom commands of packages use it to copy files and to run programs.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping, Sequence
+
+from pipros.cmake.interpreter import Interpreter
+from pipros.cmake.language import Command
+from pipros.cmake.message import Kind, read_message
+from pipros.cmake.names import BUILTIN_COMMANDS
+from pipros.cmake.scope import Scope
+from pipros.cmake.tools import run_tool
+from pipros.errors import PiprosError
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the program and returns its exit code."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    try:
+        if words[:1] == ["-E"] and len(words) > 1:
+            return run_tool(words[1], words[2:])
+        if "-P" in words[:-1]:
+            place = words.index("-P")
+            return run_script(words[place + 1], words[:place], ["cmake", *words])
+    except (PiprosError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    print("The cmake of pipros has -E and -P only. Install CMake for more", file=sys.stderr)
+    return 1
+
+
+def run_script(file: str, settings: Sequence[str] = (), arguments: Sequence[str] = ()) -> int:
+    """Carries out a script, and returns 0.
+
+    Args:
+        settings: as on the command line, `-DNAME=VALUE`.
+        arguments: the command line that the script finds in `CMAKE_ARGV0`, …
+
+    Raises:
+        CMakeError: with file and line, what is wrong in the script.
+    """
+    variables = {
+        "CMAKE_COMMAND": sys.argv[0],
+        "CMAKE_SCRIPT_MODE_FILE": os.path.abspath(file),
+        "CMAKE_ARGC": str(len(arguments)),
+        **{f"CMAKE_ARGV{number}": word for number, word in enumerate(arguments)},
+    }
+    for setting in settings:
+        name, sign, value = setting.removeprefix("-D").partition("=")
+        if setting.startswith("-D") and sign:
+            variables[name.partition(":")[0]] = value
+    script_interpreter(variables).run_file(os.path.abspath(file))
+    return 0
+
+
+def script_interpreter(settings: Mapping[str, str]) -> Interpreter:
+    """An interpreter for scripts, which have no targets.
+
+    Args:
+        settings: cache entries.
+    """
+    folder = os.getcwd()
+    names = ("SOURCE_DIR", "BINARY_DIR", "CURRENT_SOURCE_DIR", "CURRENT_BINARY_DIR")
+    variables = {f"CMAKE_{name}": folder for name in names}
+
+    def check(command: Command) -> None:
+        if command.name not in BUILTIN_COMMANDS:
+            raise interpreter.error(command, f'Unknown CMake command "{command.written_name}".')
+
+    def fail_without_cmake(command: Command, what: str) -> None:
+        raise interpreter.error(command, f"only CMake itself knows {what}; install it")
+
+    def message(command: Command, words: list[str]) -> None:
+        kind, text = read_message(words)
+        if kind is Kind.ERROR:
+            raise interpreter.error(command, text)
+        if kind is Kind.STATUS:
+            print(f"-- {text}", flush=True)
+        elif kind is Kind.NOTICE:
+            print(text, file=sys.stderr, flush=True)
+        elif kind is Kind.WARNING:
+            place = f"{interpreter.file}:{command.line} ({command.written_name})"
+            print(f"CMake Warning at {place}:\n  {text}\n\n", file=sys.stderr, flush=True)
+
+    interpreter = Interpreter(
+        Scope({**variables, "UNIX": "1"}, settings, os.environ),
+        {"message": message},
+        check=check,
+        on_unsupported=fail_without_cmake,
+    )
+    return interpreter
+
+
+if __name__ == "__main__":
+    sys.exit(main())

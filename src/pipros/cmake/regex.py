@@ -1,0 +1,81 @@
+"""The regular expressions of CMake, translated to those of Python."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import MutableMapping
+from functools import lru_cache
+
+from pipros.cmake.scope import check_length
+from pipros.limits import Limits
+
+_PIECE = re.compile(r"\\.|\[\^?\]?[^\]]*\]|[{}]|\$$", re.DOTALL)
+
+
+@lru_cache(maxsize=256)
+def compiled(expression: str) -> re.Pattern[str]:
+    """The pattern for an expression. A dot matches any character, line ends too; braces match themselves.
+
+    Raises:
+        ValueError: it is not a valid expression.
+    """
+
+    def translate(match: re.Match[str]) -> str:
+        piece = match[0]
+        if piece == "$":
+            return r"\Z"
+        if piece in "{}":
+            return "\\" + piece
+        # A letter behind a backslash is special to Python only; so is a backslash in brackets.
+        if piece[0] == "\\":
+            return re.escape(piece[1])
+        return piece.replace("\\", "\\\\").replace("[", r"\[").replace(r"\[", "[", 1)
+
+    try:
+        return re.compile(_PIECE.sub(translate, expression), re.DOTALL)
+    except re.error as error:
+        raise ValueError(f'the regular expression "{expression}" cannot be compiled: {error}') from None
+
+
+def search(expression: str, text: str, variables: MutableMapping[str, str]) -> bool:
+    """Whether the expression matches somewhere; match and groups are left in `CMAKE_MATCH_0`, …
+
+    Raises:
+        ValueError: it is not a valid expression.
+    """
+    match = compiled(expression).search(text)
+    if match is not None:
+        keep_groups(match, variables)
+    return match is not None
+
+
+def keep_groups(match: re.Match[str], variables: MutableMapping[str, str]) -> None:
+    """Stores a match and its groups in `CMAKE_MATCH_COUNT`, `CMAKE_MATCH_0`, …"""
+    variables["CMAKE_MATCH_COUNT"] = str(match.re.groups)
+    variables["CMAKE_MATCH_0"] = match[0]
+    for number, group in enumerate(match.groups(""), 1):
+        variables[f"CMAKE_MATCH_{number}"] = group
+
+
+def replace(expression: str, replacement: str, text: str, limits: Limits) -> str:
+    """The text with every match replaced; `\\1` in the replacement stands for the first group.
+
+    Raises:
+        ValueError: it is not a valid expression, or the result would be too long.
+    """
+    made = 0
+
+    def expand(match: re.Match[str]) -> str:
+        nonlocal made
+        check_length(len(replacement), limits)
+        piece = re.sub(
+            r"\\(.)",
+            lambda found: (match[int(found[1])] or "") if found[1].isdigit() else found[1],
+            replacement,
+            flags=re.DOTALL,
+        )
+        made += len(piece)
+        check_length(made, limits)
+        return piece
+
+    return compiled(expression).sub(expand, text)

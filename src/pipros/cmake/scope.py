@@ -1,0 +1,115 @@
+"""What the commands of CMake read and change: variables, the cache, the environment."""
+
+from __future__ import annotations
+
+import os
+from collections import ChainMap
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
+from contextlib import contextmanager
+
+from pipros.limits import Limits, process_limits
+
+
+class _Values(ChainMap[str, str]):
+    """Variables of bounded size."""
+
+    def __init__(self, variables: dict[str, str], cache: dict[str, str], limits: Limits) -> None:
+        super().__init__(variables, cache)
+        self._limits = limits
+        self.characters = 0
+
+    def __setitem__(self, name: str, value: str) -> None:
+        check_length(len(value), self._limits)
+        characters = self.characters + len(value) - len(self.maps[0].get(name, ""))
+        if characters > self._limits.cmake_characters:
+            raise ValueError(
+                f"the variables have more than {self._limits.cmake_characters} characters in all"
+            )
+        self.characters = characters
+        super().__setitem__(name, value)
+
+
+def check_length(characters: int, limits: Limits) -> None:
+    """Raises ValueError if a text would be too long for a value. Called before the text is built."""
+    if characters > limits.cmake_value_characters:
+        raise ValueError(f"makes a text of more than {limits.cmake_value_characters} characters")
+
+
+class Scope:
+    """The variables of the current function or folder, with the cache below them.
+
+    Attributes:
+        values: what `${NAME}` stands for. Setting an item sets a variable, never a cache entry.
+        cache: entries for all folders: `-D` settings, options, results of `find_program()`.
+        environment: what `$ENV{NAME}` stands for; the environment of programs.
+        properties: the global properties.
+        limits: bounds on what CMake files may cost.
+    """
+
+    def __init__(
+        self,
+        variables: Mapping[str, str],
+        cache: Mapping[str, str],
+        environment: Mapping[str, str],
+        limits: Limits | None = None,
+    ) -> None:
+        self.limits = limits or process_limits()
+        self._variables = dict(variables)
+        self.cache = dict(cache)
+        self._values = _Values(self._variables, self.cache, self.limits)
+        self.values: MutableMapping[str, str] = self._values
+        self.environment = dict(environment)
+        self.properties: dict[str, str] = {}
+        self._for_parent: list[dict[str, str | None]] = [{}]
+
+    def unset(self, name: str) -> None:
+        """Removes a variable, if there is one; a cache entry of that name stays."""
+        self._values.characters -= len(self._variables.pop(name, ""))
+
+    def set_in_parent(self, name: str, value: str | None) -> None:
+        """Sets a variable, or unsets it (None), in the scope that called the current function or folder."""
+        self._for_parent[-1][name] = value
+
+    @contextmanager
+    def inner(self) -> Iterator[None]:
+        """A scope for a function, block or folder. Its variables end with it, unless set in the parent."""
+        before, characters = dict(self._variables), self._values.characters
+        self._for_parent.append({})
+        try:
+            yield
+        finally:
+            self._variables.clear()
+            self._variables.update(before)
+            self._values.characters = characters
+            for name, value in self._for_parent.pop().items():
+                if value is None:
+                    self.unset(name)
+                else:
+                    self.values[name] = value
+
+    @contextmanager
+    def restored(self, names: Iterable[str]) -> Iterator[None]:
+        """Gives the variables of these names the values that they have now back at the end."""
+        before = {name: self.values.get(name) for name in names}
+        yield
+        for name, value in before.items():
+            if value is None:
+                self.unset(name)
+            else:
+                self.values[name] = value
+
+    def in_source(self, path: str) -> str:
+        """The absolute path of a file to read: relative ones are below the current source folder."""
+        return os.path.normpath(os.path.join(self.values.get("CMAKE_CURRENT_SOURCE_DIR", ""), path))
+
+    def in_binary(self, path: str) -> str:
+        """The absolute path of a file to make: relative ones are below the current binary folder."""
+        return os.path.normpath(os.path.join(self.values.get("CMAKE_CURRENT_BINARY_DIR", ""), path))
+
+
+ValueCommand = Callable[[list[str], Scope], None]
+"""A command that needs nothing but the scope. Raises ValueError for wrong arguments."""
+
+
+class Unsupported(Exception):
+    """A command asks for something that only CMake itself can do; the text says for what."""

@@ -1,0 +1,41 @@
+"""Unregisters nodes that do not answer from the master, after asking a person."""
+
+from __future__ import annotations
+
+import sys
+
+from pipros.graph.nodes import unregister
+from pipros.graph.output import Say, bullets, to_stdout
+from pipros.graph.ping import ping_all
+from pipros.net.master_client import MasterClient
+from pipros.printable import listed
+
+WARNING = """\
+Warning: these might include alive and functioning nodes, e.g. in unstable networks.
+Cleanup will purge all information about these nodes from the master.
+Please type y or n to continue:"""
+
+
+def clean_up(master: MasterClient, *, say: Say = to_stdout) -> None:
+    """Pings every node, asks on standard input, and unregisters those that did not answer."""
+    _, unreachable = ping_all(master)
+    if not unreachable:
+        return
+    say(bullets("Unable to contact the following nodes:", unreachable))
+    say(WARNING)
+    if not _agrees():
+        say("aborting")
+        return
+    for node in unreachable:
+        say(f"Unregistering {listed(node)}")
+        unregister(master, node)
+    say("done")
+
+
+def _agrees() -> bool:
+    """True when a person types y; the end of the input is a no."""
+    for line in sys.stdin:
+        answer = line.strip()
+        if answer in ("y", "n"):
+            return answer == "y"
+    return False

@@ -1,0 +1,95 @@
+"""Listening on behalf of a tool: it waits for topics, subscribes, and ends when the tool does."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pipros.graph.message_classes import installed_class
+from pipros.graph.message_path import InvalidIndex, Step, has_field, parse_path
+from pipros.graph.output import Say, to_stderr
+from pipros.graph.topics import topic_type
+from pipros.interruptible_wait import wait_in_slices
+from pipros.net.master_client import MasterClient
+from pipros.node import Node
+from pipros.node.any_msg import RawMessage
+
+LOOK_PERIOD_S = 0.1
+"""How often the master is asked again for a topic that is not there yet."""
+
+
+@dataclass(frozen=True, slots=True)
+class TopicPart:
+    """A topic, and the part of its messages that is asked for."""
+
+    topic: str
+    path: tuple[Step, ...]
+
+
+def wait_for_topic(master: MasterClient, name: str, *, warn: Say = to_stderr) -> TopicPart:
+    """The topic that `name` means, as soon as the master knows it; `warn` is called once when it has to wait.
+
+    Blocks until then; Ctrl-C ends it.
+    """
+    has_warned = False
+    while True:
+        type_name, topic = topic_type(master, name.partition("[")[0])
+        if type_name is not None:
+            part = TopicPart(topic, _parse(name[len(topic) :], warn))
+            message_class = installed_class(type_name)
+            if message_class is None or has_field(message_class, part.path):
+                return part
+        if not has_warned:
+            has_warned = True
+            warn(f"WARNING: topic [{name}] does not appear to be published yet")
+        time.sleep(LOOK_PERIOD_S)
+
+
+def _parse(path: str, warn: Say) -> tuple[Step, ...]:
+    try:
+        return tuple(parse_path(path))
+    except InvalidIndex as error:  # Noetic then shows the whole message
+        warn(str(error))
+        return ()
+
+
+class Listening:
+    """The subscriptions of a tool, and the end that its callbacks and its waiting agree on."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._is_over = threading.Event()
+        self._error: BaseException | None = None
+        node.on_shutdown(self._is_over.set)
+
+    def subscribe(
+        self, topic: str, callback: Callable[[RawMessage], object], *, tcp_nodelay: bool = False
+    ) -> None:
+        """Has `callback` called with each message, undecoded. An exception in it ends the wait."""
+
+        def guarded(message: RawMessage) -> None:
+            if self._is_over.is_set():
+                return
+            try:
+                callback(message)
+            except BaseException as error:  # it is raised again by `wait`
+                self._error = error
+                self._is_over.set()
+
+        self._node.subscribe(topic, RawMessage, guarded, tcp_nodelay=tcp_nodelay)
+
+    def finish(self) -> None:
+        """Ends the waiting. No callback is called any more."""
+        self._is_over.set()
+
+    def wait(self, timeout_s: float | None = None) -> bool:
+        """Waits until the tool is to end; False when the time is over first.
+
+        Raises whatever a callback raised.
+        """
+        is_over = wait_in_slices(self._is_over.wait, timeout_s)
+        if self._error is not None:
+            raise self._error
+        return is_over

@@ -1,0 +1,233 @@
+"""The graph as it is connected: who is there, and who has a connection to whom.
+
+The master knows the nodes and what they have registered; each node knows its connections (`getBusInfo`).
+Topics are kept beside nodes under their name with a blank in front, so that a topic and a node of the
+same name differ. Classes and attributes have their names of `rosgraph.impl.graph`, which rqt_graph reads.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Sequence
+from threading import Lock
+from typing import Any, Protocol
+
+from pipros.errors import PiprosError
+from pipros.graph.edges import EdgeList
+from pipros.graph.system_state import SystemState
+from pipros.net.rpc_client import RpcClient
+from pipros.printable import printable
+
+CALLER_ID = "/rosviz"
+ANSWER_DEADLINE_S = 3.0
+"""How long a node may take to answer."""
+
+logger = logging.getLogger("rosgraph.graph")
+
+
+class GraphMaster(Protocol):
+    """What is asked of the master; `pipros.net.master_client.MasterClient` can answer."""
+
+    def get_system_state(self) -> Sequence[Sequence[Sequence[Any]]]: ...
+    def lookup_node(self, node: str) -> str: ...
+
+
+def ask_bus_info(api: str) -> Any:
+    """What the node at this URI answers to `getBusInfo`. Raises as `RpcClient.call`."""
+    with RpcClient(api, timeout_s=ANSWER_DEADLINE_S) as client:
+        return client.call("getBusInfo", CALLER_ID)
+
+
+def topic_node(topic: str) -> str:
+    """The name of a topic among nodes."""
+    return " " + topic
+
+
+def node_topic(node: str) -> str:
+    """The topic whose name among nodes this is."""
+    return node[1:]
+
+
+class BadNode:
+    """A node that did not tell its connections.
+
+    Attributes:
+        type: DEAD when no connection to it is possible, WONKY when its answer is malformed.
+        reason: the error.
+    """
+
+    DEAD = 0
+    WONKY = 1
+
+    def __init__(self, name: str, type: int, reason: Any) -> None:  # noqa: A002  # the name in ROS
+        self.name = name
+        self.type = type
+        self.reason = reason
+
+
+class LiveGraph:
+    """What is known of the graph, as of the last `update`.
+
+    Attributes:
+        nn_nodes, nn_edges: nodes, and connections from node to node, labelled with the topic.
+        nt_nodes, nt_edges, nt_all_edges: topics; connections between nodes and topics; all that are possible
+            by the registrations.
+        srvs: the names of the services.
+        bad_nodes: name to `BadNode` of those that did not tell their connections.
+    """
+
+    def __init__(
+        self,
+        master: GraphMaster,
+        node_ns: str = "/",
+        topic_ns: str = "/",
+        *,
+        ask: Callable[[str], Any] = ask_bus_info,
+        now_s: Callable[[], float] = time.time,
+    ) -> None:
+        """The graph in these namespaces. Nothing is asked yet.
+
+        Args:
+            ask: gives the answer of the node at a URI to `getBusInfo`.
+            now_s: the clock by which answers grow stale.
+        """
+        self.node_ns = node_ns or "/"
+        self.topic_ns = topic_ns or "/"
+        self.nn_nodes: set[str] = set()
+        self.nt_nodes: set[str] = set()
+        self.nn_edges = EdgeList()
+        self.nt_edges = EdgeList()
+        self.nt_all_edges = EdgeList()
+        self.srvs: set[str] = set()
+        self.bad_nodes: dict[str, BadNode] = {}
+        self.bad_nodes_lock = Lock()
+        self.node_uri_map: dict[str, str] = {}
+        self.uri_node_map: dict[str, str] = {}
+        self.master_stale = 5.0
+        self.node_stale = 5.0
+        self.last_master_refresh = 0.0
+        self.last_node_refresh: dict[str, float] = {}
+        self._master = master
+        self._ask = ask
+        self._now_s = now_s
+
+    def set_master_stale(self, stale_secs: float) -> None:
+        """How many seconds an answer of the master is used."""
+        self.master_stale = stale_secs
+
+    def set_node_stale(self, stale_secs: float) -> None:
+        """How many seconds an answer of a node is used."""
+        self.node_stale = stale_secs
+
+    def update(self) -> bool:
+        """Asks the master and nodes, bad ones too, whose answers are stale. True when something changed."""
+        changed = False
+        if self._now_s() - self.last_master_refresh > self.master_stale:
+            changed = self._ask_master()
+        for node in sorted(self.nn_nodes):
+            if self._now_s() - self.last_node_refresh.get(node, 0.0) > self.node_stale:
+                changed |= self._ask_node(node)
+        return changed
+
+    def bad_update(self) -> bool:
+        """Asks the bad nodes again. True when something changed."""
+        with self.bad_nodes_lock:
+            bad = sorted(self.bad_nodes)
+        changed = [self._ask_node(node) for node in bad]
+        return any(changed)
+
+    def _ask_master(self) -> bool:
+        self.last_master_refresh = self._now_s()
+        try:
+            state = SystemState.from_state(self._master.get_system_state())
+        except PiprosError as error:
+            logger.error("cannot ask the master: %s", error)
+            return False
+        nodes: set[str] = set()
+        topics: set[str] = set()
+        edges = EdgeList()
+        for registrations, direction in ((state.publishers, "o"), (state.subscribers, "i")):
+            for topic, names in registrations.items():
+                if not topic.startswith(self.topic_ns):
+                    continue
+                for name in names:
+                    if name.startswith(self.node_ns):
+                        nodes.add(name)
+                        topics.add(topic_node(topic))
+                        edges.add_edges(name, topic_node(topic), direction)
+        for names in state.services.values():
+            nodes.update(name for name in names if name.startswith(self.node_ns))
+        services = set(state.services)
+        changed = (nodes, topics, services) != (self.nn_nodes, self.nt_nodes, self.srvs)
+        changed |= len(list(edges)) != len(list(self.nt_all_edges)) or any(
+            edge not in self.nt_all_edges for edge in edges
+        )
+        for gone in self.nn_nodes - nodes:
+            self._forget(gone)
+        self.nn_nodes, self.nt_nodes, self.srvs, self.nt_all_edges = nodes, topics, services, edges
+        return changed
+
+    def _forget(self, node: str) -> None:
+        self.nn_edges.delete_all(node)
+        self.nt_edges.delete_all(node)
+        self.last_node_refresh.pop(node, None)
+        self.uri_node_map.pop(self.node_uri_map.pop(node, ""), None)
+        with self.bad_nodes_lock:
+            self.bad_nodes.pop(node, None)
+
+    def _ask_node(self, node: str) -> bool:
+        self.last_node_refresh[node] = self._now_s()
+        try:
+            connections = self._bus_info(node)
+        except (PiprosError, ValueError) as error:
+            is_dead = isinstance(error, OSError)
+            logger.warning("cannot ask node [%s] about its connections: %s", node, error)
+            with self.bad_nodes_lock:
+                self.bad_nodes[node] = BadNode(node, BadNode.DEAD if is_dead else BadNode.WONKY, error)
+            return False
+        with self.bad_nodes_lock:
+            self.bad_nodes.pop(node, None)
+        changed = False
+        for _, peer, direction, _, topic, *is_connected in connections:
+            if is_connected[:1] == [False] or not topic.startswith(self.topic_ns):
+                continue
+            name = self._name_of(peer)
+            changed |= self.nt_edges.add_edges(node, topic_node(topic), direction)
+            if name is not None and name.startswith(self.node_ns):
+                changed |= self.nn_edges.add_edges(node, name, direction, topic)
+                opposite = {"i": "o", "o": "i"}.get(direction, direction)
+                changed |= self.nt_edges.add_edges(name, topic_node(topic), opposite)
+        return changed
+
+    def _bus_info(self, node: str) -> list[Any]:
+        """The rows of a node's answer. Raises `PiprosError`, or ValueError for a malformed answer."""
+        answer = self._ask(self._api_of(node))
+        if not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1:
+            raise ValueError(f"getBusInfo of {node} must answer [1, text, rows], got {printable(answer)}")
+        if not isinstance(answer[2], list) or not all(_is_row(row) for row in answer[2]):
+            raise ValueError(f"getBusInfo of {node} must give rows of 5 values, got {printable(answer[2])}")
+        return list(answer[2])
+
+    def _api_of(self, node: str) -> str:
+        api = self._master.lookup_node(node)
+        self.node_uri_map[node] = api
+        self.uri_node_map[api] = node
+        return api
+
+    def _name_of(self, peer: str) -> str | None:
+        """The node that a connection leads to: nodes name it by its name or by its API."""
+        if not peer.startswith(("http://", "rosrpc://")):
+            return peer
+        if peer not in self.uri_node_map:
+            for node in self.nn_nodes - self.node_uri_map.keys():
+                try:
+                    self._api_of(node)
+                except PiprosError as error:
+                    logger.debug("the master no longer knows %s: %s", node, error)
+        return self.uri_node_map.get(peer) or self.uri_node_map.get(peer.rstrip("/") + "/")
+
+
+def _is_row(row: object) -> bool:
+    """True for `[id, peer, direction, transport, topic, …]`."""
+    return isinstance(row, list) and len(row) >= 5 and all(isinstance(row[at], str) for at in (1, 2, 4))

@@ -1,0 +1,104 @@
+"""Rates, bandwidths and delays as `rostopic hz`, `bw` and `delay` word them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+
+from pipros.graph.output import Say
+from pipros.graph.samples import DEFAULT_WINDOW, Figures, RateWindow
+
+NO_NEWS = "no new messages"
+
+BANDWIDTH_WINDOW = 100
+"""How many messages `bw` looks at when no window is asked for."""
+
+
+class Rates:
+    """The rates of several topics. Messages are counted in any thread."""
+
+    def __init__(self, topics: Sequence[str], window: int = DEFAULT_WINDOW, *, say: Say) -> None:
+        """`say` is given a line when time goes back."""
+        self._say = say
+        self._topics = tuple(topics)
+        self._rates = {topic: RateWindow(window) for topic in topics}
+        self._lock = threading.Lock()
+
+    def add(self, topic: str, moment_s: float) -> None:
+        with self._lock:
+            if not self._rates[topic].add(moment_s):
+                self._say("time has reset, resetting counters")
+
+    def has_news(self) -> bool:
+        with self._lock:
+            return any(rate.has_news for rate in self._rates.values())
+
+    def report(self) -> str:
+        """The lines that are printed once a second."""
+        with self._lock:
+            news = {topic: rate.figures() for topic, rate in self._rates.items() if rate.has_news}
+        figures = {topic: found for topic, found in news.items() if found is not None}
+        if not figures:
+            return NO_NEWS
+        if len(self._topics) == 1:
+            return rate_text(figures[self._topics[0]])
+        return rate_table(figures)
+
+
+def rate_text(figures: Figures) -> str:
+    """The figures of a single topic."""
+    return (
+        f"average rate: {_rate(figures):.3f}\n"
+        f"\tmin: {figures.minimum:.3f}s max: {figures.maximum:.3f}s"
+        f" std dev: {figures.deviation:.5f}s window: {figures.count}"
+    )
+
+
+def rate_table(figures: Mapping[str, Figures]) -> str:
+    """The figures of several topics, four digits each, below one another."""
+    columns = [["topic"], ["rate"], ["min_delta"], ["max_delta"], ["std_dev"], ["window"]]
+    for topic, found in figures.items():
+        numbers = (_rate(found), found.minimum, found.maximum, found.deviation)
+        cells = [topic, *(str(float(f"{number:.4g}")) for number in numbers), str(found.count)]
+        for column, cell in zip(columns, cells, strict=True):
+            column.append(cell)
+    widths = [max(map(len, column)) for column in columns]
+    heading = "   ".join(column[0].center(width) for column, width in zip(columns, widths, strict=True))
+    rows = [
+        "   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        for row in list(zip(*columns, strict=True))[1:]
+    ]
+    return "\n".join([heading, "=" * len(heading), *rows, ""])
+
+
+def _rate(figures: Figures) -> float:
+    return 1.0 / figures.mean if figures.mean > 0 else 0.0
+
+
+def bandwidth_text(bytes_a_second: float, sizes: Figures) -> str:
+    return (
+        f"average: {as_bytes(bytes_a_second)}/s\n"
+        f"\tmean: {as_bytes(sizes.mean)} min: {as_bytes(sizes.minimum)} max: {as_bytes(sizes.maximum)}"
+        f" window: {sizes.count}"
+    )
+
+
+def delay_text(figures: Figures) -> str:
+    return (
+        f"average delay: {figures.mean:.3f}\n"
+        f"\tmin: {figures.minimum:.3f}s max: {figures.maximum:.3f}s"
+        f" std dev: {figures.deviation:.5f}s window: {figures.count}"
+    )
+
+
+def as_bytes(size: float) -> str:
+    """A size as ROS prints it.
+
+    >>> as_bytes(9), as_bytes(3004), as_bytes(120_004)
+    ('9.00B', '3.00KB', '0.12MB')
+    """
+    if size < 1000:
+        return f"{size:.2f}B"
+    if size < 100_000:
+        return f"{size / 1000:.2f}KB"
+    return f"{size / 1_000_000:.2f}MB"

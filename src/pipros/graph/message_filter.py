@@ -1,0 +1,56 @@
+"""`--filter`: which messages are meant, by an expression that cannot do anything but look at them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.graph.output import Say, to_stderr
+from pipros.msg.base import Message
+from pipros.msg.time import TVal
+from pipros.safe.expr import ExpressionError, evaluate
+
+
+def get_field(value: Any, name: str) -> Any:
+    """The declared field `name` of a message or a time; no other attribute leads anywhere.
+
+    Raises:
+        AttributeError: there is no such field.
+    """
+    if isinstance(value, TVal) and name in ("secs", "nsecs"):
+        return getattr(value, name)
+    if isinstance(value, Message) and name in value.__slots__:
+        return getattr(value, name)
+    raise AttributeError(f"{type(value).__name__} has no field [{name}]")
+
+
+class MessageFilter:
+    """Decides by an expression over `m`, the message, and `topic`, its name.
+
+    A message for which the expression fails does not pass; the reason goes to `complain`, once. So a
+    field that only some messages have does no harm.
+    """
+
+    def __init__(self, expression: str, *, complain: Say = to_stderr) -> None:
+        self._expression = expression
+        self._complain = complain
+        self._reasons: set[str] = set()
+
+    def __call__(self, message: Any, topic: str) -> bool:
+        try:
+            return bool(
+                evaluate(
+                    self._expression,
+                    names={"m": message, "topic": topic},
+                    functions={"to_sec": _seconds},
+                    fields=get_field,
+                )
+            )
+        except ExpressionError as error:
+            if str(error) not in self._reasons:
+                self._reasons.add(str(error))
+                self._complain(f"ERROR: {error}")
+            return False
+
+
+def _seconds(time: TVal) -> float:
+    return time.to_sec()

@@ -1,0 +1,160 @@
+"""Parts of messages, by what stands behind a topic: `/header/stamp`, `/ranges[1:3]`, `/status[:]/name`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pipros.errors import NotFound, PiprosError
+from pipros.msg.base import Message
+from pipros.msg.time import TVal
+
+_STEP = re.compile(r"(?P<name>[^\[\]]*)(?:\[(?P<index>[^\[\]]*)\])?")
+
+
+class InvalidIndex(PiprosError, ValueError):
+    """What stands in brackets is neither a number nor a slice."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One field, and what of the array in it.
+
+    Attributes:
+        text: both as written: `ranges[0]`.
+        name: of the field.
+        index: an element, a part, or None for all of it.
+    """
+
+    text: str
+    name: str
+    index: int | slice | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of a message.
+
+    Attributes:
+        value: a message, a time, a plain value, or a list of those.
+        type_name: its type in ROS' words: `float32[]`, `std_msgs/Header`; None when it is not known.
+    """
+
+    value: Any
+    type_name: str | None
+
+
+def parse_path(text: str) -> list[Step]:
+    """The steps of a path such as `/header/stamp` or `/ranges[0]`.
+
+    Raises:
+        InvalidIndex: malformed brackets.
+    """
+    return [_parse_step(word) for word in text.split("/") if word]
+
+
+def _parse_step(word: str) -> Step:
+    match = _STEP.fullmatch(word)
+    if match is None:
+        raise InvalidIndex(f"field '{word}' has unbalanced brackets")
+    name, written = match["name"], match["index"]
+    if written is None:
+        return Step(word, name)
+    bounds = written.split(":")
+    complaint = f"field '{name}' has invalid slice argument '{written}': "
+    if len(bounds) > 3:
+        raise InvalidIndex(complaint + "too many arguments for slice")
+    if len(bounds) == 1:
+        if not written:
+            raise InvalidIndex(complaint + "empty array index")
+        return Step(word, name, _integer(written, complaint + "non-integer array index step"))
+    roles = ("start", "stop", "step")
+    numbers = [
+        _integer(bound, f"{complaint}non-integer slice {role}") if bound else None
+        for role, bound in zip(roles, bounds, strict=False)
+    ]
+    return Step(word, name, slice(*numbers))
+
+
+def _integer(text: str, complaint: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise InvalidIndex(f"{complaint} '{text}'") from None
+
+
+def describe_path(path: Sequence[Step]) -> str:
+    """The path as it was written behind a topic."""
+    return "".join(f"/{step.text}" for step in path)
+
+
+def extract(message: Message, path: Sequence[Step]) -> Part:
+    """The part of the message at the end of the path; behind a slice, the list of that part of each element.
+
+    Raises:
+        NotFound: a field that the message does not have.
+        IndexError: an index beyond the end of an array.
+    """
+    return _extract(Part(message, message._type), path)
+
+
+def _extract(part: Part, path: Sequence[Step]) -> Part:
+    if not path:
+        return part
+    step, rest = path[0], path[1:]
+    field = _field(part, step.name)
+    if step.index is None:
+        return _extract(field, rest)
+    if isinstance(step.index, int):
+        return _extract(Part(field.value[step.index], _element_type(field.type_name)), rest)
+    chosen = field.value[step.index]
+    if not rest:
+        return Part(chosen, field.type_name)
+    parts = [_extract(Part(element, _element_type(field.type_name)), rest) for element in chosen]
+    return Part([one.value for one in parts], f"{parts[0].type_name}[]" if parts else None)
+
+
+def _field(part: Part, name: str) -> Part:
+    value = part.value
+    if isinstance(value, TVal) and name in ("secs", "nsecs"):
+        return Part(getattr(value, name), "int32")
+    if isinstance(value, Message) and name in value.__slots__:
+        slots = list(value.__slots__)
+        return Part(getattr(value, name), value._slot_types[slots.index(name)])
+    raise NotFound(f"no field named [{name}] in [{part.type_name}]")
+
+
+def _element_type(type_name: str | None) -> str | None:
+    return type_name.partition("[")[0] if type_name else None
+
+
+def has_field(message_class: type[Message], path: Sequence[Step]) -> bool:
+    """True when messages of the class have the field at the end of the path, if arrays are long enough."""
+    type_name = message_class._type
+    for step in path:
+        fields = field_types(type_name, message_class)
+        if step.name not in fields:
+            return False
+        type_name = fields[step.name]
+        if step.index is not None:
+            type_name = type_name.partition("[")[0]
+    return True
+
+
+def field_types(type_name: str, top: type[Message] | None = None) -> dict[str, str]:
+    """The types of a type's fields by name; none for what has no fields, such as arrays and numbers."""
+    if type_name in ("time", "duration"):
+        return {"secs": "int32", "nsecs": "int32"}
+    if top is not None and type_name == top._type:
+        message_class: type[Message] | None = top
+    elif "/" in type_name and not type_name.endswith("]"):
+        from pipros.graph.message_classes import installed_class
+
+        message_class = installed_class(type_name)
+    else:
+        message_class = None
+    if message_class is None:
+        return {}
+    return dict(zip(message_class.__slots__, message_class._slot_types, strict=True))

@@ -1,0 +1,133 @@
+"""All about one node, as `rosnode info` words it: what the master knows, and what the node says of itself."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pipros.errors import Refused, Unreachable
+from pipros.graph.errors import GraphError
+from pipros.graph.nodes import api_of
+from pipros.graph.output import Say, bullets, to_stderr, to_stdout
+from pipros.graph.system_state import SystemState, of_node
+from pipros.net.master_client import MasterClient
+from pipros.net.rpc_client import RpcClient
+from pipros.printable import listed, printable
+
+RULE = "-" * 80
+ANSWER_DEADLINE_S = 10.0
+"""How long a node may take to tell about itself; one that hangs must not hang the command as well."""
+
+_SOCKET = re.compile(r"on port (?P<port>\d+) to \[(?P<peer>.+:\d+) on socket (?P<socket>\d+)\]")
+_DIRECTIONS = {"i": "inbound", "o": "outbound"}
+
+
+def report_node(
+    master: MasterClient, node: str, *, quiet: bool = False, say: Say = to_stdout, complain: Say = to_stderr
+) -> None:
+    """Says all about a node; what the master knows comes first, so that it is there when the node is not.
+
+    Raises:
+        GraphError: the node does not answer.
+    """
+    say(RULE)
+    say(describe_registrations(master, node))
+    try:
+        api = master.lookup_node(node)
+    except Refused:
+        complain(f"cannot contact [{node}]: unknown node")
+        return
+    if not quiet:
+        say(f"\ncontacting node {listed(api)} ...")
+        say(describe_connections(master, api))
+
+
+def describe_registrations(master: MasterClient, node: str) -> str:
+    """What the master knows of a node."""
+    picture = SystemState.from_state(master.get_system_state())
+    # Noetic takes the types of what is published now, so a topic without a publisher is of unknown type.
+    types: Mapping[str, str] = dict(master.get_published_topics())
+    lines = [f"Node [{node}]"]
+    for heading, topics in (("Publications", picture.publishers), ("Subscriptions", picture.subscribers)):
+        own = of_node(node, topics)
+        lines += _section(heading, [f"{topic} [{types.get(topic, 'unknown type')}]" for topic in own])
+    lines += _section("Services", of_node(node, picture.services))
+    return "\n".join(lines)
+
+
+def _section(heading: str, entries: Sequence[str]) -> list[str]:
+    if not entries:
+        return [f"{heading}: None", ""]
+    return [bullets(f"{heading}: ", entries), ""]
+
+
+def describe_connections(master: MasterClient, api: str) -> str:
+    """What a node says of itself: its process and its connections.
+
+    Raises:
+        GraphError: it does not answer.
+    """
+    try:
+        with RpcClient(api, timeout_s=ANSWER_DEADLINE_S) as node:
+            pid = _value(node.call("getPid", master.caller_id))
+            connections = _value(node.call("getBusInfo", master.caller_id))
+    except (Unreachable, ValueError, TypeError):  # or it answered with no [code, text, value]
+        raise GraphError(f"Communication with node[{listed(api)}] failed!") from None
+    lines = [f"Pid: {listed(pid)}"]
+    if connections and isinstance(connections, list):
+        lines.append("Connections:")
+        peers = _Peers(master)
+        for connection in connections:
+            lines += _describe_connection(connection, peers)
+    return "\n".join(lines) + "\n"
+
+
+def _value(answer: Any) -> Any:
+    code, text, value = answer
+    if code != 1:
+        raise GraphError(f"remote call failed: {printable(text)}")
+    return value
+
+
+def _describe_connection(connection: Any, peers: _Peers) -> list[str]:
+    """The lines for one entry of `getBusInfo`, none for a connection that is not up.
+
+    An entry is (id, destination, direction, transport, topic[, is connected[, remark]]); old
+    clients leave the end out. The destination is a node's name or the URI of its API.
+    """
+    if not isinstance(connection, list) or len(connection) < 5:
+        return []
+    destination, direction, transport, topic = map(str, connection[1:5])
+    state = connection[5:]
+    if state and not state[0]:
+        return []
+    heading = _DIRECTIONS.get(direction, "unknown")
+    if remark := _SOCKET.search(str(state[1])) if len(state) > 1 else None:
+        heading += f" ({remark['port']} - {remark['peer']}) [{remark['socket']}]"
+    return [
+        f" * topic: {listed(topic)}",
+        f"    * to: {listed(peers.describe(destination, topic))}",
+        f"    * direction: {listed(heading)}",
+        f"    * transport: {listed(transport)}",
+    ]
+
+
+class _Peers:
+    """Finds the names of the nodes that connections lead to, asking the master as little as possible."""
+
+    def __init__(self, master: MasterClient) -> None:
+        self._master = master
+        self._publishers = SystemState.from_state(master.get_system_state()).publishers
+        self._apis: dict[str, str] = {}
+
+    def describe(self, destination: str, topic: str) -> str:
+        """The destination; with its name in front when it is the URI of one of the topic's publishers."""
+        if not destination.startswith("http://"):
+            return destination
+        for node in self._publishers.get(topic, ()):
+            if node not in self._apis:
+                self._apis[node] = api_of(self._master, node)
+            if self._apis[node] == destination:
+                return f"{node} ({destination})"
+        return destination

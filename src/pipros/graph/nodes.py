@@ -1,0 +1,123 @@
+"""The nodes of a running system: which there are, where they run, and how to end or forget them."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Sequence
+
+from pipros.errors import PiprosError, Refused
+from pipros.graph.errors import GraphError
+from pipros.graph.system_state import SystemState, is_below, of_node
+from pipros.net.master_client import MasterClient
+from pipros.net.rpc_client import RpcClient
+from pipros.printable import listed, printable
+
+UNKNOWN_API = "unknown address"
+
+SHUTDOWN_DEADLINE_S = 5.0
+"""How long a node may take to answer that it ends."""
+
+
+def node_names(master: MasterClient, ns: str = "/") -> list[str]:
+    """The nodes in a namespace, sorted."""
+    picture = SystemState.from_state(master.get_system_state())
+    return [node for node in picture.nodes() if is_below(node, ns)]
+
+
+def api_of(master: MasterClient, node: str) -> str:
+    """The URI of a node's slave API, or words that say that the master does not know it any more."""
+    try:
+        return master.lookup_node(node)
+    except Refused:
+        return UNKNOWN_API
+
+
+def listing(master: MasterClient, ns: str, *, uris: bool = False, both: bool = False) -> list[str]:
+    """A line for each node in a namespace: its name, its URI, or both."""
+    nodes = node_names(master, ns)
+    if both:
+        return [f"{listed(api_of(master, node))} \t{listed(node)}" for node in nodes]
+    return [listed(api_of(master, node) if uris else node) for node in nodes]
+
+
+def machines(master: MasterClient) -> list[str]:
+    """The hosts that nodes run on, as they call themselves, sorted."""
+    return sorted(set(_hosts(master).values()))
+
+
+def nodes_on(master: MasterClient, machine: str) -> list[str]:
+    """The nodes on a machine, whatever name or address of it they were registered with.
+
+    Raises:
+        GraphError: the machine's name has no address.
+    """
+    addresses = _addresses(machine)
+    if not addresses:
+        raise GraphError(f"cannot resolve machine name [{machine}] to address")
+    return [node for node, host in _hosts(master).items() if host == machine or addresses & _addresses(host)]
+
+
+def _hosts(master: MasterClient) -> dict[str, str]:
+    """The host of each node whose address is known, by node, sorted."""
+    from pipros.net.address import split_uri
+
+    hosts = {}
+    for node in node_names(master):
+        try:
+            hosts[node] = split_uri(api_of(master, node))[0]
+        except ValueError:  # left meanwhile, or registered with an invalid address
+            continue
+    return hosts
+
+
+def _addresses(host: str) -> set[object]:
+    from pipros.net.lookup import process_lookups
+
+    try:
+        return {info[4][0] for info in process_lookups().find(host, None)}
+    except OSError:
+        return set()
+
+
+def kill(master: MasterClient, nodes: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+    """Asks nodes to end. Returns those that do, and for each of the others why it does not.
+
+    A node that does not answer counts as ended: nothing of it is left, or it died of the request.
+    """
+    killed, failed = [], {}
+    for node in nodes:
+        try:
+            api = master.lookup_node(node)
+        except Refused as error:
+            failed[node] = error.text
+            continue
+        answer: object = None
+        with (
+            contextlib.suppress(PiprosError, ValueError),
+            RpcClient(api, timeout_s=SHUTDOWN_DEADLINE_S) as client,
+        ):
+            answer = client.call("shutdown", master.caller_id, "user request")
+        if isinstance(answer, list) and len(answer) == 3 and answer[0] != 1:
+            failed[node] = f"{printable(api)} refuses: {printable(answer[1])}"
+        else:
+            killed.append(node)
+    return killed, failed
+
+
+def unregister(master: MasterClient, node: str) -> None:
+    """Removes all registrations of a node, in its name, as if it had done it itself."""
+    picture = SystemState.from_state(master.get_system_state())
+    try:
+        api = master.lookup_node(node)
+    except Refused:  # gone by itself
+        return
+    itself = MasterClient(master.uri, node)
+    try:
+        for topic in of_node(node, picture.publishers):
+            itself.unregister_publisher(topic, api)
+        for topic in of_node(node, picture.subscribers):
+            itself.unregister_subscriber(topic, api)
+        for service in of_node(node, picture.services):
+            itself.unregister_service(service, itself.lookup_service(service))
+    finally:
+        itself.close()

@@ -1,0 +1,55 @@
+"""Parameter files: YAML documents, and the parameters that they stand for. Nothing here talks to a master."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pipros.graph.errors import GraphError
+from pipros.names import is_private, join
+from pipros.safe.yaml import load, load_all
+
+NAMESPACE_KEY = "_ns"
+"""A key of a document that says into which namespace, below the one asked for, its values go."""
+
+
+def read_file(file: str, ns: str) -> list[tuple[Any, str]]:
+    """The documents of a file, each with the namespace that it belongs to.
+
+    Raises:
+        GraphError: no such file, or it cannot be read.
+        YamlError: the file is not valid YAML, or not plain data.
+    """
+    path = Path(file)
+    if not path.is_file():
+        raise GraphError(f"file [{file}] does not exist")
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise GraphError(f"cannot read [{file}]: {error.strerror}") from None
+    return read_text(content, file, ns)
+
+
+def read_text(text: str | bytes, file: str, ns: str) -> list[tuple[Any, str]]:
+    """As `read_file`; `file` only names the text in errors."""
+    documents = []
+    for document in load_all(text, file):
+        own_ns = document.pop(NAMESPACE_KEY, None) if isinstance(document, dict) else None
+        if document is not None:
+            documents.append((document, ns if own_ns is None else _below(ns, str(own_ns))))
+    return documents
+
+
+def _below(ns: str, name: str) -> str:
+    if is_private(name):
+        raise GraphError(f"the namespace [{name}] of a parameter file cannot be private")
+    return join(ns, name)
+
+
+def parse_value(text: str, name: str) -> Any:
+    """The value that a text on the command line stands for: YAML; nothing is the empty text.
+
+    Raises:
+        YamlError: it is not valid YAML, or not plain data.
+    """
+    return load(text, f"the value of {name}") if text else ""

@@ -1,0 +1,96 @@
+"""Parameters on the server, as the command sees them: absent ones and wrong values become plain errors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pipros.errors import Refused
+from pipros.graph.errors import GraphError
+from pipros.graph.system_state import is_below
+from pipros.names import join
+from pipros.net.master_client import MasterClient
+
+
+def leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """The single parameters that a value at `name` stands for: dictionaries are namespaces.
+
+    >>> list(leaves("/wheels", {"left": 1, "rear": {"left": 2}}))
+    [('/wheels/left', 1), ('/wheels/rear/left', 2)]
+
+    Raises:
+        GraphError: a key is not a string.
+    """
+    if not isinstance(value, Mapping):
+        yield name, value
+        return
+    if not all(isinstance(key, str) for key in value):
+        raise GraphError(f"YAML dictionaries must have string keys. Invalid dictionary is:\n{value}")
+    for key, part in value.items():
+        yield from leaves(join(name, key), part)
+
+
+def read(master: MasterClient, name: str) -> Any:
+    """The value, or the dictionary of a namespace; binary values are `bytes`.
+
+    Raises:
+        GraphError: it is not set.
+    """
+    try:
+        return _plain(master.get_param(name))
+    except Refused:
+        raise GraphError(f"Parameter [{name}] is not set") from None
+
+
+def _plain(value: Any) -> Any:
+    """The value without the wrappers that XML-RPC puts around binary data and dates."""
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, dict):
+        return {key: _plain(part) for key, part in value.items()}
+    if isinstance(value, list):
+        return [_plain(part) for part in value]
+    from xmlrpc.client import Binary, DateTime
+
+    if isinstance(value, DateTime):
+        return str(value)
+    return bytes(value.data) if isinstance(value, Binary) else value
+
+
+def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
+    """Sets a parameter; the values of a dictionary are set one by one, so that their neighbours stay.
+
+    Returns what was set, as names and values.
+
+    Raises:
+        GraphError: a value or a place that the server cannot hold.
+    """
+    written = list(leaves(name, value))
+    for leaf, part in written:
+        try:
+            master.set_param(leaf, part)
+        except (TypeError, OverflowError) as error:
+            raise GraphError(f"cannot set parameter [{leaf}] to [{part}]: {error}") from None
+        except Refused as error:
+            raise GraphError(f"cannot set parameter [{leaf}]: {error.text}") from None
+    return written
+
+
+def delete(master: MasterClient, name: str) -> None:
+    """Removes a parameter or a namespace; `/`, which the server would not delete, is emptied.
+
+    Raises:
+        GraphError: it is not set.
+    """
+    try:
+        if name == "/":
+            master.set_param(name, {})
+        else:
+            master.delete_param(name)
+    except Refused:
+        raise GraphError(f"parameter [{name}] is not set") from None
+
+
+def names_below(master: MasterClient, ns: str) -> list[str]:
+    """The names of all parameters in a namespace, sorted."""
+    return sorted(name for name in master.get_param_names() if name != ns and is_below(name, ns))

@@ -1,0 +1,119 @@
+"""Does a node answer, and how quickly."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from socket import gaierror
+
+from pipros.errors import Refused, Unreachable
+from pipros.graph.nodes import node_names
+from pipros.graph.output import Say, bullets, to_stderr
+from pipros.net.master_client import MasterClient
+from pipros.net.rpc_client import Fault, RpcClient
+from pipros.printable import listed
+
+TIMEOUT_S = 3.0
+PERIOD_S = 1.0
+
+
+def ping(
+    master: MasterClient,
+    node: str,
+    *,
+    count: int | None = 1,
+    say: Say | None = None,
+    complain: Say = to_stderr,
+    pause: Callable[[float], object] = time.sleep,
+) -> bool:
+    """Pings a node once a second, `count` times, or for ever when that is None or 0.
+
+    Ctrl-C ends it, too. Returns False, and gives the reason to `complain`, when a ping is not answered.
+
+    Raises:
+        Unreachable: the *master* does not answer.
+    """
+    pings = _Pings(master, node, say, complain)
+    if not pings.find():
+        return False
+    if say:
+        say(f"pinging {listed(node)} with a timeout of {TIMEOUT_S}s")
+    try:
+        while not count or len(pings.durations_ms) < count:
+            if pings.durations_ms:
+                pause(PERIOD_S)
+            if not pings.send():
+                return False
+    except KeyboardInterrupt:
+        pass
+    pings.conclude()
+    return True
+
+
+def ping_all(master: MasterClient, say: Say | None = None) -> tuple[list[str], list[str]]:
+    """Pings every node once. Returns the nodes that answered, and those that did not."""
+    nodes = node_names(master)
+    if say:
+        say(bullets("Will ping the following nodes: ", nodes) + "\n")
+    answered = [node for node in nodes if ping(master, node, say=say)]
+    return answered, [node for node in nodes if node not in answered]
+
+
+class _Pings:
+    """The pings to one node so far."""
+
+    def __init__(self, master: MasterClient, node: str, say: Say | None, complain: Say) -> None:
+        self.durations_ms: list[float] = []
+        self._master = master
+        self._node = node
+        self._say = say
+        self._complain = complain
+        self._api = ""
+
+    def find(self) -> bool:
+        """Asks the master where the node is; False when nowhere."""
+        try:
+            self._api = self._master.lookup_node(self._node)
+        except Refused:
+            self._complain(f"cannot ping [{listed(self._node)}]: unknown node")
+            return False
+        return True
+
+    def send(self) -> bool:
+        """Pings once; False when there is no answer."""
+        start = time.perf_counter()
+        try:
+            with RpcClient(self._api, timeout_s=TIMEOUT_S) as client:
+                client.call("getPid", self._master.caller_id)
+        except (Unreachable, ValueError) as error:
+            return self._explain(error)
+        except Fault:
+            pass  # strange, but an answer
+        duration_ms = (time.perf_counter() - start) * 1000
+        self.durations_ms.append(duration_ms)
+        if self._say:
+            self._say(f"xmlrpc reply from {listed(self._api)}\ttime={duration_ms:f}ms")
+        return True
+
+    def _explain(self, error: Unreachable | ValueError) -> bool:
+        """Says why there was no answer. True when the node has moved, so that the next ping may succeed."""
+        cause = error.__context__
+        if isinstance(cause, ConnectionRefusedError):
+            old_api = self._api
+            if self.find() and self._api != old_api:
+                moved = f"from [{listed(old_api)}] to [{listed(self._api)}]"
+                self._complain(f"node url has changed {moved}, retrying to ping")
+                return True
+            self._complain(f"ERROR: connection refused to [{listed(old_api)}]")
+        elif isinstance(cause, gaierror):
+            host = self._api.partition("://")[2].rpartition(":")[0]
+            self._complain(f"ERROR: Unknown host [{listed(host)}] for node [{listed(self._node)}]")
+        elif isinstance(cause, TimeoutError):
+            self._complain(f"connection to [{listed(self._node)}] timed out")
+        else:
+            self._complain(f"ERROR: communication with node [{listed(self._node)}] failed: {error}")
+        return False
+
+    def conclude(self) -> None:
+        if self._say and len(self.durations_ms) > 1:
+            self._say(f"ping average: {sum(self.durations_ms) / len(self.durations_ms):f}ms")

@@ -1,0 +1,99 @@
+"""Sliding windows of what was measured: intervals between messages, delays, sizes. Values in, figures out."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+DEFAULT_WINDOW = 50_000
+"""How many samples are kept when no window is asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """What a window of samples amounts to.
+
+    Attributes:
+        mean, minimum, maximum, deviation: of the samples, in their unit.
+        count: how many there are.
+    """
+
+    mean: float
+    minimum: float
+    maximum: float
+    deviation: float
+    count: int
+
+
+class Samples:
+    """The newest samples, at most `window` of them."""
+
+    def __init__(self, window: int = DEFAULT_WINDOW) -> None:
+        self._values: deque[float] = deque(maxlen=max(window, 0))
+
+    def add(self, value: float) -> None:
+        self._values.append(value)
+
+    def clear(self) -> None:
+        self._values.clear()
+
+    def figures(self) -> Figures | None:
+        """None while there are no samples."""
+        values = list(self._values)
+        if not values:
+            return None
+        mean = sum(values) / len(values)
+        deviation = math.sqrt(sum((value - mean) ** 2 for value in values) / len(values))
+        return Figures(mean, min(values), max(values), deviation, len(values))
+
+
+class RateWindow:
+    """How often something happens, from the moments when it did."""
+
+    def __init__(self, window: int = DEFAULT_WINDOW) -> None:
+        """`window` counts moments; there is one interval less."""
+        self._intervals = Samples(window - 1)
+        self._last: float | None = None
+        self.has_news = False
+
+    def add(self, moment_s: float) -> bool:
+        """Takes over a moment. Returns False, and begins anew, when time went back, as simulations do."""
+        last, self._last = self._last, moment_s
+        if last is None:
+            return True
+        if moment_s < last:
+            self._intervals.clear()
+            return False
+        self._intervals.add(moment_s - last)
+        self.has_news = True
+        return True
+
+    def figures(self) -> Figures | None:
+        """The figures of the intervals, in seconds; the count is that of the moments."""
+        self.has_news = False
+        found = self._intervals.figures()
+        if found is None:
+            return None
+        return Figures(found.mean, found.minimum, found.maximum, found.deviation, found.count + 1)
+
+
+class BandwidthWindow:
+    """How many bytes come in a second, from their sizes and the moments when they came."""
+
+    def __init__(self, window: int = DEFAULT_WINDOW) -> None:
+        self._sizes = Samples(window)
+        self._moments: deque[float] = deque(maxlen=max(window, 0))
+        self._total: deque[int] = deque(maxlen=max(window, 0))
+
+    def add(self, moment_s: float, size: int) -> None:
+        self._sizes.add(size)
+        self._moments.append(moment_s)
+        self._total.append(size)
+
+    def figures(self, now_s: float) -> tuple[float, Figures] | None:
+        """Bytes a second until now, and the figures of the sizes; None before the second message."""
+        found = self._sizes.figures()
+        if found is None or found.count < 2 or now_s <= self._moments[0]:
+            return None
+        return sum(self._total) / (now_s - self._moments[0]), found

@@ -1,0 +1,83 @@
+"""Calling a service with values as people type them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from pipros.graph.errors import GraphError
+from pipros.graph.services import argument_names, service_class_of, uri_of
+from pipros.net.master_client import MasterClient
+
+LOOK_PERIOD_S = 0.05
+
+
+def wait_for_service(master: MasterClient, service: str) -> None:
+    """Waits until somebody offers the service; Ctrl-C ends it."""
+    while uri_of(master, service) is None:
+        time.sleep(LOOK_PERIOD_S)
+
+
+class ServiceCaller:
+    """Calls one service with values as people type them."""
+
+    def __init__(self, master: MasterClient, service: str) -> None:
+        """Raises:
+        GraphError: nobody offers the service, or its type is not on the path.
+        """
+        from pipros.node.service_client import OpenCalls, ServiceClient
+
+        self._class = service_class_of(master, service)
+        self._client = ServiceClient(service, self._class, master=lambda: master, calls=OpenCalls())
+
+    @property
+    def takes_arguments(self) -> bool:
+        return bool(self._class._request_class.__slots__)
+
+    def request(self, values: Sequence[Any]) -> Any:
+        """The request with these values: those of all fields, or one dictionary.
+
+        Raises:
+            GraphError: they do not fit.
+        """
+        from pipros.msg import load_message_class
+        from pipros.msg.errors import MessageException, SerializationError
+        from pipros.msg.from_yaml import fill_message_args
+        from pipros.msg.time import NS_PER_S, Time
+
+        request = self._class._request_class()
+        now = Time(*divmod(time.time_ns(), NS_PER_S))
+        keys = {"now": now, "auto": load_message_class("std_msgs/Header")(stamp=now)}
+        try:
+            fill_message_args(request, list(values), keys)
+        except (MessageException, ValueError) as error:
+            given = "\n".join(f" * {value} (type {type(value).__name__})" for value in values)
+            raise GraphError(
+                f"Incompatible arguments to call service:\n{error}\nProvided arguments are:\n{given}\n\n"
+                f"Service arguments are: [{argument_names(self._class)}]"
+            ) from None
+        try:
+            request._check_types()
+        except SerializationError as error:
+            raise GraphError(
+                "Unable to send request. One of the fields has an incorrect type:\n"
+                f"  {error}\n\nsrv file:\n{self._definition()}"
+            ) from None
+        return request
+
+    def call(self, request: Any) -> Any:
+        """Returns the response.
+
+        Raises:
+            ServiceFailed: the server is gone, or answered with an error.
+        """
+        return self._client.call(request)
+
+    def _definition(self) -> str:
+        request, response = self._class._request_class, self._class._response_class
+        halves = (
+            "".join(f"{kind} {name}\n" for name, kind in zip(half.__slots__, half._slot_types, strict=True))
+            for half in (request, response)
+        )
+        return "---\n".join(halves)

@@ -1,0 +1,100 @@
+"""What can be found out about services: of the master, and of the servers themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from pipros.errors import PiprosError, Refused
+from pipros.graph.errors import GraphError
+from pipros.graph.system_state import SystemState
+from pipros.net.master_client import MasterClient
+from pipros.printable import printable
+
+if TYPE_CHECKING:
+    from pipros.node.service_server import ServiceClass
+
+PROBE_DEADLINE_S = 5.0
+
+
+def nodes_by_service(master: MasterClient) -> dict[str, str]:
+    """The node that offers each service, sorted by service."""
+    services = SystemState.from_state(master.get_system_state()).services
+    return {service: services[service][0] for service in sorted(services) if services[service]}
+
+
+def uri_of(master: MasterClient, service: str) -> str | None:
+    """The `rosrpc://HOST:PORT` of a service, None when nobody offers it."""
+    try:
+        return master.lookup_service(service)
+    except Refused:
+        return None
+
+
+def header_of(master: MasterClient, service: str) -> Mapping[str, str] | None:
+    """The connection header that the server answers with: `type`, `md5sum`, …; None without a server.
+
+    Raises:
+        GraphError: the server does not answer.
+    """
+    import time
+
+    from pipros.node.service_client import ServiceFailed, ServiceLink
+    from pipros.wire.handshake import WireType
+
+    uri = uri_of(master, service)
+    if uri is None:
+        return None
+    deadline = time.monotonic() + PROBE_DEADLINE_S
+    try:
+        link = ServiceLink(uri, service, master.caller_id, WireType("*", "*"), deadline=deadline, probe=True)
+    except ServiceFailed as error:
+        raise GraphError(
+            f"Unable to communicate with service [{service}] at [{printable(uri)}]: {error}"
+        ) from None
+    link.close()
+    return link.fields
+
+
+def type_of(master: MasterClient, service: str) -> str | None:
+    """The type of a service, None when nobody offers it. Raises `GraphError` when it does not answer."""
+    header = header_of(master, service)
+    return None if header is None else header.get("type")
+
+
+def service_class_of(master: MasterClient, service: str) -> ServiceClass:
+    """The class of a service, as its server names it.
+
+    Raises:
+        GraphError: nobody offers it, or its type is not on the path.
+    """
+    from pipros.msg import load_service_class
+
+    type_name = type_of(master, service)
+    if type_name is None:
+        raise GraphError(f"Service [{service}] is not available.")
+    try:
+        found: Any = load_service_class(type_name)
+    except PiprosError as error:
+        raise GraphError(
+            f"Unable to load type [{printable(type_name)}].\nHave you typed 'make'? ({error})"
+        ) from None
+    service_class: ServiceClass = found
+    return service_class
+
+
+def argument_names(service_class: ServiceClass) -> str:
+    """The fields of the request, separated by blanks."""
+    return " ".join(service_class._request_class.__slots__)
+
+
+def services_of_type(master: MasterClient, type_name: str) -> list[str]:
+    """The services of a type, sorted; servers that do not answer are passed over."""
+    found = []
+    for service in nodes_by_service(master):
+        try:
+            if type_of(master, service) == type_name:
+                found.append(service)
+        except GraphError:
+            continue
+    return found

@@ -1,0 +1,61 @@
+"""What the master knows of a running system, as one value: who publishes, subscribes and serves what."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+Registrations = Mapping[str, Sequence[str]]
+"""The nodes behind each topic or service, both in the order of their registration."""
+
+
+@dataclass(frozen=True, slots=True)
+class SystemState:
+    """A snapshot of the graph.
+
+    Attributes:
+        publishers: the nodes that publish each topic.
+        subscribers: the nodes that subscribe each topic.
+        services: the node that offers each service, as a list of one.
+    """
+
+    publishers: Registrations
+    subscribers: Registrations
+    services: Registrations
+
+    @classmethod
+    def from_state(cls, state: Sequence[Sequence[Sequence[object]]]) -> SystemState:
+        """Takes the value of the Master API's `getSystemState`."""
+        publishers, subscribers, services = (_registrations(kind) for kind in state)
+        return cls(publishers, subscribers, services)
+
+    def topics(self) -> list[str]:
+        """All topics that somebody publishes or subscribes, sorted."""
+        return sorted({*self.publishers, *self.subscribers})
+
+    def nodes(self) -> list[str]:
+        """All nodes that are registered with anything, sorted."""
+        kinds = (self.publishers, self.subscribers, self.services)
+        return sorted({node for kind in kinds for nodes in kind.values() for node in nodes})
+
+
+def _registrations(kind: Sequence[Sequence[object]]) -> dict[str, list[str]]:
+    return {str(name): [str(node) for node in _each(nodes)] for name, nodes in kind}
+
+
+def _each(nodes: object) -> Iterator[object]:
+    return iter(nodes) if isinstance(nodes, (list, tuple)) else iter(())
+
+
+def of_node(node: str, kind: Registrations) -> list[str]:
+    """The topics or services that `node` is registered with, sorted."""
+    return sorted(name for name, nodes in kind.items() if node in nodes)
+
+
+def is_below(name: str, ns: str) -> bool:
+    """True for the namespace itself and all that is in it; everything is in `/`.
+
+    >>> is_below("/robot/scan", "/robot"), is_below("/robot2", "/robot"), is_below("/x", "/")
+    (True, False, True)
+    """
+    return name == ns or name.startswith(ns if ns.endswith("/") else ns + "/")

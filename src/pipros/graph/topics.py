@@ -1,0 +1,76 @@
+"""The topics of a running system: who uses them, their types, and those of fields: `/scan/ranges`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pipros.errors import NotFound, Refused
+from pipros.graph.errors import GraphError
+from pipros.graph.system_state import SystemState
+from pipros.net.master_client import MasterClient
+from pipros.printable import listed
+
+
+def topic_type(master: MasterClient, name: str) -> tuple[str | None, str]:
+    """The type of the topic that `name` starts with, and that topic.
+
+    `/scan/ranges` is the field `ranges` of `/scan`, unless there is a topic `/scan/ranges`.
+    Returns `(None, name)` when no such topic has a type yet.
+    """
+    types = {topic: type_name for topic, type_name in master.get_topic_types() if type_name != "*"}
+    topic = name
+    while topic:
+        if topic in types:
+            return types[topic], topic
+        topic = topic.rpartition("/")[0]
+    return None, name
+
+
+def field_type(type_name: str, path: Sequence[str]) -> str:
+    """The type of a field of a message, nested fields included: `header/stamp` is `time`.
+
+    Raises:
+        NotFound: no such field, or no such message type.
+    """
+    from pipros.graph.message_path import field_types
+
+    for name in path:
+        fields = field_types(type_name)
+        if name not in fields:
+            raise NotFound(f"{type_name} has no field [{name}]")
+        type_name = fields[name]
+    return type_name
+
+
+def topics_of_type(master: MasterClient, type_name: str) -> list[str]:
+    """The topics of a message type, sorted."""
+    return sorted(topic for topic, found in master.get_topic_types() if found == type_name)
+
+
+def describe_topic(master: MasterClient, topic: str) -> str:
+    """The text of `rostopic info`.
+
+    Raises:
+        GraphError: nobody publishes or subscribes the topic.
+    """
+    picture = SystemState.from_state(master.get_system_state())
+    if topic not in picture.publishers and topic not in picture.subscribers:
+        raise GraphError(f"Unknown topic {topic}")
+    types = dict(master.get_topic_types())
+    lines = [f"Type: {listed(types.get(topic, 'unknown type'))}", ""]
+    for heading, registrations in (("Publishers", picture.publishers), ("Subscribers", picture.subscribers)):
+        nodes = registrations.get(topic)
+        if nodes:
+            lines.append(f"{heading}: ")
+            lines += [f" * {listed(node)} ({listed(_api(master, node))})" for node in nodes]
+        else:
+            lines.append(f"{heading}: None")
+        lines.append("")
+    return "\n".join(lines) + "\n"
+
+
+def _api(master: MasterClient, node: str) -> str:
+    try:
+        return master.lookup_node(node)
+    except Refused:  # it has left since
+        return "unknown"

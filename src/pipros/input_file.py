@@ -1,0 +1,42 @@
+"""Files from strangers, read whole: with a limit, and no devices or pipes, which may have no end."""
+
+from __future__ import annotations
+
+import errno
+import os
+from stat import S_ISREG
+
+_FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+
+
+def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> bytes:
+    """The content of a regular file.
+
+    Args:
+        limit_bytes: by default `file_bytes` of the limits of this process.
+
+    Raises:
+        OSError: it cannot be read, is larger, or not a regular file; `strerror` says which.
+    """
+    if limit_bytes is None:
+        from pipros.limits import process_limits
+
+        limit_bytes = process_limits().file_bytes
+    descriptor = os.open(path, _FLAGS)
+    with open(descriptor, "rb") as file:
+        if not S_ISREG(os.fstat(descriptor).st_mode):
+            raise OSError(errno.EINVAL, "it is not a regular file", os.fspath(path))
+        content = file.read(limit_bytes + 1)
+    if len(content) > limit_bytes:
+        raise OSError(errno.EFBIG, f"it is larger than {limit_bytes} bytes", os.fspath(path))
+    return content
+
+
+def read_text(path: str | os.PathLike[str], limit_bytes: int | None = None, *, errors: str = "strict") -> str:
+    """The content of a regular file as UTF-8, with `\\n` for every end of a line.
+
+    Raises:
+        OSError: as of `read_file`.
+        UnicodeDecodeError: it is not UTF-8, unless `errors` says what to do then, as `bytes.decode` has it.
+    """
+    return read_file(path, limit_bytes).decode("utf-8", errors).replace("\r\n", "\n").replace("\r", "\n")

@@ -1,0 +1,88 @@
+"""What a launcher says about a launch before it starts anything: warnings, details and the summary."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from pipros.env import split_master_uri
+from pipros.launch.console import Console
+from pipros.launch.model import Launch, Node
+from pipros.net import address
+from pipros.printable import listed
+
+_VALUE_CHARACTERS = 20
+
+
+def announce_launch(console: Console, launch: Launch, *, local_only: bool) -> None:
+    """Prints the warnings of a launch, and what `-v` shows and the log file keeps of it."""
+    for warning in launch.warnings:
+        console.error(f"WARNING: {warning}")
+    for file in launch.files:
+        console.detail(f"... loading XML file [{file}]")
+    for key in launch.params:
+        console.detail(f"Added parameter [{key}]")
+    for node in launch.nodes:
+        console.detail(f"Added node of type [{node.package}/{node.type}] in namespace [{node.namespace}]")
+    if local_only:
+        console.say("local only launch specified, will not launch remote nodes")
+
+
+def warn_about_arguments(
+    console: Console, launch: Launch, arguments: Iterable[str], files: Sequence[str]
+) -> None:
+    """Warns about arguments of the command line that no file declares."""
+    declared = {argument.name for argument in launch.arguments}
+    for name in arguments:
+        if name not in declared and files:
+            console.error(f"WARNING: no <arg> named [{name}] is declared in {', '.join(files)}")
+
+
+def warn_about_machines(console: Console, launch: Launch, master_uri: str) -> None:
+    """Warns about what keeps nodes on other machines from working: a local master, passwords."""
+    host, _ = split_master_uri(master_uri)
+    if address.is_loopback(host):
+        console.error(
+            f"WARNING: nodes on other machines cannot reach the master at {master_uri}; "
+            "set ROS_MASTER_URI to a name of this computer that they know"
+        )
+    for machine in launch.machines.values():
+        if machine.password:
+            console.error(
+                f"WARNING: the password of machine [{machine.name}] is not used: ssh takes none from a "
+                "launch file. Let it log in by a key (ssh-copy-id) or an agent"
+            )
+
+
+def summary(
+    params: Mapping[str, Any],
+    nodes: Iterable[Node],
+    *,
+    machines: Iterable[str] = (),
+    is_core: bool = False,
+) -> str:
+    """The lists of parameters, machines and nodes, as Noetic prints them. A core lists no nodes."""
+    lines = ["", "SUMMARY", "========", ""]
+    if is_core:
+        lines.insert(0, "")
+    if params:
+        lines += ["PARAMETERS", *(f" * {listed(key)}: {_short(params[key])}" for key in sorted(params)), ""]
+    if names := sorted(machines):
+        lines += ["MACHINES", *(f" * {name}" for name in names), ""]
+    lines += ["NODES"]
+    below: dict[str, list[str]] = {}
+    for node in nodes:
+        below.setdefault(node.namespace, []).append(
+            f"    {listed(node.name)} ({listed(node.package)}/{listed(node.type)})"
+        )
+    for namespace in sorted(below):
+        lines += [f"  {namespace}", *sorted(below[namespace])]
+    return "\n".join([*lines, ""])
+
+
+def _short(value: Any) -> str:
+    """A value on one line, cut after 20 characters; `<...>` when it is not printable ASCII."""
+    text = (value.decode("latin-1") if isinstance(value, bytes) else str(value)).strip()
+    if len(text) > _VALUE_CHARACTERS:
+        text = text[: _VALUE_CHARACTERS - 3] + "..."
+    return text if text.isascii() and text.isprintable() else "<...>"

@@ -1,0 +1,20 @@
+"""The words of a roslaunch command line: `name:=value` for the launch files, and everything else."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pipros import names
+
+
+def split_arguments(words: Sequence[str]) -> tuple[dict[str, str], list[str]]:
+    """The `name:=value` words as a dictionary, and all other words. Values may be empty."""
+    arguments: dict[str, str] = {}
+    rest = []
+    for word in words:
+        if names.is_remapping_argument(word):
+            name, _, value = word.partition(":=")
+            arguments[name.strip()] = value.strip()
+        else:
+            rest.append(word)
+    return arguments, rest

@@ -1,0 +1,104 @@
+"""Builds a `Launch` from elements, and enforces the rules that hold between them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.launch.model import (
+    Argument,
+    Launch,
+    LaunchError,
+    Machine,
+    Node,
+    ParameterCommand,
+    Test,
+)
+
+
+class LaunchBuilder:
+    """Collects the contents of all files; `finish` returns them as a value."""
+
+    def __init__(self) -> None:
+        self._files: list[str] = []
+        self._params: dict[str, Any] = {}
+        self._clear_params: list[str] = []
+        self._commands: list[ParameterCommand] = []
+        self._nodes: dict[str, Node] = {}
+        self._tests: list[Test] = []
+        self._machines: dict[str, Machine] = {}
+        self._arguments: dict[str, Argument] = {}
+        self._warnings: list[str] = []
+
+    def add_file(self, file: str) -> None:
+        if file not in self._files:
+            self._files.append(file)
+
+    def warn(self, *warnings: str) -> None:
+        self._warnings.extend(warnings)
+
+    def add_param(self, key: str, value: Any) -> None:
+        """Sets a parameter. A later one of the same name wins; one below a plain value causes a warning."""
+        parent = key.rpartition("/")[0]
+        while parent:
+            if parent in self._params and not isinstance(self._params[parent], dict):
+                self.warn(f"parameter [{key}] conflicts with parent parameter [{parent}]")
+            parent = parent.rpartition("/")[0]
+        self._params.pop(key, None)
+        self._params[key] = value
+
+    def clear_params(self, namespace: str) -> None:
+        if namespace not in self._clear_params:
+            self._clear_params.append(namespace)
+
+    def add_command(self, command: ParameterCommand) -> None:
+        self._commands.append(command)
+
+    def add_node(self, node: Node) -> None:
+        """Raises LaunchError when another node has that name."""
+        first = self._nodes.get(node.full_name)
+        if first is not None:
+            places = [place for place in (node.place, first.place) if place]
+            raise LaunchError(
+                f"roslaunch file contains multiple nodes named [{node.full_name}].\n"
+                "Please check all <node> 'name' attributes to make sure they are unique.\n"
+                "Also check that $(anon id) use different ids."
+                + "".join(f"\n  declared in {place}" for place in places)
+            )
+        self._nodes[node.full_name] = node
+
+    def add_test(self, test: Test) -> None:
+        self._tests.append(test)
+
+    def add_machine(self, machine: Machine) -> None:
+        """Raises LaunchError when a different machine has that name."""
+        if self._machines.setdefault(machine.name, machine) != machine:
+            raise LaunchError(
+                f"Machine [{machine.name}] already added and does not match duplicate entry",
+                [machine.place] if machine.place else (),
+            )
+
+    def add_argument(self, argument: Argument) -> None:
+        self._arguments.setdefault(argument.name, argument)
+
+    def finish(self) -> Launch:
+        """The collected launch.
+
+        Raises:
+            LaunchError: a node is on a machine that no file describes.
+        """
+        for node in (*self._nodes.values(), *(test.node for test in self._tests)):
+            if node.machine and node.machine not in self._machines:
+                raise LaunchError(
+                    f"ERROR: unknown machine [{node.machine}]", [node.place] if node.place else ()
+                )
+        return Launch(
+            files=tuple(self._files),
+            params=dict(self._params),
+            clear_params=tuple(self._clear_params),
+            commands=tuple(self._commands),
+            nodes=tuple(self._nodes.values()),
+            tests=tuple(self._tests),
+            machines=dict(self._machines),
+            arguments=tuple(self._arguments.values()),
+            warnings=tuple(self._warnings),
+        )

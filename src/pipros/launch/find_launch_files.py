@@ -1,0 +1,78 @@
+"""Finds the launch files that a command line means: `package file.launch`, or paths."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+from pipros.errors import NotFound
+from pipros.launch.model import LaunchError
+from pipros.workspace.index import Package, PackageIndex
+
+STDIN = "-"
+
+
+class NoSuchFiles(LaunchError):
+    """Files named on the command line do not exist; `files` has them."""
+
+    def __init__(self, files: Sequence[str]) -> None:
+        self.files = tuple(files)
+        super().__init__(f"The following input files do not exist: {', '.join(files)}")
+
+
+def resolve_files(words: Sequence[str], index: PackageIndex) -> list[str]:
+    """The paths of the launch files; `-` stands for standard input and is kept.
+
+    Raises:
+        LaunchError: a file was not found or is ambiguous, in Noetic's words.
+    """
+    if not words:
+        return []
+    first, *rest = words
+    if not rest:
+        if first != STDIN and not os.path.isfile(first):
+            raise LaunchError(f"[{first}] is not a launch file name")
+        return [first]
+    if not os.path.isfile(first) and first != STDIN:
+        resolved = [find_in_package(first, rest[0], index), *rest[1:]]
+    else:
+        resolved = [first, *rest]
+    missing = [file for file in resolved if file != STDIN and not os.path.isfile(file)]
+    if missing:
+        raise NoSuchFiles(missing)
+    return resolved
+
+
+def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
+    """The only file of that name below a package; `launch/x.launch` is a path relative to its folder."""
+    nothing = LaunchError(
+        f"[{name}] is neither a launch file in package [{package_name}] nor is [{package_name}] "
+        "a launch file name"
+    )
+    try:
+        package = index.find(package_name)
+    except NotFound:
+        raise nothing from None
+    matches = _matches(package, name)
+    if not matches:
+        raise nothing
+    if len(matches) > 1:
+        listing = "\n".join(f"- {match}" for match in matches)
+        raise LaunchError(
+            f"multiple files named [{name}] in package [{package_name}]:\n{listing}\n"
+            "Please specify full path instead"
+        )
+    return matches[0]
+
+
+def _matches(package: Package, name: str) -> list[str]:
+    direct = os.path.join(package.path, name)
+    if os.path.dirname(name):
+        return [direct] if os.path.isfile(direct) else []
+    matches: dict[str, str] = {}
+    for folder, folders, files in os.walk(package.path):
+        folders[:] = sorted(sub for sub in folders if not sub.startswith("."))
+        if name in files:
+            path = os.path.join(folder, name)
+            matches.setdefault(os.path.realpath(path), path)
+    return list(matches.values())

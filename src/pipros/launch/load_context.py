@@ -1,0 +1,108 @@
+"""What the loader of launch files needs from its computer, as one value.
+
+`LoadContext.of_process()` is the real one; tests pass their own.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pipros.errors import PiprosError
+from pipros.input_file import read_file
+from pipros.launch.substitute import FindResource, anonymous_name
+from pipros.limits import process_limits
+from pipros.workspace.index import PackageIndex
+from pipros.workspace.overlays import built_workspaces
+
+if TYPE_CHECKING:
+    import subprocess
+
+
+class CommandFailed(PiprosError, ValueError):
+    """The command of a `<param command="…">` could not be run, or failed."""
+
+
+@dataclass(frozen=True, slots=True)
+class LoadContext:
+    """Packages, environment, files and commands.
+
+    Attributes:
+        read_file: the bytes of a file; raises OSError.
+        run_command: the output of a command line; raises CommandFailed.
+    """
+
+    find: FindResource
+    environment: Mapping[str, str]
+    make_anonymous: Callable[[str], str]
+    read_file: Callable[[str], bytes]
+    run_command: Callable[[str], str]
+
+    @classmethod
+    def of_process(cls, index: PackageIndex | None = None) -> LoadContext:
+        """This computer, with the environment of this process."""
+        index = index or PackageIndex.from_environment()
+
+        def find(package: str, path: str) -> str:
+            return find_resource(index, package, path)
+
+        return cls(find, os.environ, anonymous_name, _read_file, _run_command)
+
+
+def find_resource(index: PackageIndex, package: str, path: str) -> str:
+    """The path of `$(find package)/path`: a built program of that name, else a path below the package.
+
+    Raises:
+        NotFound: the package is unknown.
+    """
+    folder = index.find(package).path
+    if not path:
+        return str(folder)
+    for workspace in built_workspaces():
+        built = workspace.executables_of(package) / path
+        if built.exists():
+            return str(built)
+    return os.path.join(folder, path)
+
+
+def _read_file(path: str) -> bytes:
+    return read_file(path)
+
+
+def _run_command(command_line: str) -> str:
+    """Runs a command line without a shell and returns its output."""
+    import subprocess
+
+    command = shlex.split(command_line)
+    if not command:
+        raise CommandFailed("the command is empty")
+    try:
+        with subprocess.Popen(command, stdout=subprocess.PIPE) as process:  # noqa: S603
+            printed = _read_output(process, command)
+    except OSError as error:
+        reason = "no such command" if isinstance(error, FileNotFoundError) else str(error)
+        raise CommandFailed(f"{reason} [{command}]") from None
+    if process.returncode != 0:
+        raise CommandFailed(f"command [{command}] returned with code [{process.returncode}]")
+    try:
+        return printed.decode()
+    except UnicodeDecodeError as error:
+        raise CommandFailed(f"command [{command}] printed bytes that are not UTF-8: {error}") from None
+
+
+def _read_output(process: subprocess.Popen[bytes], command: list[str]) -> bytes:
+    """The output of a command. It is killed when it prints too much, or Ctrl-C interrupts the reading."""
+    limit_bytes = process_limits().file_bytes
+    if process.stdout is None:
+        return b""
+    try:
+        printed = process.stdout.read(limit_bytes + 1)
+        if len(printed) > limit_bytes:
+            raise CommandFailed(f"command [{command}] printed more than {limit_bytes} bytes")
+    except BaseException:
+        process.kill()
+        raise
+    return printed

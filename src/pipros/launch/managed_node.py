@@ -1,0 +1,102 @@
+"""A node that is being run, over all of its restarts, and what other programs can ask about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pipros.launch.command import Command
+from pipros.launch.model import Node, Output
+from pipros.launch.process import NodeProcess
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessInfo:
+    """A snapshot of one process of a launch; the latest one, when its node was restarted.
+
+    Attributes:
+        name: as in messages: `talker-2`.
+        exit_code: negative for the signal that ended it; None while it runs.
+        spawn_count: how often the node was started.
+        environment: the variables that the launch file and the launcher set.
+    """
+
+    name: str
+    package: str
+    pid: int
+    exit_code: int | None
+    spawn_count: int
+    arguments: tuple[str, ...]
+    environment: Mapping[str, str]
+    respawn: bool = False
+    respawn_delay_s: float = 0.0
+    required: bool = False
+    has_log: bool = True
+
+    @property
+    def is_alive(self) -> bool:
+        return self.exit_code is None
+
+    def as_struct(self) -> dict[str, Any]:
+        """The answer of `process_info`, under Noetic's names."""
+        struct = {
+            "name": self.name,
+            "package": self.package,
+            "pid": self.pid,
+            "alive": self.is_alive,
+            "spawn_count": self.spawn_count,
+            "args": list(self.arguments),
+            "env": dict(self.environment),
+            "respawn": self.respawn,
+            "respawn_delay": self.respawn_delay_s,
+            "required": self.required,
+            "log_output": self.has_log,
+        }
+        return struct if self.exit_code is None else {**struct, "exit_code": self.exit_code}
+
+
+@dataclass(slots=True)
+class ManagedNode:
+    """A node and its processes.
+
+    Attributes:
+        process: its current process; None between the end of one and the start of the next.
+        left_behind: its ended process, as long as something that this started still runs.
+        restart_at: when to restart it, on the monotonic clock; None for not at all.
+        latest: its latest process, running or ended.
+    """
+
+    name: str
+    node: Node
+    command: Command
+    output: Output
+    number: int
+    process: NodeProcess | None = None
+    left_behind: NodeProcess | None = None
+    restart_at: float | None = None
+    latest: NodeProcess | None = None
+    spawn_count: int = 0
+
+    @property
+    def is_done(self) -> bool:
+        if self.left_behind is not None and not self.left_behind.has_group:
+            self.left_behind = None
+        return self.process is None and self.left_behind is None and self.restart_at is None
+
+    def info(self) -> ProcessInfo:
+        """Its current state. To be called once it was started."""
+        assert self.latest is not None  # noqa: S101  # was started
+        return ProcessInfo(
+            name=self.name,
+            package=self.node.package,
+            pid=self.latest.pid,
+            exit_code=self.latest.exit_code,
+            spawn_count=self.spawn_count,
+            arguments=self.command.argv,
+            environment=self.command.overlay,
+            respawn=self.node.respawn,
+            respawn_delay_s=self.node.respawn_delay_s,
+            required=self.node.required,
+            has_log=self.output is Output.LOG,
+        )

@@ -1,0 +1,73 @@
+"""Which master a session uses: its address, and whether one answers there."""
+
+from __future__ import annotations
+
+import socket
+from dataclasses import replace
+
+from pipros.env import DEFAULT_MASTER_PORT, Environment, InvalidEnvironment, split_master_uri
+from pipros.errors import ProtocolError, Refused, Unreachable
+from pipros.launch.model import LaunchError
+from pipros.net import address
+from pipros.net.master_client import MasterClient
+from pipros.net.rpc_client import Fault
+from pipros.net.this_machine import is_this_machine
+
+
+def master_environment(
+    environment: Environment, *, is_core: bool, port: int | None, bind: str | None
+) -> Environment:
+    """The environment with the URI of the master that a session uses.
+
+    As in Noetic, `roscore` ignores the port in `ROS_MASTER_URI`, and advertises the name of this computer. A
+    `ROS_MASTER_URI` with that name opens it to the network.
+
+    Args:
+        is_core: whether the session is `roscore`.
+        port: of the master; by default 11311 for `roscore`, else that of `ROS_MASTER_URI`.
+        bind: the address that `roscore` listens on; by default the environment decides.
+    """
+    if is_core:
+        port = port or DEFAULT_MASTER_PORT
+        if bind in (address.ANY, address.ANY_IPV6):
+            # Opened explicitly: the URI has the name of this computer, as in Noetic.
+            host = environment.hostname or environment.ip or socket.gethostname()
+        elif bind is not None:
+            host = bind
+        else:
+            host = address.advertised_host(replace(environment, master_uri=_uri_here(environment, port)))
+        return replace(environment, master_uri=address.uri(host, port))
+    if port is not None:
+        host, _ = split_master_uri(environment.master_uri)
+        return replace(environment, master_uri=f"http://{address.host_and_port(host, port)}")
+    return environment
+
+
+def _uri_here(environment: Environment, port: int) -> str:
+    """The URI that decides where a core listens: `ROS_MASTER_URI` if that names this computer."""
+    try:
+        host, _ = split_master_uri(environment.master_uri)
+    except InvalidEnvironment:
+        host = "localhost"
+    if environment.hostname or environment.ip or not is_this_machine(host):
+        host = "localhost"
+    return address.uri(host, port)
+
+
+def run_id_of(client: MasterClient) -> str | None:
+    """The run id of the master; empty when it has none; None when no master answers.
+
+    Raises:
+        LaunchError: something else than a master answers.
+    """
+    try:
+        return str(client.get_param("/run_id"))
+    except Refused:
+        return ""
+    except Unreachable:
+        return None
+    except (ProtocolError, Fault) as error:
+        raise LaunchError(
+            f"what answers at ROS_MASTER_URI [{client.uri}] is not a ROS master: {error}. "
+            "Choose another port by -p or ROS_MASTER_URI"
+        ) from None

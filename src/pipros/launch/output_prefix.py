@@ -1,0 +1,113 @@
+"""Prefixes every output line of a node with its name, in a colour per node.
+
+Each node writes to a terminal of its own (a pty), so that it still flushes every line and keeps its colours;
+the lines are copied to the terminal of the launcher. When that is not a terminal, nodes write to its output
+directly, as in Noetic.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import sys
+import threading
+from dataclasses import dataclass
+
+_COLOURS = (36, 32, 35, 33, 34, 96, 92, 95)
+_CHUNK_BYTES = 65536
+
+# An incomplete line, such as a prompt or a progress bar, is shown after this time.
+_INCOMPLETE_LINE_S = 0.1
+
+
+def is_available() -> bool:
+    """Whether both outputs of this process are terminals, and ptys can be opened."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        return hasattr(os, "openpty") and os.isatty(sys.stdout.fileno()) and os.isatty(sys.stderr.fileno())
+    return False
+
+
+@dataclass(slots=True)
+class LinePrefix:
+    """Puts a prefix before each line of output that comes in pieces."""
+
+    prefix: bytes
+    is_in_line: bool = False
+
+    def format(self, text: bytes) -> bytes:
+        """A piece of output with the prefix at the start of each line."""
+        pieces = []
+        for line in text.splitlines(keepends=True):
+            pieces.append(line if self.is_in_line else self.prefix + line)
+            self.is_in_line = not line.endswith(b"\n")
+        return b"".join(pieces)
+
+
+class PrefixedOutput:
+    """A pty for one process, whose lines are copied to the terminal of the launcher.
+
+    The process gets `write_end` as its output; call `started` once it has it.
+    """
+
+    def __init__(self, name: str, number: int) -> None:
+        """Opens the pty; `number` chooses the colour.
+
+        Raises:
+            OSError: the system has no pty left.
+        """
+        self._read_end, self.write_end = os.openpty()
+        self._copy_settings()
+        colour = _COLOURS[number % len(_COLOURS)]
+        self._prefix = LinePrefix(f"\033[{colour}m[{name}]\033[0m ".encode())
+        self._target = sys.stdout.fileno()
+        self._copier = threading.Thread(target=self._copy, name=f"output of {name}", daemon=True)
+
+    def started(self) -> None:
+        """Begins to copy. To be called when the process has been started, or could not be."""
+        os.close(self.write_end)
+        self._copier.start()
+
+    def finish(self, timeout_s: float = 0.5) -> None:
+        """Waits until all output of the ended process is shown."""
+        self._copier.join(timeout_s)
+
+    def _copy_settings(self) -> None:
+        """Sets the size of our terminal, and disables processing that would change the bytes."""
+        import fcntl
+        import termios
+
+        with contextlib.suppress(OSError, termios.error):
+            size = fcntl.ioctl(sys.stdout.fileno(), termios.TIOCGWINSZ, b"\0" * 8)
+            fcntl.ioctl(self.write_end, termios.TIOCSWINSZ, size)
+        with contextlib.suppress(termios.error):
+            settings = termios.tcgetattr(self.write_end)
+            settings[1] &= ~termios.OPOST
+            settings[3] &= ~termios.ECHO
+            termios.tcsetattr(self.write_end, termios.TCSANOW, settings)
+
+    def _copy(self) -> None:
+        pending = b""
+        try:
+            while True:
+                is_ready = select.select([self._read_end], [], [], _INCOMPLETE_LINE_S if pending else None)[0]
+                if not is_ready:
+                    pending = self._show(pending)
+                    continue
+                chunk = os.read(self._read_end, _CHUNK_BYTES)
+                if not chunk:
+                    break
+                complete, newline, rest = (pending + chunk).rpartition(b"\n")
+                self._show(complete + newline)
+                pending = rest
+        except OSError:
+            pass  # the last process with this terminal has ended
+        self._show(pending)
+        os.close(self._read_end)
+
+    def _show(self, text: bytes) -> bytes:
+        """Writes a piece of output; returns what is pending then: nothing."""
+        if text:
+            with contextlib.suppress(OSError):
+                os.write(self._target, self._prefix.format(text))
+        return b""

@@ -1,0 +1,81 @@
+"""Turns the text of a `<param>` into a value, by the rules of http://wiki.ros.org/roslaunch/XML/param."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def convert(text: str, type_name: str, source: str = "<param>") -> Any:
+    """Converts `text` to a type: int, double, bool, str, yaml, or auto (also when empty).
+
+    `auto` accepts a float only with a dot in it, then an integer, then true and false; everything else stays
+    a string, also `1e3` and `0x10`.
+
+    Raises:
+        ValueError: the text is not of that type, or the type does not exist.
+
+    >>> convert("010", "auto"), convert("1e3", "auto"), convert("1.", ""), convert("True", "auto")
+    (10, '1e3', 1.0, True)
+    """
+    type_name = type_name.lower()
+    if type_name in ("", "auto"):
+        return _automatic(text)
+    if type_name in ("str", "string"):
+        return text
+    if type_name == "int":
+        return int(text)
+    if type_name == "double":
+        return float(text)
+    if type_name in ("bool", "boolean"):
+        return convert_bool(text)
+    if type_name == "yaml":
+        from pipros.safe import yaml  # costs 10 ms, and few launch files need it
+
+        return yaml.load(text, source, angles=False)
+    raise ValueError(f"Unknown type '{type_name}'")
+
+
+def convert_bool(text: str) -> bool:
+    """True for `true` and `1`, False for `false` and `0`, whatever the case.
+
+    Raises:
+        ValueError: for anything else.
+    """
+    word = text.lower().strip()
+    if word in ("true", "1"):
+        return True
+    if word in ("false", "0"):
+        return False
+    raise ValueError(f"{text} is not a 'bool' type")
+
+
+def _automatic(text: str) -> Any:
+    # Python accepts 1_000 as a number; ROS does not.
+    if "_" not in text:
+        try:
+            return float(text) if "." in text else int(text)
+        except ValueError:
+            pass
+    word = text.lower()
+    if word in ("true", "false"):
+        return word == "true"
+    return text
+
+
+def flatten(key: str, value: Any) -> dict[str, Any]:
+    """A tree of parameters as full names and values; empty dictionaries are left out.
+
+    Raises:
+        ValueError: a key is not a string; XML-RPC has no others.
+
+    >>> flatten("/a", {"b": 1, "c": {"d": [2]}})
+    {'/a/b': 1, '/a/c/d': [2]}
+    """
+    if not isinstance(value, dict):
+        return {key: value}
+    leaves: dict[str, Any] = {}
+    for name, part in value.items():
+        if not isinstance(name, str):
+            raise ValueError(f"a key must be a string, got {name!r} below [{key}]; put it in quotes")
+        leaves.update(flatten(f"{key.rstrip('/')}/{name.strip('/')}", part))
+    return leaves

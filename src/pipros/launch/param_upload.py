@@ -1,0 +1,82 @@
+"""Sets the parameters of a launch on the parameter server."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Protocol
+
+from pipros.errors import Refused
+from pipros.launch.model import Launch, LaunchError, ParameterAction, ParameterCommand
+from pipros.net.master_client import MasterClient
+
+CALLER_ID = "/roslaunch"
+
+
+def apply_parameters(launch: Launch, master_uri: str) -> None:
+    """Runs the dumps and deletions, deletes the cleared namespaces, then sets the parameters, in this order.
+
+    Raises:
+        Unreachable: the master does not answer.
+        LaunchError: XML-RPC cannot carry a value, the master refuses it, or a dump cannot be written.
+    """
+    client = MasterClient(master_uri, CALLER_ID)
+    try:
+        upload(launch, client)
+    finally:
+        client.close()
+
+
+class ParameterServer(Protocol):
+    """The calls that an upload makes. A parameter that does not exist raises `Refused`."""
+
+    def get_param(self, key: str) -> Any: ...
+
+    def set_param(self, key: str, value: Any) -> None: ...
+
+    def delete_param(self, key: str) -> None: ...
+
+
+def upload(launch: Launch, client: ParameterServer) -> None:
+    """As `apply_parameters`, on a connection that is there."""
+    for command in launch.commands:
+        _run(command, client)
+    for namespace in launch.clear_params:
+        _delete(client, namespace)
+    for key, value in launch.params.items():
+        _set(client, key, value)
+
+
+def _run(command: ParameterCommand, client: ParameterServer) -> None:
+    if command.action is ParameterAction.DELETE:
+        _delete(client, command.key)
+        return
+    import yaml
+
+    tree: Any = {}
+    with suppress(Refused):
+        tree = client.get_param(command.key)
+    text = yaml.safe_dump(tree)
+    try:
+        if command.file:
+            Path(command.file).write_text(text, "utf-8")
+        else:
+            print(text, end="")
+    except OSError as error:
+        raise LaunchError(
+            f"cannot dump the parameters of [{command.key}] to [{command.file}]: {error.strerror}"
+        ) from None
+
+
+def _delete(client: ParameterServer, key: str) -> None:
+    with suppress(Refused):  # it does not exist
+        client.delete_param(key)
+
+
+def _set(client: ParameterServer, key: str, value: Any) -> None:
+    try:
+        client.set_param(key, value)
+    except (TypeError, OverflowError) as error:
+        raise LaunchError(f"the parameter [{key}] cannot have the value {value!r}: {error}") from None
+    except Refused as error:
+        raise LaunchError(f"the parameter [{key}] was not set: {error.text}") from None

@@ -1,0 +1,40 @@
+"""Which computer each node of a launch runs on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pipros.launch.model import Machine, Node
+from pipros.net.this_machine import is_this_machine
+
+
+class Placement:
+    """Finds the nodes of other computers. The address of each machine is looked up at most once."""
+
+    def __init__(self, machines: Mapping[str, Machine]) -> None:
+        """`machines` are those of the launch, by name."""
+        self._machines = machines
+        self._is_local: dict[str, bool] = {}
+
+    def remote_machine(self, node: Node) -> Machine | None:
+        """The machine of a node on another computer; None for a node on this one."""
+        machine = self._machines.get(node.machine)
+        if machine is None:
+            return None
+        if machine.name not in self._is_local:
+            self._is_local[machine.name] = is_local(machine)
+        return None if self._is_local[machine.name] else machine
+
+
+def is_local(machine: Machine) -> bool:
+    """Whether nodes of a machine are started without ssh: it is this computer, and its user is ours."""
+    if machine.user:
+        import getpass
+
+        try:
+            own = getpass.getuser()
+        except (KeyError, OSError):  # a user number without a name
+            return False
+        if machine.user != own:
+            return False
+    return is_this_machine(machine.address)

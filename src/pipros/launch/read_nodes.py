@@ -1,0 +1,130 @@
+"""Reads `<node>` and `<test>`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from pipros import names
+from pipros.launch.model import LaunchError, Node, Output, Test, WorkingFolder
+from pipros.launch.read_params import read_param, read_rosparam
+from pipros.launch.read_scope import read_env, read_remap
+from pipros.launch.reader import ElementReader
+from pipros.launch.scope import LaunchScope
+
+_SHARED = ("pkg", "type", "machine", "args", "ns", "clear_params", "cwd", "launch-prefix", "required")
+_NODE_ONLY = ("name", "respawn", "respawn_delay", "output")
+_TEST_ONLY = ("test-name", "name", "time-limit", "retry")
+_REFUSED_IN_TEST = ("output", "respawn", "respawn_delay")
+
+
+def read_node(reader: ElementReader) -> None:
+    """Adds the node and its parameters."""
+    reader.allow(*_SHARED, *_NODE_ONLY)
+    try:
+        node = _read(reader, reader.required("name"))
+        node = replace(
+            node,
+            respawn=reader.flag("respawn"),
+            respawn_delay_s=reader.number("respawn_delay", 0.0),
+            required=reader.flag("required"),
+            output=reader.choice("output", Output.LOG),
+        )
+        if node.respawn and node.required:
+            raise reader.error("respawn and required cannot both be set to true")
+    except LaunchError as error:
+        raise _invalid(error, "node") from error.__cause__
+    reader.builder.add_node(node)
+
+
+def read_test(reader: ElementReader) -> None:
+    """Adds the test and its parameters."""
+    reader.allow(*_SHARED, *_TEST_ONLY, *_REFUSED_IN_TEST)
+    try:
+        test_name = reader.required("test-name")
+        for refused in _REFUSED_IN_TEST:
+            if reader.has(refused):
+                raise reader.error(f"<test> tags cannot have '{refused}' attribute")
+        node = _read(reader, reader.text("name") or test_name)
+        test = Test(node, test_name, reader.positive("time-limit", 60.0), reader.whole_number("retry", 0))
+    except LaunchError as error:
+        raise _invalid(error, "test") from error.__cause__
+    reader.builder.add_test(test)
+
+
+def _read(reader: ElementReader, name: str) -> Node:
+    """Reads what nodes and tests have in common, and their children."""
+    if "/" in name:
+        raise reader.error("node name cannot contain a namespace")
+    if not names.is_legal_base(name):
+        reader.warn(
+            f"WARN: illegal <node> name '{name}'.\nhttp://ros.org/wiki/Names\n"
+            f"This will likely cause problems with other ROS tools.\nThe node is in {reader.place}"
+        )
+    package, type_name = reader.required("pkg"), reader.required("type")
+    if not package:
+        raise reader.error("package must be non-empty")
+    if not type_name:
+        raise reader.error("type must be non-empty")
+    inner = reader.open_namespace()
+    private = inner.child(name)
+    if reader.text("clear_params") and reader.flag("clear_params"):
+        reader.builder.clear_params(private.namespace)
+    machine = reader.text("machine") or reader.scope.default_machine
+    _read_children(reader, inner, private)
+    return Node(
+        package=package,
+        type=type_name,
+        name=name,
+        namespace=inner.namespace,
+        arguments=reader.text("args") or "",
+        remappings=tuple(inner.remappings),
+        environment=tuple(inner.environment),
+        machine=machine,
+        required=False,
+        working_folder=reader.choice("cwd", WorkingFolder.ROS_HOME),
+        launch_prefix=reader.text("launch-prefix") or "",
+        place=reader.place,
+    )
+
+
+def _read_children(reader: ElementReader, inner: LaunchScope, private: LaunchScope) -> None:
+    """Reads the children of a node.
+
+    As in Noetic, parameters of `<param>` are set after those of `<rosparam>`, whatever their order in the
+    file, and before them the private parameters from outside, which every node gets.
+    """
+    params: dict[str, Any] = {
+        private.resolve_param(key[1:]): value for key, value in inner.private_params.items()
+    }
+    for child in reader.inside(inner).children():
+        if child.tag not in ("param", "rosparam", "remap", "env"):
+            child.warn(f"WARN: unrecognized '{child.tag}' child tag in the parent tag element: "
+                       f"<{reader.tag}> in {child.place}")  # fmt: skip
+        elif not child.is_wanted():
+            continue
+        elif child.tag == "remap":
+            read_remap(child)
+        elif child.tag == "env":
+            read_env(child)
+        elif child.tag == "param":
+            # As in Noetic, even a name with a leading slash is private inside a node.
+            name, value = read_param(child.inside(private))
+            params[private.resolve_param(name.lstrip("~/"))] = value
+        else:
+            for key, value in read_rosparam(child.inside(private)).items():
+                reader.builder.add_param(_of_node(private, key), value)
+    for key, value in params.items():
+        reader.builder.add_param(key, value)
+
+
+def _of_node(private: LaunchScope, key: str) -> str:
+    """`~name` inside a node is a private parameter of the node, like `name`."""
+    return private.resolve_param(key[1:]) if names.is_private(key) else key
+
+
+def _invalid(error: LaunchError, tag: str) -> LaunchError:
+    """The error of an attribute with the prefix that Noetic puts before it."""
+    if error.reason.startswith(("Invalid", "<", "[", "error", "cannot set")):
+        return error
+    return LaunchError(f"Invalid <{tag}> tag: {error.reason}.", error.places, error.element)

@@ -1,0 +1,103 @@
+"""Reads `<param>` and `<rosparam>`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.launch.model import LaunchError, ParameterAction, ParameterCommand
+from pipros.launch.param_types import convert, flatten
+from pipros.launch.reader import ElementReader
+
+_PARAM_SOURCES = ("value", "textfile", "binfile", "command")
+
+
+def read_param(reader: ElementReader) -> tuple[str, Any]:
+    """The name, as written, and the value of a `<param>`."""
+    reader.allow("name", "type", *_PARAM_SOURCES)
+    given = [source for source in _PARAM_SOURCES if reader.has(source)]
+    if len(given) != 1:
+        raise reader.error("<param> tag must have one and only one of value/textfile/binfile/command.")
+    name = reader.required("name").strip()
+    content = reader.text(given[0]) or ""
+    type_name = reader.text("type") or ""
+    try:
+        if given[0] == "binfile":
+            return name, reader.context.read_file(content)
+        if given[0] == "textfile":
+            return name, convert(reader.context.read_file(content).decode(), type_name, content)
+        if given[0] == "command":
+            return name, convert(_run(reader, name, content), type_name, content)
+        return name, convert(content.strip(), type_name)
+    except OSError as error:
+        raise reader.error(f"Invalid <param> tag: cannot read [{content}]: {error.strerror}") from None
+    except ValueError as error:
+        raise reader.error(f"Invalid <param> tag: {error}.") from error
+
+
+def _run(reader: ElementReader, name: str, command: str) -> str:
+    try:
+        return reader.context.run_command(command)
+    except ValueError as error:
+        key = reader.scope.resolve_param(name)
+        raise ValueError(f"Cannot load command parameter [{key}]: {error}") from error
+
+
+def read_rosparam(reader: ElementReader) -> dict[str, Any]:
+    """The parameters that a `<rosparam>` loads, by name. Dumps and deletions go to the builder."""
+    reader.allow("command", "file", "param", "ns", "subst_value")
+    command = reader.text("command") or "load"
+    file = reader.text("file")
+    if command not in ("load", "dump", "delete"):
+        raise _error(reader, "command must be 'load', 'dump', or 'delete'")
+    try:
+        inner = reader.scope.child(reader.text("ns") or "")
+    except ValueError as error:
+        raise _error(reader, str(error)) from None
+    param = reader.text("param")
+    if command != "load":
+        if command == "delete" and file is not None:
+            raise _error(reader, "'file' attribute is invalid with 'delete' command.")
+        key = inner.resolve_param(param) if param else inner.namespace
+        reader.builder.add_command(ParameterCommand(ParameterAction(command), key, file or ""))
+        return {}
+    return _load(reader.inside(inner), param, file)
+
+
+def _load(reader: ElementReader, param: str | None, file: str | None) -> dict[str, Any]:
+    from pipros.safe import yaml  # costs 10 ms, and not every launch file needs it
+
+    # Blank lines before the text, so that YAML errors have the line numbers of the launch file.
+    text, source = "\n" * (reader.element.line - 1) + reader.element.text, reader.scope.file
+    if file is not None:
+        source = file
+        try:
+            text = reader.context.read_file(file).decode()
+        except FileNotFoundError:
+            raise _error(reader, f"file does not exist [{file}]") from None
+        except OSError as error:
+            raise _error(reader, f"cannot read [{file}]: {error.strerror or error}") from None
+        except UnicodeDecodeError as error:
+            raise _error(reader, f"cannot read [{file}]: {error}") from None
+    if reader.flag("subst_value"):
+        text = reader.resolve(text)
+    if not text.strip():
+        return {}
+    try:
+        value = yaml.load(text, source)
+        if value is None:
+            return {}
+        if not isinstance(value, dict) and not param:
+            raise _error(reader, "'param' attribute must be set for non-dictionary values")
+        scope = reader.scope
+        if param:
+            return flatten(scope.resolve_param(param), value)
+        return {scope.resolve_param(key.lstrip("/")): leaf for key, leaf in flatten("", value).items()}
+    except yaml.YamlError as error:
+        where = f"file {file} contains invalid YAML" if file else "invalid YAML"
+        raise _error(reader, f"{where}:\n{error}") from None
+    except ValueError as error:
+        raise _error(reader, str(error)) from None
+
+
+def _error(reader: ElementReader, reason: str) -> LaunchError:
+    return reader.error(f"error loading <rosparam> tag: \n\t{reason}")

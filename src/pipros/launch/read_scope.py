@@ -1,0 +1,73 @@
+"""Reads the elements that change the scope of later ones: `<remap>`, `<env>` and `<arg>`."""
+
+from __future__ import annotations
+
+from pipros.launch.model import Argument, LaunchError
+from pipros.launch.reader import ElementReader
+
+
+def read_remap(reader: ElementReader) -> None:
+    reader.allow("from", "to")
+    source, target = reader.text("from"), reader.text("to")
+    if source is None or target is None:
+        raise reader.error("Invalid <remap> tag: <remap> tag is missing required from/to attributes")
+    try:
+        reader.scope.remap(source, target)
+    except ValueError as error:
+        raise reader.error(f"Invalid <remap> tag: {error}") from None
+
+
+def read_env(reader: ElementReader) -> None:
+    reader.allow("name", "value")
+    name, value = reader.text("name"), reader.text("value")
+    if name is None or value is None:
+        raise reader.error("<env> tag is missing required name/value attributes")
+    if not name:
+        raise reader.error("Invalid <env> tag: 'name' attribute must be non-empty")
+    if "=" in name or "\0" in name or "\0" in value:
+        raise reader.error(f"Invalid <env> tag: [{name}] cannot be the name of an environment variable")
+    reader.scope.environment.append((name, value))
+
+
+def read_arg(reader: ElementReader) -> Argument:
+    """Declares the argument in the scope and returns it."""
+    reader.allow("name", "value", "default", "doc")
+    try:
+        _refuse_value_and_default(reader)
+        argument = Argument(
+            reader.required("name"),
+            reader.text("default"),
+            reader.text("value"),
+            reader.element.attributes.get("doc", ""),
+        )
+        reader.scope.declare(argument)
+    except LaunchError as error:
+        raise LaunchError(f"Invalid <arg> tag: {error.reason}", error.places, error.element) from None
+    except ValueError as error:
+        raise reader.error(f"Invalid <arg> tag: {error}.") from None
+    return argument
+
+
+def read_included_arguments(reader: ElementReader) -> dict[str, str | None]:
+    """The `<arg>`s inside an `<include>`; its `<env>`s go to the scope."""
+    given: dict[str, str | None] = {}
+    for child in reader.children():
+        if child.tag not in ("arg", "env"):
+            child.warn(f"unrecognized '{child.tag}' tag in <include> tag in {child.place}")
+        elif not child.is_wanted():
+            continue
+        elif child.tag == "env":
+            read_env(child)
+        else:
+            name = child.required("name")
+            _refuse_value_and_default(child)
+            value = child.text("value") if child.has("value") else child.text("default")
+            if value is None:
+                raise child.error("include args must have declared values")
+            given[name] = value
+    return given
+
+
+def _refuse_value_and_default(reader: ElementReader) -> None:
+    if reader.has("value") and reader.has("default"):
+        raise reader.error("<arg> tag must have one and only one of value/default.")

@@ -1,0 +1,172 @@
+"""Reads one element of a launch file: its attributes after substitution, in its scope."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeVar
+
+from pipros.launch.builder import LaunchBuilder
+from pipros.launch.load_context import LoadContext
+from pipros.launch.model import LaunchError, Output, Place, WorkingFolder
+from pipros.launch.param_types import convert_bool
+from pipros.launch.scope import LaunchScope
+from pipros.launch.substitute import UnsetArgument
+from pipros.safe.xml import Element
+
+_SHOWN_CHARACTERS = 200
+
+_Choice = TypeVar("_Choice", Output, WorkingFolder)
+
+
+@dataclass(frozen=True, slots=True)
+class ElementReader:
+    """An element with everything that is needed to read it. All errors name the element and its place.
+
+    Attributes:
+        element: as written.
+        scope: what the element inherits, and may change for later elements.
+        builder: collects the contents of the element.
+        context: packages, files and commands of this computer.
+    """
+
+    element: Element
+    scope: LaunchScope
+    builder: LaunchBuilder
+    context: LoadContext
+
+    @property
+    def place(self) -> Place:
+        return Place(self.scope.file, self.element.line, self.element.column)
+
+    @property
+    def tag(self) -> str:
+        return self.element.tag
+
+    def inside(self, scope: LaunchScope) -> ElementReader:
+        """The same element, read in another scope."""
+        return ElementReader(self.element, scope, self.builder, self.context)
+
+    def children(self) -> Iterator[ElementReader]:
+        """The child elements, in the same scope."""
+        for child in self.element.children:
+            yield ElementReader(child, self.scope, self.builder, self.context)
+
+    # ---- attributes
+
+    def has(self, name: str) -> bool:
+        """Whether the element has the attribute."""
+        return name in self.element.attributes
+
+    def text(self, name: str) -> str | None:
+        """The attribute after substitution; None when the element does not have it."""
+        written = self.element.attributes.get(name)
+        return None if written is None else self.resolve(written)
+
+    def required(self, name: str) -> str:
+        value = self.text(name)
+        if value is None:
+            raise self.error(f"<{self.tag}> tag is missing required attribute: '{name}'")
+        return value
+
+    def flag(self, name: str, *, default: bool = False) -> bool:
+        """`true` or `false`, whatever the case."""
+        value = self.text(name)
+        if value is None:
+            return default
+        if not value:
+            raise self.error(f"bool value for {name} must be non-empty")
+        if value.lower() not in ("true", "false"):
+            raise self.error(f"invalid bool value for {name}: {value}")
+        return value.lower() == "true"
+
+    def number(self, name: str, default: float) -> float:
+        value = self.text(name)
+        if value is None:
+            return default
+        try:
+            return float(value)
+        except ValueError:
+            raise self.error(f"invalid float value for {name}: {value}") from None
+
+    def positive(self, name: str, default: float) -> float:
+        """A number greater than zero."""
+        text = self.text(name)
+        try:
+            number = default if text is None else float(text)
+        except ValueError:
+            raise self.error(f"'{name}' must be a number: [{text}]") from None
+        if not number > 0:
+            raise self.error(f"'{name}' must be a positive number: [{number}]")
+        return number
+
+    def whole_number(self, name: str, default: int) -> int:
+        text = self.text(name)
+        try:
+            return int(text or default)
+        except ValueError:
+            raise self.error(f"'{name}' must be a number: [{text}]") from None
+
+    def choice(self, name: str, default: _Choice) -> _Choice:
+        """The member of the default's enum that has this text as its value."""
+        text = self.text(name)
+        if text is None:
+            return default
+        choices = list(type(default))
+        for choice in choices:
+            if choice.value == text:
+                return choice
+        allowed = ", ".join(f"'{choice.value}'" for choice in choices)
+        raise self.error(f"{name} must be one of {allowed}")
+
+    def is_wanted(self) -> bool:
+        """The result of `if` and `unless`; True without them."""
+        condition, exception = self.text("if"), self.text("unless")
+        if condition is not None and exception is not None:
+            raise self.error("cannot set both 'if' and 'unless' on the same tag")
+        try:
+            if condition is not None:
+                return convert_bool(condition)
+            return exception is None or not convert_bool(exception)
+        except ValueError as error:
+            raise self.error(str(error)) from None
+
+    def resolve(self, written: str) -> str:
+        """Any text of this element after substitution."""
+        try:
+            return self.scope.substitution.resolve(written)
+        except UnsetArgument as error:
+            raise self.error(f"[{self.scope.file}] {error}") from error
+        except (ValueError, LookupError) as error:
+            raise self.error(str(error)) from error
+
+    # ---- namespaces, warnings, errors
+
+    def open_namespace(self) -> LaunchScope:
+        """The scope for the children: with the `ns` of this element."""
+        namespace = self.text("ns")
+        if namespace == "":
+            raise self.error(f"<{self.tag}> tag has an empty 'ns' attribute")
+        try:
+            return self.scope.child(namespace or "")
+        except ValueError as error:
+            raise self.error(str(error)) from None
+
+    def allow(self, *known: str) -> None:
+        """Warns about all attributes but the known ones, `if` and `unless`."""
+        surplus = self.element.attributes.keys() - {*known, "if", "unless"}
+        self.warn(*(f"[{self.place}] unknown <{self.tag}> attribute '{name}'" for name in sorted(surplus)))
+
+    def warn(self, *warnings: str) -> None:
+        self.builder.warn(*warnings)
+
+    def error(self, reason: str) -> LaunchError:
+        return LaunchError(reason, [self.place], shown(self.element))
+
+
+def shown(element: Element) -> str:
+    """The start tag of an element, for messages."""
+    attributes = "".join(f' {name}="{value}"' for name, value in element.attributes.items())
+    end = ">" if element.children or element.text.strip() else "/>"
+    written = f"<{element.tag}{attributes}{end}"
+    return written if len(written) <= _SHOWN_CHARACTERS else written[:_SHOWN_CHARACTERS] + "…"

@@ -1,0 +1,148 @@
+"""`roscore` as an object: a master, its parameter server and the `/rosout` node, all in this process."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from pipros.env import Environment
+from pipros.launch.run_id import new_run_id
+from pipros.master.options import MasterOptions
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from pipros.master.log import MasterLog
+    from pipros.master.master import Master
+    from pipros.master.options import MasterSettings
+    from pipros.node.rosout import RosoutAggregator
+
+ROS_DISTRO = "noetic"
+ROS_COMM_VERSION = "1.15.15"
+"""The value of `/rosversion`: the ros_comm release whose behaviour pipros has."""
+
+STANDARD_PARAMETERS: dict[str, Any] = {
+    # In genuine ROS these are outputs of commands, with the line end.
+    "/rosdistro": f"{ROS_DISTRO}\n",
+    "/rosversion": f"{ROS_COMM_VERSION}\n",
+}
+
+
+class Core:
+    """A master and, by default, the `/rosout` node. No other process is started.
+
+    A context manager: starts on the way in, stops on the way out. Several may run in one process.
+
+    >>> with Core(port=0) as core:                                 # doctest: +SKIP
+    ...     print(core.uri)
+    http://127.0.0.1:40123/
+    """
+
+    def __init__(
+        self,
+        options: MasterOptions | None = None,
+        *,
+        run_id: str | None = None,
+        rosout: bool = True,
+        log_folder: Path | None = None,
+        environment: Environment | None = None,
+        **settings: Unpack[MasterSettings],
+    ) -> None:
+        """Nothing is opened yet.
+
+        Args:
+            options: all settings of the master as one value.
+            run_id: by default a new one.
+            rosout: whether the `/rosout` node runs.
+            log_folder: where that node writes `rosout.log`, and the master `master.log`; None for no files.
+            environment: by default that of the process.
+            settings: fields of `MasterOptions`, which win over those of `options`: `port`, `host`, `allow`, …
+        """
+        self._environment = environment or Environment.from_os()
+        self.run_id = run_id or new_run_id()
+        self._options = replace(options or MasterOptions(), **settings)
+        self._wants_rosout = rosout
+        self._log_folder = log_folder
+        self._log: MasterLog | None = None
+        self._master: Master | None = None
+        self._rosout: RosoutAggregator | None = None
+
+    @property
+    def uri(self) -> str:
+        """The `ROS_MASTER_URI` for nodes. Valid while it runs."""
+        if self._master is None:
+            raise RuntimeError("the core is not running; call start() first")
+        return self._master.uri
+
+    @property
+    def binding(self) -> str:
+        """Who can connect, in words: `listens on 127.0.0.1, for this computer only`."""
+        if self._master is None:
+            raise RuntimeError("the core is not running; call start() first")
+        return self._master.binding
+
+    def start(self) -> None:
+        """Starts the master, then `/rosout`.
+
+        Raises:
+            OSError: the port is taken, or the address is not of this computer.
+        """
+        self.start_master()
+        if self._wants_rosout:
+            try:
+                self.start_rosout()
+            except BaseException:
+                self.stop()
+                raise
+
+    def start_master(self) -> None:
+        """Starts the master alone; it answers when this returns."""
+        from pipros.master.log import MasterLog
+        from pipros.master.master import Master
+
+        if self._log_folder is not None:
+            self._log = MasterLog(
+                self._log_folder / "master.log", self._options.log_level, limits=self._options.limits
+            )
+        parameters = {**self._options.parameters, **STANDARD_PARAMETERS, "/run_id": self.run_id}
+        master = Master(replace(self._options, parameters=parameters), environment=self._environment)
+        master.start()
+        self._master = master
+
+    def start_rosout(self) -> None:
+        """Starts the `/rosout` node; it is ready when this returns."""
+        from pipros.node.rosout import RosoutAggregator
+
+        environment = replace(self._environment, master_uri=self.uri, namespace="/")
+        log_file = None if self._log_folder is None else self._log_folder / "rosout.log"
+        rosout = RosoutAggregator(environment, log_file)
+        rosout.start()
+        self._rosout = rosout
+
+    def stop_rosout(self) -> None:
+        """Ends the `/rosout` node. Harmless when repeated."""
+        rosout, self._rosout = self._rosout, None
+        if rosout is not None:
+            with suppress(OSError):
+                rosout.stop()
+
+    def stop(self) -> None:
+        """Ends everything. Harmless when repeated."""
+        self.stop_rosout()
+        master, self._master = self._master, None
+        if master is not None:
+            master.stop()
+        if self._log is not None:
+            self._log.close()
+
+    def __enter__(self) -> Core:
+        self.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stop()

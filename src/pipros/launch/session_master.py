@@ -1,0 +1,176 @@
+"""The master of a launch session: one that answers already, or one that the session starts and ends."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from pipros.env import Environment, split_master_uri
+from pipros.launch.console import Console
+from pipros.launch.master_location import master_environment, run_id_of
+from pipros.launch.model import LaunchError
+from pipros.launch.param_upload import CALLER_ID
+from pipros.launch.roscore import Core
+from pipros.launch.run_id import is_run_id, new_run_id, run_id_problem
+from pipros.master.options import MasterOptions
+from pipros.net.master_client import MasterClient
+from pipros.net.this_machine import is_this_machine
+
+_ANSWER_S = 5.0
+
+
+class SessionMaster:
+    """`find`, `start`, then `stop`, in this order; `stop` always.
+
+    Attributes:
+        environment: of the session, with the URI of its master.
+    """
+
+    def __init__(
+        self,
+        environment: Environment,
+        options: MasterOptions,
+        console: Console,
+        *,
+        is_core: bool,
+        port: int | None,
+        on_shutdown: Callable[[], None],
+    ) -> None:
+        """Nothing is contacted or started yet.
+
+        Args:
+            environment: of the process.
+            options: of a master that is started; `port`, `known_as` and `on_shutdown` are set here.
+            is_core: whether a running master is an error, as for `roscore`.
+            port: as of `master_environment`.
+            on_shutdown: called from another thread when somebody on this computer shuts the master down.
+        """
+        self._requested_uri = environment.master_uri
+        self.environment = master_environment(environment, is_core=is_core, port=port, bind=options.host)
+        self._console = console
+        self._is_core = is_core
+        self._is_running = False
+        self._options = replace(options, on_shutdown=lambda _reason: on_shutdown())
+        self._core: Core | None = None
+
+    @property
+    def uri(self) -> str:
+        return self.environment.master_uri
+
+    @property
+    def is_own(self) -> bool:
+        """Whether the session started it."""
+        return self._core is not None
+
+    @property
+    def binding(self) -> str:
+        """Who can connect to a master of our own; empty for another one."""
+        return "" if self._core is None else self._core.binding
+
+    def find(self) -> str | None:
+        """The run of the master that answers; empty when it has none; None when no master answers.
+
+        Raises:
+            InvalidEnvironment: ROS_MASTER_URI is not a URI of a master.
+            LaunchError: something else than a master answers.
+        """
+        for uri in (self._requested_uri, self.uri):
+            split_master_uri(uri)
+        client = MasterClient(self.uri, CALLER_ID, timeout_s=_ANSWER_S)
+        try:
+            run_id = run_id_of(client)
+        finally:
+            client.close()
+        self._is_running = run_id is not None
+        return run_id
+
+    def start(self, run_id: str, log_folder: Path) -> None:
+        """Starts a master, unless `find` found one.
+
+        Raises:
+            LaunchError: a master runs where a core was to be started; it would be on another computer; the
+                port is taken.
+        """
+        if self._is_running:
+            if self._is_core:
+                raise LaunchError(
+                    "roscore cannot run as another roscore/master is already running. \n"
+                    "Please kill other roscore/master processes before relaunching.\n"
+                    f"The ROS_MASTER_URI is {self.uri}"
+                )
+            return
+        host, port = split_master_uri(self.uri)
+        if self._is_core:
+            self._warn_about_port(port)
+        elif not is_this_machine(host):
+            raise LaunchError(
+                f"ERROR: unable to contact ROS master at [{self.uri}], and [{host}] is not this "
+                "computer, so no master can be started there. Is roscore running on it?"
+            )
+        self._console.say("auto-starting new master")
+        core = Core(
+            self._options,
+            run_id=run_id,
+            log_folder=log_folder,
+            environment=self.environment,
+            port=port,
+            known_as=split_master_uri(self._requested_uri)[:1],
+        )
+        try:
+            core.start_master()
+        except OSError as error:
+            raise LaunchError(
+                f"cannot start a master on port {port}: {error.strerror or error}. Another program may use "
+                "the port; choose another one by -p or ROS_MASTER_URI"
+            ) from None
+        self._core = core
+        self._console.bold(f"process[master]: started with pid [{os.getpid()}]")
+
+    def start_rosout(self) -> None:
+        """Starts `/rosout` of a master of our own."""
+        if self._core is not None:
+            self._core.start_rosout()
+
+    def stop_rosout(self) -> None:
+        """Ends `/rosout` of a master of our own, and says what follows. Harmless when nothing was started."""
+        if self._core is not None:
+            self._console.say("[rosout-1] killing on exit")
+            self._core.stop_rosout()
+            self._console.say("[master] killing on exit")
+
+    def stop(self) -> None:
+        """Ends a master of our own. Harmless when nothing was started."""
+        if self._core is not None:
+            self._core.stop()
+
+    def _warn_about_port(self, port: int) -> None:
+        _, requested = split_master_uri(self._requested_uri)
+        if requested != port:
+            self._console.error(
+                f"WARNING: ROS_MASTER_URI port [{requested}] does not match this roscore [{port}]"
+            )
+
+
+def choose_run_id(requested: str | None, running: str | None, console: Console) -> str:
+    """The run that a launch belongs to: the requested one, that of the running master, or a new one.
+
+    Args:
+        requested: by `--run_id`.
+        running: as `SessionMaster.find` returns it.
+
+    Raises:
+        LaunchError: the requested one cannot name a log folder, or differs from that of the master.
+    """
+    if requested and not is_run_id(requested):
+        raise LaunchError(run_id_problem(requested, "--run_id"))
+    if running and not is_run_id(running):
+        problem = run_id_problem(running, "/run_id on the parameter server")
+        running = ""
+        console.error(f"WARNING: {problem}. Using a new one for the log files of this run")
+    if requested and running and running != requested:
+        raise LaunchError(
+            f"run_id on parameter server does not match declared run_id: {running} vs {requested}"
+        )
+    return requested or running or new_run_id()

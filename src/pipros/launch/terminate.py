@@ -1,0 +1,88 @@
+"""Ends processes step by step, and reports how processes ended."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+from pipros.launch.console import Console
+from pipros.launch.process import SIGINT, SIGKILL, SIGTERM, NodeProcess, last_lines
+
+SIGINT_TIMEOUT_S = 15.0
+SIGTERM_TIMEOUT_S = 2.0
+
+_SIGKILL_TIMEOUT_S = 2.0
+_LEFT_BEHIND_TIMEOUT_S = 1.0
+_CHECK_EVERY_S = 0.01
+
+AwaitEnds = Callable[[Sequence[NodeProcess], float], list[NodeProcess]]
+"""Waits for the ends of processes, at most so many seconds; returns those that are left."""
+
+
+def end(
+    processes: Sequence[NodeProcess],
+    console: Console,
+    await_ends: AwaitEnds,
+    *,
+    sigint_timeout_s: float = SIGINT_TIMEOUT_S,
+    sigterm_timeout_s: float = SIGTERM_TIMEOUT_S,
+) -> None:
+    """Ends processes and what they started, all at the same time: SIGINT, SIGTERM, SIGKILL.
+
+    Each is announced. Returns when all have ended, or SIGKILL had no effect either.
+    """
+    for process in processes:
+        console.say(f"[{process.name}] killing on exit")
+        process.send_signal(SIGINT)
+    left = await_ends(processes, sigint_timeout_s)
+    errors = []
+    for number, timeout_s in ((SIGTERM, sigterm_timeout_s), (SIGKILL, _SIGKILL_TIMEOUT_S)):
+        for process in left:
+            console.error(f"[{process.name}] escalating to {number.name}")
+            process.send_signal(number)
+            if number is SIGKILL:
+                errors.append(f" * process[{process.name}, pid {process.pid}]: required SIGKILL.")
+        if left:
+            left = await_ends(left, timeout_s)
+    _end_left_behind(processes)
+    if errors:
+        console.error("Shutdown errors:\n" + "\n".join(errors))
+
+
+def _end_left_behind(processes: Sequence[NodeProcess]) -> None:
+    """Ends what ended processes left running: shells make their background jobs ignore SIGINT."""
+    left = [process for process in processes if process.has_group]
+    for process in left:
+        process.send_signal(SIGTERM)
+    deadline = time.monotonic() + _LEFT_BEHIND_TIMEOUT_S
+    while any(process.has_group for process in left) and time.monotonic() < deadline:
+        time.sleep(_CHECK_EVERY_S)
+    for process in processes:
+        process.release()
+
+
+def report_end(process: NodeProcess, log_stem: str, console: Console, *, is_required: bool) -> None:
+    """Reports how a process ended, in Noetic's words; for one that failed with its last output."""
+    log = f"log file: {log_stem}*.log"
+    if process.exit_code == 0:
+        text = f"process has finished cleanly\n{log}"
+    else:
+        command = " ".join(process.command.argv)
+        text = f"process has died [pid {process.pid}, exit code {process.exit_code}, cmd {command}].\n{log}"
+    if is_required:
+        rule = "=" * 80
+        console.error(
+            f"{rule}REQUIRED process [{process.name}] has died!\n{text}\nInitiating shutdown!\n{rule}"
+        )
+    elif process.exit_code == 0:
+        console.bold(f"[{process.name}] {text}")
+    else:
+        console.error(f"[{process.name}] {text}")
+    if process.exit_code == 0:
+        return
+    # The error log comes first: it was not shown on a terminal.
+    logs = [log for log in (process.stderr_log, process.stdout_log) if log is not None]
+    lines: list[str] = next(filter(None, map(last_lines, logs)), [])
+    if lines:
+        shown = "\n".join(f"[{process.name}]   {line}" for line in lines)
+        console.error(f"[{process.name}] its last output:\n{shown}")

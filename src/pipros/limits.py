@@ -1,0 +1,181 @@
+"""Every bound on what a peer, a file or a name may cost, with its default, in one place.
+
+`PIPROS_LIMITS` changes them for a process: `PIPROS_LIMITS="frame_bytes=1000000,handshakes=64"`. Programs
+pass a `Limits` of their own to `Node` and `Master`. docs/reliability.md says what happens at each one.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, fields, replace
+from functools import cache
+
+from pipros.errors import PiprosError
+
+VARIABLE = "PIPROS_LIMITS"
+
+_KIB = 1024
+_MIB = 1024 * _KIB
+
+
+class InvalidLimits(PiprosError, ValueError):
+    """`PIPROS_LIMITS` names an unknown limit, or gives one a value that it cannot have."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The bounds of one process, one node or one master.
+
+    Attributes:
+        header_bytes: a TCPROS connection header.
+        frame_bytes: a message, a service request, a service reply.
+        handshakes: TCPROS connections that have not sent their header yet, at a time.
+        handshake_s: the time for a connection header, in either direction.
+        body_bytes: an XML-RPC request.
+        answer_bytes: an XML-RPC answer of a server that the user chose: the master, a node that a tool asks.
+        bodies_bytes: XML-RPC requests of one server that are not complete, together; the same for the service
+            replies of a node that clients do not read.
+        request_s: the time for an XML-RPC request to arrive, and for its sender to read the answer; the same
+            for service calls, where it begins anew with every MiB.
+        idle_s: how long an XML-RPC connection may stay open without a request.
+        file_bytes: a file that is read whole: a launch file, a manifest, a definition, a `CMakeLists.txt`.
+        cmake_steps: commands that one package's `CMakeLists.txt` carries out.
+        cmake_rounds: rounds of one of its loops.
+        cmake_depth: its files and functions within each other.
+        cmake_value_characters: one variable, and the arguments of one command.
+        cmake_characters: all its variables together.
+        log_bytes: the log file of a node or launcher, `rosout.log` and `master.log`.
+        log_files: such a file and the older ones that are kept, `x.log.1` the youngest of them.
+        multicall_answer_bytes: the answers of one `system.multicall` together.
+        rpc_connections: XML-RPC connections of one server; 0 is half of the process's descriptors, for a node
+            an eighth.
+        rpc_connections_per_peer: how many of them from one address.
+        name_characters: a name or a URI in a call to the master.
+        parameter_bytes: all parameters of a master together.
+        registration_bytes: the names, types and URIs of all registrations of a master together.
+        topic_types: types that a master keeps of topics that nobody has any more.
+        topic_type_bytes: the names of those topics and their types together.
+        notices: calls of a master that wait for one node.
+        notice_s: the time for a node to answer such a call.
+        tcpros_connections: TCPROS connections of a node, in either direction; 0 is three quarters of the
+            process's descriptors.
+        tcpros_connections_per_peer: how many of them one address may open; 0 is half, for loopback all.
+        incoming_links: publishers that a node receives from; each takes a thread.
+        connection_attempts: publishers that a node connects to at a time.
+        publishers_per_topic: publishers of one topic that a node connects to.
+        service_threads: service calls that a node handles at a time; the others wait.
+        statistics_links: links that topic statistics are kept for.
+        lookup_s: how long a configured host name is looked up to see whether it means this machine.
+        recheck_s: how often, at most, a node asks its master because of callers that it does not know.
+        stall_s: how long one `publish` waits, in all, for subscribers that do not keep up.
+        queue_bytes: the messages that wait for one subscriber, whatever the `queue_size`.
+        lookups: look-ups of host names under way.
+        subscriber_bytes: what a subscriber may send on a topic link after its header.
+        definition_bytes: the text of a message definition that a peer or a bag brings.
+        definition_types: types in such a text.
+        definition_fields: fields and constants of all types in such a text, or of one type in a file; those
+            of embedded types count each time.
+        definition_copies_bytes: the definitions of all types in such a text, each with what it embeds.
+        message_values: values in a new message.
+        empty_elements: values in one message beyond the eight that each of its bytes pays for.
+        yaml_values: values of a YAML text, aliases and merged mappings counted as often as they are used.
+        yaml_depth: nesting of lists and mappings in a YAML text; the parameter server has the same.
+        xml_bytes: an XML file.
+        xml_depth: nesting of elements in an XML file.
+        expression_characters: the text of one `$(eval ...)` or message filter.
+        expression_size: characters of a text, or elements of a list and of what is in it, that it makes.
+        expression_work: the sizes of all that it makes, and the steps that take more time than that.
+    """
+
+    header_bytes: int = 1 * _MIB
+    frame_bytes: int = 1024 * _MIB
+    handshakes: int = 256
+    handshake_s: float = 10.0
+    body_bytes: int = 16 * _MIB
+    answer_bytes: int = 256 * _MIB
+    bodies_bytes: int = 256 * _MIB
+    request_s: float = 30.0
+    idle_s: float = 900.0
+    file_bytes: int = 64 * _MIB
+    cmake_steps: int = 2_000_000
+    cmake_rounds: int = 100_000
+    cmake_depth: int = 50
+    cmake_value_characters: int = 4 * 1024 * 1024
+    cmake_characters: int = 64 * 1024 * 1024
+    log_bytes: int = 48 * _MIB
+    log_files: int = 5
+    multicall_answer_bytes: int = 16 * _MIB
+    rpc_connections: int = 0
+    rpc_connections_per_peer: int = 4096
+    name_characters: int = 16 * _KIB
+    parameter_bytes: int = 64 * _MIB
+    registration_bytes: int = 128 * _MIB
+    topic_types: int = 10_000
+    topic_type_bytes: int = 1 * _MIB
+    notices: int = 1000
+    notice_s: float = 10.0
+    tcpros_connections: int = 0
+    tcpros_connections_per_peer: int = 0
+    incoming_links: int = 1024
+    connection_attempts: int = 20
+    publishers_per_topic: int = 2000
+    service_threads: int = 256
+    statistics_links: int = 1000
+    lookup_s: float = 5.0
+    recheck_s: float = 1.0
+    stall_s: float = 2.0
+    queue_bytes: int = 256 * _MIB
+    lookups: int = 64
+    subscriber_bytes: int = 4 * _KIB
+    definition_bytes: int = 4 * _MIB
+    definition_types: int = 1000
+    definition_fields: int = 20_000
+    definition_copies_bytes: int = 64 * _MIB
+    message_values: int = 4 * 1024 * 1024
+    empty_elements: int = 65_536
+    yaml_values: int = 1_000_000
+    yaml_depth: int = 100
+    xml_bytes: int = 16 * _MIB
+    xml_depth: int = 100
+    expression_characters: int = 4_000
+    expression_size: int = 100_000
+    expression_work: int = 2_000_000
+
+    @classmethod
+    def parse(cls, text: str) -> Limits:
+        """Reads `name=value` pairs, separated by commas; what is not named keeps its default.
+
+        Raises:
+            InvalidLimits: an unknown name, or a value that is not a number greater than zero. 0 is allowed
+                where it is the default.
+
+        >>> Limits.parse("frame_bytes=1000, stall_s=0.5").stall_s
+        0.5
+        """
+        known = {field.name: field for field in fields(cls)}
+        changed: dict[str, float] = {}
+        for pair in filter(None, map(str.strip, text.split(","))):
+            name, _, value = (part.strip() for part in pair.partition("="))
+            if name not in known:
+                raise InvalidLimits(f"{VARIABLE}: unknown limit [{name}]; the limits are {', '.join(known)}")
+            default = known[name].default
+            kind = int if isinstance(default, int) else float
+            try:
+                changed[name] = kind(value)
+                is_valid = changed[name] > 0 or changed[name] == default
+            except ValueError:
+                is_valid = False
+            if not is_valid:
+                wanted = "a whole number" if kind is int else "a number"
+                raise InvalidLimits(f"{VARIABLE}: {name} must be {wanted} greater than zero, got [{value}]")
+        return replace(cls(), **changed)  # type: ignore[arg-type]  # each has its field's type
+
+
+@cache
+def process_limits() -> Limits:
+    """The limits of this process: `PIPROS_LIMITS`, read once, at the first use.
+
+    Raises:
+        InvalidLimits: see `Limits.parse`.
+    """
+    return Limits.parse(os.environ.get(VARIABLE, ""))

@@ -1,0 +1,32 @@
+"""Which computers may connect to a master."""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Sequence
+
+from pipros.net.this_machine import Caller
+
+
+class AllowedNetworks:
+    """The networks that may connect, besides this machine.
+
+    >>> allowed = AllowedNetworks(["10.0.0.0/8", "192.168.1.7"])
+    >>> str(allowed)
+    '10.0.0.0/8, 192.168.1.7/32'
+    """
+
+    def __init__(self, networks: Sequence[str]) -> None:
+        """Raises ValueError when something is not a network."""
+        self._networks = [ipaddress.ip_network(network, strict=False) for network in networks]
+
+    def admits(self, caller: Caller) -> bool:
+        """Whether a caller is in one of the networks, or on this machine."""
+        try:
+            ip = ipaddress.ip_address(caller.host)
+        except ValueError:
+            return False
+        return any(ip in network for network in self._networks) or caller.is_here
+
+    def __str__(self) -> str:
+        return ", ".join(map(str, self._networks))

@@ -1,0 +1,183 @@
+"""A master as an object: what starts and stops it in its own thread."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from pipros.env import Environment, InvalidEnvironment, split_master_uri
+from pipros.master.admission import AllowedNetworks
+from pipros.master.options import MasterOptions
+from pipros.master.server import MasterServer
+from pipros.net import address
+from pipros.net.loop import BackgroundLoop
+from pipros.net.sockets import connections_that_fit
+from pipros.net.this_machine import addresses_of
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from pipros.master.options import MasterSettings
+
+_DESCRIPTORS: Final = 65536
+
+
+class Master:
+    """A ROS master with its parameter server, in a thread of its own.
+
+    Several may run in one process. A context manager: starts on the way in, stops on the way out.
+
+    >>> with Master(port=0) as master:                             # doctest: +SKIP
+    ...     print(master.uri)
+    http://127.0.0.1:40123/
+
+    Attributes:
+        host: the address it listens on; `127.0.0.1` is for this machine only.
+    """
+
+    def __init__(
+        self,
+        options: MasterOptions | None = None,
+        *,
+        environment: Environment | None = None,
+        **settings: Unpack[MasterSettings],
+    ) -> None:
+        """Nothing is opened yet.
+
+        Args:
+            options: all settings as one value.
+            environment: by default that of the process.
+            settings: fields of `MasterOptions`, which win over those of `options`.
+
+        Raises:
+            ValueError: `allow` has something that is not a network.
+        """
+        options = replace(options or MasterOptions(), **settings)
+        environment = environment or Environment.from_os()
+        host = options.host
+        self.host = host or address.bind_host(environment)
+        self._hosts = [self.host]
+        if self.host == address.LOOPBACK_IPV6 and not (host or environment.hostname or environment.ip):
+            self._hosts.append(address.LOOPBACK)  # `localhost` in ROS_MASTER_URI may mean either
+        elif not host and address.is_loopback(self.host):
+            self._hosts = list(
+                dict.fromkeys([self.host, *_loopback_addresses(environment, options.known_as)])
+            )
+        self._allowed = AllowedNetworks(options.allow) if options.allow else None
+        self._loop = BackgroundLoop("master")
+        self._server = MasterServer(
+            options,
+            hosts=self._hosts,
+            advertised_host=options.advertised_host or _advertised_host(host, environment),
+            admits=self._allowed.admits if self._allowed else None,
+        )
+        self._is_running = False
+
+    @property
+    def port(self) -> int:
+        """The port; when it was set to 0, valid from `start()` on."""
+        return self._server.rpc.port
+
+    @property
+    def uri(self) -> str:
+        """The `ROS_MASTER_URI` for nodes; valid from `start()` on."""
+        return self._server.uri
+
+    @property
+    def binding(self) -> str:
+        """Who can connect, in words: `listens on 127.0.0.1, for this computer only`."""
+        listens = f"listens on {' and '.join(self._hosts)}"
+        if address.is_loopback(self.host):
+            return f"{listens}, for this computer only"
+        if self._allowed:
+            return f"{listens}, open to {self._allowed}"
+        return f"{listens}, open to everybody who can reach this computer"
+
+    def start(self) -> None:
+        """Opens the port; the master answers when this returns.
+
+        Raises:
+            OSError: the port is taken, the address is not of this machine, or the store cannot be made.
+        """
+        self._loop.start()
+        try:
+            self._loop.run(self._server.start())
+        except BaseException:
+            self._loop.stop()
+            raise
+        self._is_running = True
+
+    def stop(self) -> None:
+        """Closes the port and all connections. Harmless when repeated."""
+        if not self._is_running:
+            return
+        self._is_running = False
+        self._loop.run(self._server.stop())
+        self._loop.stop()
+
+    def __enter__(self) -> Master:
+        if not self._is_running:
+            self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+
+def _loopback_addresses(environment: Environment, known_as: Sequence[str]) -> Iterator[str]:
+    """The IPv4 loopback addresses that the host of the master URI and the other names resolve to."""
+    hosts = list(known_as)
+    with contextlib.suppress(InvalidEnvironment):
+        hosts.insert(0, split_master_uri(environment.master_uri)[0])
+    for host in hosts:
+        if host == "localhost":
+            yield address.LOOPBACK
+        else:
+            yield from (found for found in addresses_of(host) if found.startswith("127."))
+
+
+def tune_for_master() -> None:
+    """Tunes process-wide settings for a dedicated master. Call it from commands only, not from libraries.
+
+    - The limit of descriptors is raised as far as possible, because a robot has many nodes.
+    - Threads take turns more quickly, so that decoding a large value in one does not delay the answers of
+      others.
+    - The garbage collector hardly ever makes a full pass: one takes 10 ms for 100,000 objects, and a master
+      makes no reference cycles but those of connections, which are found while they are young. (Ten
+      thousand connections that come and go are 127 ms of garbage at once.)
+    """
+    sys.setswitchinterval(0.0005)
+    gc.set_threshold(2_000, 10, 10_000)
+    try:
+        import resource
+    except ImportError:  # Windows, where sockets do not count as files
+        return
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = _DESCRIPTORS if hard == resource.RLIM_INFINITY else min(hard, _DESCRIPTORS)
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+    _make_room_for_descriptors(min(wanted, connections_that_fit() * 2))
+
+
+def _make_room_for_descriptors(count: int) -> None:
+    """Makes the kernel grow the descriptor table of the process now.
+
+    The table doubles when it is full, and on Linux a process with threads then stands still for 10 to 20 ms.
+    """
+    import fcntl
+
+    with contextlib.suppress(OSError), open(os.devnull, "rb") as any_file:
+        os.close(fcntl.fcntl(any_file.fileno(), fcntl.F_DUPFD_CLOEXEC, count - 1))
+
+
+def _advertised_host(host: str | None, environment: Environment) -> str:
+    if host is None or host in (address.ANY, address.ANY_IPV6):
+        if host and not (environment.hostname or environment.ip) and address.is_master_local(environment):
+            return address.own_name(environment)
+        return address.advertised_host(environment)
+    return host

@@ -1,0 +1,39 @@
+"""Which nodes hear of the change of a parameter, and what of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from pipros import names
+from pipros.master.params import value_below
+from pipros.master.registry import MASTER_ID, Notice, Registry, Role
+
+
+def param_notices(registry: Registry, key: str, value: Any, *, except_node: str) -> Iterator[Notice]:
+    """The `paramUpdate`s that are due because `key` became `value` (`{}` when it was deleted).
+
+    A subscriber at or above the key hears the key and its value; one below hears its own part of the value,
+    `{}` when there is none. `except_node`, which made the change, hears nothing. Announced keys end with a
+    slash, as in genuine masters.
+
+    The subscribed keys are looked up at once, their nodes only as the notices are taken: a key may have
+    thousands of subscribers.
+    """
+    return _notices(registry, registry.param_keys_around(key), key, value, except_node)
+
+
+def _notices(
+    registry: Registry, subscribed_keys: Sequence[str], key: str, value: Any, except_node: str
+) -> Iterator[Notice]:
+    changed = names.as_namespace(key)
+    for subscribed in subscribed_keys:
+        own = names.as_namespace(subscribed)
+        if changed.startswith(own):
+            params = (MASTER_ID, changed, value)
+        else:
+            params = (MASTER_ID, own, value_below(value, own[len(changed) :], {}))
+        # One tuple for all subscribers of a key, so that it is encoded once.
+        for name in registry.names_of(Role.PARAM_SUBSCRIBER, subscribed):
+            if name != except_node:
+                yield Notice(name, registry.nodes[name].api, "paramUpdate", params)

@@ -1,0 +1,60 @@
+"""The weight of a parameter: roughly its bytes in memory and in an XML-RPC document."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+VALUE_BYTES: Final = 32
+ENTRY_BYTES: Final = 32
+"""Weight of a value, and of an entry of a dictionary, besides their texts."""
+_SMALL: Final = 2_000
+"""Up to how many elements a value is weighed on the event loop."""
+_UTF8_BYTES: Final = 4
+
+
+def weigh(value: Any) -> int:
+    """The weight of a value.
+
+    >>> weigh("abc"), weigh([1, 2]), weigh({"a": 1})
+    (35, 96, 97)
+    """
+    weight = 0
+    stack = [value]
+    while stack:
+        value = stack.pop()
+        weight += VALUE_BYTES
+        kind = type(value)
+        if kind is str:
+            weight += _text_bytes(value)
+        elif kind is dict:
+            weight += sum(map(entry_weight, value))
+            stack.extend(value.values())
+        elif kind is list:
+            stack.extend(value)
+        elif kind not in (int, float, bool):
+            weight += len(getattr(value, "data", ""))  # Binary
+    return weight
+
+
+def is_small(value: Any) -> bool:
+    """Whether a value can be weighed without delaying other calls."""
+    left = _SMALL
+    stack = [value]
+    while stack:
+        value = stack.pop()
+        if type(value) is dict or type(value) is list:
+            left -= len(value)
+            if left < 0:
+                return False
+            stack.extend(value.values() if type(value) is dict else value)
+    return True
+
+
+def entry_weight(key: str) -> int:
+    """What a key adds to the weight of its value."""
+    return ENTRY_BYTES + _text_bytes(key)
+
+
+def _text_bytes(text: str) -> int:
+    """Upper bound of the bytes of a text: encoding it would take too long."""
+    return len(text) if text.isascii() else _UTF8_BYTES * len(text)

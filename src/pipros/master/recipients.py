@@ -1,0 +1,44 @@
+"""The registered nodes as recipients of notices."""
+
+from __future__ import annotations
+
+import logging
+
+from pipros.errors import PiprosError
+from pipros.master.liveness import Liveness
+from pipros.master.registry import Notice, Registry
+
+_log = logging.getLogger("rosmaster.master")
+
+
+class RegisteredNodes:
+    """Decides whether notices are still due, and learns from their delivery which nodes are there.
+
+    The `Recipients` of the `Notifier` of a master.
+    """
+
+    def __init__(self, registry: Registry, liveness: Liveness) -> None:
+        self._registry = registry
+        self._liveness = liveness
+
+    def is_current(self, notice: Notice) -> bool:
+        return self._registry.api_of(notice.node) == notice.api
+
+    async def may_shut_down(self, notice: Notice) -> bool:
+        """A replaced process is shut down only while its address is still its own (ros_comm#2241)."""
+        if await self._liveness.is_at(notice.node, notice.api):
+            _log.info("%s: shutting down its former process at %s", notice.params[1], notice.api)
+            return True
+        _log.info("%s: %s is not that node any more and is not shut down", notice.params[1], notice.api)
+        return False
+
+    def on_delivered(self, notice: Notice) -> None:
+        self._liveness.note_reached(notice.node)
+
+    def on_failed(self, notice: Notice, error: PiprosError) -> None:
+        _log.info("%s could not be delivered to %s: %s", notice.method, notice.node, error)
+        if self.is_current(notice):
+            self._liveness.suspect(notice.node)
+
+    def on_finished(self, notice: Notice) -> None:
+        self._registry.notice_done(notice)

@@ -1,0 +1,35 @@
+"""The topics without a node whose type is still known, and which of them is forgotten next."""
+
+from __future__ import annotations
+
+from pipros.limits import Limits
+
+
+class UnusedTypes:
+    """The topics without publisher and subscriber whose type is still known, the longest unused first.
+
+    >>> unused = UnusedTypes(Limits(topic_types=2))
+    >>> unused.add("/a", "x/Y"), unused.add("/b", "x/Y"), unused.add("/c", "x/Y")
+    ([], [], ['/a'])
+    """
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._bytes_of: dict[str, int] = {}
+        self._bytes = 0
+
+    def add(self, topic: str, type_name: str) -> list[str]:
+        """Adds a topic that became unused. Returns the topics whose types are to be forgotten in turn."""
+        self.remove(topic)
+        self._bytes_of[topic] = size = len(topic) + len(type_name)
+        self._bytes += size
+        forgotten = []
+        while len(self._bytes_of) > self._limits.topic_types or self._bytes > self._limits.topic_type_bytes:
+            oldest = next(iter(self._bytes_of))
+            self.remove(oldest)
+            forgotten.append(oldest)
+        return forgotten
+
+    def remove(self, topic: str) -> None:
+        """Removes a topic that is used again, or whose type was forgotten."""
+        self._bytes -= self._bytes_of.pop(topic, 0)

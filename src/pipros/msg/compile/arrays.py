@@ -1,0 +1,91 @@
+"""Conversion of whole arrays of numbers to and from the wire.
+
+The memory of objects with a buffer (`bytes`, `bytearray`, `memoryview`, `array.array`, numpy arrays) is used
+as it is if the elements have the form of the wire, and is converted as a whole if not. Only lists, tuples
+and the like are converted number by number.
+"""
+
+from __future__ import annotations
+
+import struct
+import sys
+
+TYPE_CHECKING = False  # true for type checkers; importing `typing` would double the time of a first import
+if TYPE_CHECKING:
+    from typing import Any
+
+SIZES = {code: struct.calcsize(f"<{code}") for code in "bBhHiIqQfd?"}
+_KINDS = (
+    dict.fromkeys("bhilqn", "signed") | dict.fromkeys("BHILQNc", "unsigned") | dict.fromkeys("fde", "float")
+)
+_NUMPY_TYPES = {"b": "i1", "B": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "q": "<i8", "Q": "<u8"}
+_NUMPY_TYPES |= {"f": "<f4", "d": "<f8"}
+
+
+def octets(value: Any) -> bytes | memoryview:
+    """The value of a `uint8[]` or `char[]` field as it is written to the wire.
+
+    Raises:
+        TypeError, ValueError, struct.error: when its elements are not numbers from 0 to 255.
+    """
+    kind = value.__class__
+    if kind is bytes:
+        return value  # type: ignore[no-any-return]
+    if kind is list or kind is tuple:
+        return bytes(value)
+    memory = _memory("B", value)
+    if memory is None:
+        raise TypeError(f"expected octets, got {kind.__name__}")
+    return memory
+
+
+def numbers(code: str, value: Any) -> bytes | memoryview:
+    """The value of an array field of numbers as it is written to the wire.
+
+    Args:
+        code: the type of the elements, as in the `struct` module. Booleans have the code `B`.
+
+    Raises:
+        TypeError, ValueError, OverflowError, struct.error: when an element does not fit.
+    """
+    kind = value.__class__
+    if kind is not list and kind is not tuple:
+        memory = _memory(code, value)
+        if memory is not None:
+            return memory
+    return struct.pack(f"<{len(value)}{code}", *value)
+
+
+def numpy_numbers(numpy: Any, code: str, data: bytes | memoryview, offset: int, count: int) -> Any:
+    """`count` numbers of serialized data, as a numpy array that shares its memory.
+
+    Raises:
+        struct.error: when there are too few bytes.
+    """
+    if count * SIZES[code] > len(data) - offset:
+        raise struct.error(f"an array of {count} elements is longer than the data")
+    return numpy.frombuffer(data, dtype=numpy.dtype(_NUMPY_TYPES[code]), count=count, offset=offset)
+
+
+def _memory(code: str, value: Any) -> memoryview | None:
+    """The memory of `value` as octets, if its elements have the form of the wire; else None."""
+    try:
+        view = memoryview(value)
+    except TypeError:
+        return None
+    form = view.format.lstrip("@=<" if sys.byteorder == "little" else "@=>")
+    fits = _KINDS.get(form) == _KINDS[code] and view.itemsize == SIZES[code]
+    if fits and view.c_contiguous and (sys.byteorder == "little" or view.itemsize == 1):
+        return view.cast("B") if view.nbytes else memoryview(b"")
+    return _converted(code, value)
+
+
+def _converted(code: str, value: Any) -> memoryview | None:
+    """A numpy array of other elements, converted as a whole if no value can be lost."""
+    numpy = sys.modules.get("numpy")
+    if numpy is None or not isinstance(value, numpy.ndarray):
+        return None
+    wanted = numpy.dtype(_NUMPY_TYPES[code])
+    if not numpy.can_cast(value.dtype, wanted, "same_kind" if wanted.kind == "f" else "safe"):
+        return None
+    return memoryview(numpy.ascontiguousarray(value, dtype=wanted)).cast("B")

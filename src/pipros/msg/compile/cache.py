@@ -1,0 +1,107 @@
+"""Compiled types on disk, so that the next process need not compile them again.
+
+An entry is a file named after the type, the place of its definition and the Python that runs it. It is valid
+as long as all definition files that went into it are found in the same places with the same size and time,
+and the compiler and the functions that compiled types call have not changed either. Entries are code:
+`CacheFolder` explains which ones are trusted, and how they are written.
+"""
+
+from __future__ import annotations
+
+import marshal
+import os
+import sys
+from binascii import crc32
+
+from pipros.cache_files import CacheFolder
+from pipros.errors import NotFound
+
+TYPE_CHECKING = False  # true for type checkers; every first import of a message imports this module
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from types import CodeType
+
+    from pipros.msg.language.definition_files import DefinitionFiles
+
+    Stamp = tuple[str, str, int, int]
+
+_COMPILER = (
+    "base.py",
+    "compile/arrays.py",
+    "compile/compiled.py",
+    "compile/compiler.py",
+    "compile/decode.py",
+    "compile/emitter.py",
+    "compile/encode.py",
+    "compile/layout.py",
+    "compile/runtime.py",
+    "compile/string_arrays.py",
+    "errors.py",
+    "language/digest.py",
+    "language/parse.py",
+    "language/spec.py",
+    "time.py",
+)
+"""The files that make the code, and those with the functions that it calls."""
+
+_MAGIC = b"pipros message 1\n"
+
+
+class CompiledTypes:
+    """Keeps the code of types in a folder."""
+
+    def __init__(self, folder: str, files: DefinitionFiles) -> None:
+        self._folder = CacheFolder(folder)
+        self._files = files
+        room = os.path.dirname(os.path.dirname(__file__))
+        self._compiler = tuple(_file_stamp(os.path.join(room, name)) for name in _COMPILER)
+
+    def get(self, kind: str, type_name: str) -> tuple[CodeType, Mapping[str, str]] | None:
+        """The code of a type and its names for embedded types, as `put` took them; None if not valid."""
+        try:
+            data = self._folder.read(self._entry(kind, type_name))
+        except OSError:  # a relative path, and the working folder no longer exists
+            return None
+        if data is None:
+            return None
+        payload = data.removeprefix(_MAGIC)[8:]
+        if not data.startswith(_MAGIC) or len(payload) != int.from_bytes(data[len(_MAGIC) :][:8], "little"):
+            return None
+        try:
+            compiler, stamps, code, embedded = marshal.loads(payload)  # noqa: S302 # a file of our own
+        except (ValueError, EOFError, TypeError):
+            return None
+        if compiler != self._compiler or not all(self._is_current(stamp) for stamp in stamps):
+            return None
+        return code, embedded
+
+    def put(self, kind: str, type_name: str, code: CodeType, embedded: Mapping[str, str]) -> None:
+        """Keeps the code of a type, if possible."""
+        try:
+            entry = self._entry(kind, type_name)
+            stamps = [self._stamp(kind, type_name), *(self._stamp("msg", inner) for inner in embedded)]
+        except (OSError, NotFound):
+            return
+        payload = marshal.dumps((self._compiler, stamps, code, dict(embedded)))
+        self._folder.write(entry, _MAGIC + len(payload).to_bytes(8, "little") + payload)
+
+    def _entry(self, kind: str, type_name: str) -> str:
+        place = crc32(os.fsencode(os.path.abspath(self._files.file(kind, type_name))))
+        python = f"{sys.implementation.cache_tag}-{sys.hexversion:x}"
+        return f"{type_name.replace('/', '.')}.{kind}.{place:08x}.{python}"
+
+    def _stamp(self, kind: str, type_name: str) -> Stamp:
+        file = self._files.file(kind, type_name)
+        return (f"{kind}/{type_name}", file, *_file_stamp(file))
+
+    def _is_current(self, stamp: Stamp) -> bool:
+        kind, _, type_name = stamp[0].partition("/")
+        try:
+            return self._stamp(kind, type_name) == stamp
+        except (OSError, NotFound):
+            return False
+
+
+def _file_stamp(path: str) -> tuple[int, int]:
+    status = os.stat(path)
+    return status.st_mtime_ns, status.st_size

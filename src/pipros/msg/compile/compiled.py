@@ -1,0 +1,69 @@
+"""`CompiledMessage`, the base of the classes that `compiler.py` makes, and readers that few messages need."""
+
+from __future__ import annotations
+
+import struct
+
+from pipros.msg.base import Buffer, Message
+from pipros.msg.errors import DeserializationError
+
+TYPE_CHECKING = False  # true for type checkers; importing `typing` would double the time of a first import
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
+
+    from pipros.msg.base import AnyMessage
+
+    Reader = Callable[[Any, Buffer, Any], None]
+
+_new = object.__new__
+
+
+class CompiledMessage(Message):
+    """A message class made by `compiler.py`."""
+
+    __slots__ = ()
+
+    def deserialize_numpy(self: AnyMessage, str: Buffer, numpy: Any) -> AnyMessage:  # noqa: A002
+        """As `deserialize`, with numpy arrays that share the memory of `str` for arrays of numbers.
+
+        Octets are `bytes` and booleans a list, as in genpy.
+
+        Args:
+            numpy: the module numpy.
+        """
+        cls: Any = type(self)
+        if "_numpy_reader" not in vars(cls):
+            cls._numpy_reader = special_reader(cls, is_numpy=True)
+        return read_specially(cls._numpy_reader, self, str, numpy)
+
+    @classmethod
+    def _from_bytes(cls: type[AnyMessage], data: Buffer) -> AnyMessage:
+        return _new(cls).deserialize(data)
+
+
+def special_reader(cls: type[Message], *, is_numpy: bool) -> Reader:
+    """Compiles a reader that makes numpy arrays, or accepts strings that are not UTF-8."""
+    from pipros.msg.compile.compiler import reader_source
+    from pipros.msg.compile.run import run
+    from pipros.msg.language.full_text import specs_from_text
+
+    specs = specs_from_text(cls._type, cls._full_text)
+    source = reader_source(specs[cls._type], specs.__getitem__, is_numpy=is_numpy)
+    compiled: Any = next(one for one in cls.__mro__ if CompiledMessage in one.__bases__)
+    names = dict(compiled.deserialize.__globals__)  # has the embedded classes
+    reader: Reader = run(source, names, f"<reader of {cls._type}>")["read"]
+    return reader
+
+
+def read_specially(reader: Reader, message: AnyMessage, data: Buffer, numpy: Any) -> AnyMessage:
+    """Reads `message` with a reader from `special_reader`.
+
+    Raises:
+        DeserializationError: when there are too few bytes.
+    """
+    try:
+        reader(message, data, numpy)
+    except struct.error as error:
+        raise DeserializationError(error) from None
+    return message

@@ -1,0 +1,258 @@
+"""Writes the body of `deserialize` for one message type.
+
+Theory of operation:
+
+- Scalars, times, fixed arrays and lengths that follow each other are read by one `struct.unpack_from`.
+  They are collected in `_codes` and `_targets` until `_flush`; statements that need their values, such as
+  putting a fixed array together, wait in `_afterwards`.
+- The offset of the next byte is `_base + _delta`: a local name of the generated code, if any, and a constant.
+- A slice that ends after the data is detected by the next `unpack_from`, or by a check that the code makes
+  while `_is_end_checked` is false.
+- Memory is taken for bytes that arrived, never for a length that they claim. Where elements of an array
+  may hold more values than their bytes explain, the code subtracts them from a limit (`room`) first.
+"""
+
+from __future__ import annotations
+
+import struct
+
+from pipros.msg.compile.emitter import Emitter, Names, python_name, struct_layout
+from pipros.msg.compile.layout import INLINE_ARRAY_LIMIT, Layout
+from pipros.msg.language.spec import NUMBERS, OCTETS, TIMES, FieldType
+from pipros.msg.time import NS_PER_S
+
+
+def deserialize_body(
+    layout: Layout,
+    names: Names,
+    *,
+    indent: int,
+    errors: str = "strict",
+    is_numpy: bool = False,
+) -> list[str]:
+    """The statements that read `self` from `str`, which is `bytes` or a `memoryview` of them.
+
+    Args:
+        errors: how bytes that are not UTF-8 are handled in strings, as in `bytes.decode`.
+        is_numpy: arrays of numbers become numpy arrays, made by the module `numpy`; those of octets and
+            of booleans do not change.
+    """
+    decoder = _Decoder(names, indent=indent, errors=errors, is_numpy=is_numpy)
+    decoder.begin(layout)
+    decoder.fields(layout, "self")
+    decoder.finish(layout)
+    return decoder.lines
+
+
+class _Decoder(Emitter):
+    def __init__(self, names: Names, *, indent: int, errors: str, is_numpy: bool) -> None:
+        super().__init__(names, indent=indent)
+        self._errors = errors
+        self._is_numpy = is_numpy
+        self._keeps_view = False
+        self._codes: list[str] = []
+        self._targets: list[str] = []
+        self._afterwards: list[str] = []
+        self._base = ""
+        self._delta = 0
+        self._is_end_checked = True
+        self._counts_down = False
+
+    def begin(self, layout: Layout) -> None:
+        """Octets are sliced from a view without a copy; everything else is read faster from `bytes`."""
+        self._keeps_view = layout.has_octets or self._is_numpy
+        self.emit(
+            "data = str" if self._keeps_view else "data = str if str.__class__ is _bytes else _bytes(str)"
+        )
+
+    def fields(self, layout: Layout, owner: str) -> None:
+        for field in layout.spec.fields:
+            self._field(field.type, f"{owner}.{python_name(field.name)}", layout)
+
+    def finish(self, layout: Layout) -> None:
+        self._flush()
+        if not self._is_end_checked:
+            self._check_end()
+        if layout.unpaid_values or self._counts_down:
+            self.lines.insert(0, f"{'    ' * self._indent}room = _room({layout.unpaid_values})")
+
+    def _check_end(self) -> None:
+        with self.block(f"if {self._offset()} > _len(data):"):
+            self.emit("raise _struct.error(_TOO_SHORT)")
+        self._is_end_checked = True
+
+    def _field(self, kind: FieldType, target: str, within: Layout) -> None:
+        if not kind.is_array:
+            self._single(kind.base, target, within)
+        elif kind.base in OCTETS:
+            self._octets(kind, target)
+        elif kind.base in NUMBERS:
+            self._number_array(kind, target)
+        else:
+            self._array(kind, target, within)
+
+    def _single(self, base: str, target: str, within: Layout) -> None:
+        if base in NUMBERS:
+            self._scalar(NUMBERS[base], target)
+        elif base in TIMES:
+            self._time(base, target)
+        elif base == "string":
+            self.emit(f"{target} = {self._text(self._slice(self._length()))}")
+        else:
+            message = target if target.isidentifier() else self.local("m")
+            both = target if message == target else f"{message} = {target}"
+            self.emit(f"{both} = _new({self.names.message_class(base)})")
+            self.fields(within.members[base], message)
+
+    def _text(self, octets: str) -> str:
+        if self._keeps_view:
+            return f'_str({octets}, "utf-8", {self._errors!r})'
+        how = "" if self._errors == "strict" else f'"utf-8", {self._errors!r}'
+        return f"{octets}.decode({how})"
+
+    def _time(self, base: str, target: str) -> None:
+        time = self.local("t")
+        self.emit(f"{time} = {target} = _new(_{base.title()})")
+        for code, part in zip(TIMES[base], ("secs", "nsecs"), strict=True):
+            self._scalar(code, f"{time}.{part}")
+        low = "" if base == "time" else "0 <= "
+        condition = f"{low}{time}.nsecs < {NS_PER_S}"
+        self._afterwards += [f"if not {condition}:", f"    {time}.canon()"]
+
+    def _octets(self, kind: FieldType, target: str) -> None:
+        if kind.length is not None:
+            self._scalar(f"{kind.length}s", target)
+            return
+        self.emit(f"{target} = _bytes({self._slice(self._length())})")
+
+    def _number_array(self, kind: FieldType, target: str) -> None:
+        code = NUMBERS[kind.base]
+        is_short = kind.length is not None and kind.length <= INLINE_ARRAY_LIMIT
+        is_numpy = self._is_numpy and code != "?"
+        if is_short and not is_numpy:
+            elements = [self.local("x") for _ in range(kind.length or 0)]
+            for element in elements:
+                self._scalar(code, element)
+            listing = "".join(f"{element}, " for element in elements)
+            self._afterwards.append(f"{target} = [{listing}]" if code == "?" else f"{target} = ({listing})")
+            return
+        count = self._length() if kind.length is None else str(kind.length)
+        self._flush()
+        if is_numpy:
+            value = f"_numpy_numbers(numpy, {code!r}, data, {self._offset()}, {count})"
+        else:
+            value = f"_struct.unpack_from(f'<{{{count}}}{code}', data, {self._offset()})"
+            value = f"_list({value})" if code == "?" else value
+        self.emit(f"{target} = {value}")
+        size = struct.calcsize(f"<{code}")
+        self._advance(count if size == 1 else f"{count} * {size}")
+        self._is_end_checked = True
+
+    def _array(self, kind: FieldType, target: str, within: Layout) -> None:
+        """An array of strings, times or messages."""
+        inner = within.members.get(kind.base)  # None for times and strings
+        count = self._count(kind, inner)
+        self._flush()
+        if kind.base == "string":
+            self._strings(count, target)
+            return
+        offset, array = self.assign("o", self._offset()), self.assign("a", "[]")
+        self._base, self._delta = offset, 0
+        if (inner is None or inner.is_one_unpack) and not self._is_numpy:
+            self._records(kind.base, count, array, within)
+        else:
+            self._elements(kind.base, count, offset, array, within)
+        self.emit(f"{target} = {array}")
+
+    def _count(self, kind: FieldType, inner: Layout | None) -> str:
+        if kind.length is not None:
+            return str(kind.length)
+        count = self._length()
+        if inner is not None and inner.unpaid_values_of_element:
+            self._counts_down = True
+            self.emit(f"room = _room_left(room, {count} * {inner.unpaid_values_of_element})")
+        return count
+
+    def _strings(self, count: str, target: str) -> None:
+        arguments = f"data, {self._offset()}, {count}"
+        if self.is_looping:
+            value = f"_read_strings({arguments}, {self._errors!r})"
+        else:
+            value = f"{self.names.repeated_strings(self._errors)}({arguments})"
+        end = self.local("o")
+        self.emit(f"{target}, {end} = {value}")
+        self._base, self._delta, self._is_end_checked = end, 0, True
+
+    def _records(self, base: str, count: str, array: str, within: Layout) -> None:
+        """Elements of equal size, which one iterator unpacks."""
+        element = self.local("e")
+        with self.captured() as body:
+            self._single(base, element, within)
+        layout = struct_layout(self._codes)
+        start = self._offset()
+        self._advance(f"{count} * {struct.calcsize(layout)}")
+        self._check_end()
+        values = [target if target.isidentifier() else self.local("x") for target in self._targets]
+        iterate = self.names.struct_method(layout, "iter_unpack")
+        opening = f"for ({', '.join(values)},) in {iterate}(data[{start} : {self._offset()}]):"
+        with self.loop(opening, within.spec):
+            for line in body:
+                self.emit(line)
+            for target, value in zip(self._targets, values, strict=True):
+                if target != value:
+                    self.emit(f"{target} = {value}")
+            for line in self._afterwards:
+                self.emit(line)
+            self.emit(f"{array}.append({element})")
+        self._codes, self._targets, self._afterwards = [], [], []
+
+    def _elements(self, base: str, count: str, offset: str, array: str, within: Layout) -> None:
+        element = self.local("e")
+        was_checked = self._is_end_checked
+        with self.loop(f"for _ in _range({count}):", within.spec):
+            self._single(base, element, within)
+            self._flush()
+            self.emit(f"{array}.append({element})")
+            if self._offset() != offset:
+                self.emit(f"{offset} = {self._offset()}")
+        self._base, self._delta = offset, 0
+        self._is_end_checked = self._is_end_checked and was_checked
+
+    def _scalar(self, code: str, target: str) -> None:
+        self._codes.append(code)
+        self._targets.append(target)
+
+    def _length(self) -> str:
+        """A local name for the length that comes next."""
+        length = self.local("n")
+        self._scalar("I", length)
+        self._flush()
+        return length
+
+    def _flush(self) -> None:
+        """Unpacks the scalars collected so far."""
+        if self._codes:
+            layout = struct_layout(self._codes)
+            unpack = self.names.struct_method(layout, "unpack_from")
+            arguments = f"data, {self._offset()}"
+            self.emit(f"({', '.join(self._targets)},) = {unpack}({arguments})")
+            self._delta += struct.calcsize(layout)
+            self._is_end_checked = True
+        for line in self._afterwards:
+            self.emit(line)
+        self._codes, self._targets, self._afterwards = [], [], []
+
+    def _offset(self) -> str:
+        if not self._base:
+            return str(self._delta)
+        return f"{self._base} + {self._delta}" if self._delta else self._base
+
+    def _slice(self, length: str) -> str:
+        """An expression for the next `length` bytes; it moves the offset to their end."""
+        start, end = self._offset(), self.local("o")
+        self._base, self._delta, self._is_end_checked = end, 0, False
+        return f"data[{start} : ({end} := {start} + {length})]"
+
+    def _advance(self, size: str) -> None:
+        self._base = self.assign("o", f"{self._offset()} + {size}")
+        self._delta = 0

@@ -1,0 +1,163 @@
+"""The properties of message types that the code for them depends on, worked out in one pass."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pipros.msg.language.digest import Lookup
+from pipros.msg.language.spec import BUILTINS, NUMBERS, OCTETS, TIMES, FieldType, MessageSpec
+
+INLINE_ARRAY_LIMIT = 64
+"""Fixed arrays of numbers up to this length are unpacked together with their neighbours."""
+
+_LENGTH_BYTES = 4
+_VALUES_PER_BYTE = 8
+"""Enough for a boolean, one byte, that is the only field of a message in a message in a message."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """A message type, and what decides which code reads and writes it.
+
+    Attributes:
+        spec: its definition.
+        members: the layouts of the message types of its fields, by name.
+        has_octets: a variable array of octets is somewhere in it.
+        takes_bytes: false if its messages take no bytes at all, so that an array of them can have any length.
+        is_one_unpack: its messages all have the same size, and one call of `struct` reads one.
+        only_code: the code of `struct` that all its fields share, if they are single numbers.
+        field_count: its fields with those of embedded messages, each counted wherever its type is embedded,
+            and with each element of the arrays that are unpacked with their neighbours.
+        value_count: how many values a new message holds, each field and each message in it counted as one
+            more; eight octets of an array are one value.
+        least_bytes: the size of a serialized new message; no message is smaller.
+    """
+
+    spec: MessageSpec
+    members: Mapping[str, Layout]
+    has_octets: bool
+    takes_bytes: bool
+    is_one_unpack: bool
+    only_code: str | None
+    field_count: int
+    value_count: int
+    least_bytes: int
+
+    @property
+    def code_size(self) -> int:
+        """How much code the type needs, counted in fields and constants."""
+        return len(self.spec.constants) + self.field_count
+
+    @property
+    def unpaid_values(self) -> int:
+        """How many values a message holds at least, beyond the eight that each of its bytes pays for.
+
+        0 for most types. If it is not, an array of such messages takes more memory than its bytes explain.
+        """
+        return _unpaid(self.value_count, self.least_bytes)
+
+    @property
+    def unpaid_values_of_element(self) -> int:
+        """As `unpaid_values`, for a message in an array: the message itself is a value as well."""
+        return _unpaid(self.value_count + 1, self.least_bytes)
+
+
+class Layouts:
+    """Works out layouts, each type once. No type may contain itself."""
+
+    def __init__(self, lookup: Lookup) -> None:
+        self._lookup = lookup
+        self._known: dict[str, Layout] = {}
+
+    def of(self, spec: MessageSpec) -> Layout:
+        """The layout of a type. `lookup` must know those that it embeds, not the type itself."""
+        members: dict[str, Layout] = {}
+        for field in spec.fields:
+            base = field.type.base
+            if base in BUILTINS or base in members:
+                continue
+            if base not in self._known:
+                self._known[base] = self.of(self._lookup(base))
+            members[base] = self._known[base]
+        return _layout(spec, members)
+
+
+def _layout(spec: MessageSpec, members: Mapping[str, Layout]) -> Layout:
+    kinds = [field.type for field in spec.fields]
+    takes_bytes = any(_takes_bytes(kind, members) for kind in kinds)
+    value_count, least_bytes = _extent(kinds, members)
+    return Layout(
+        spec=spec,
+        members=members,
+        has_octets=any(_has_octets(kind, members) for kind in kinds),
+        takes_bytes=takes_bytes,
+        is_one_unpack=takes_bytes and all(_is_one_unpack(kind, members) for kind in kinds),
+        only_code=_only_code(kinds),
+        field_count=sum(_field_count(kind, members) for kind in kinds),
+        value_count=value_count,
+        least_bytes=least_bytes,
+    )
+
+
+def _has_octets(kind: FieldType, members: Mapping[str, Layout]) -> bool:
+    if kind.is_builtin:
+        return kind.base in OCTETS and kind.is_array and kind.length is None
+    return members[kind.base].has_octets
+
+
+def _takes_bytes(kind: FieldType, members: Mapping[str, Layout]) -> bool:
+    if kind.is_array and kind.length is None:
+        return True
+    return kind.length != 0 and (kind.is_builtin or members[kind.base].takes_bytes)
+
+
+def _is_one_unpack(kind: FieldType, members: Mapping[str, Layout]) -> bool:
+    if kind.is_array:
+        return _is_inline(kind)
+    return kind.base != "string" if kind.is_builtin else members[kind.base].is_one_unpack
+
+
+def _is_inline(kind: FieldType) -> bool:
+    """True for a fixed array that is unpacked together with its neighbours."""
+    if kind.length is None or kind.base not in NUMBERS:
+        return False
+    return kind.base in OCTETS or kind.length <= INLINE_ARRAY_LIMIT
+
+
+def _only_code(kinds: list[FieldType]) -> str | None:
+    is_plain = all(kind.base in NUMBERS and kind.base != "bool" and not kind.is_array for kind in kinds)
+    codes = {NUMBERS[kind.base] for kind in kinds} if is_plain else set[str]()
+    return codes.pop() if len(codes) == 1 else None
+
+
+def _field_count(kind: FieldType, members: Mapping[str, Layout]) -> int:
+    if not kind.is_builtin:
+        return 2 + members[kind.base].field_count
+    has_elements = _is_inline(kind) and kind.base not in OCTETS
+    return 1 + kind.length if has_elements and kind.length is not None else 1
+
+
+def _extent(kinds: list[FieldType], members: Mapping[str, Layout]) -> tuple[int, int]:
+    """The values of a new message, and the bytes that it takes when it is serialized."""
+    values = size = 0
+    for kind in kinds:
+        values += 1
+        if kind.is_array and kind.length is None:
+            size += _LENGTH_BYTES
+            continue
+        count = kind.length if kind.length is not None else 1
+        if kind.is_builtin:
+            code = NUMBERS.get(kind.base) or TIMES.get(kind.base)
+            inner_values, inner_size = 1, struct.calcsize(f"<{code}") if code else _LENGTH_BYTES
+        else:
+            inner_values, inner_size = members[kind.base].value_count + 1, members[kind.base].least_bytes
+        is_octets = kind.is_array and kind.base in OCTETS
+        values += count // 8 if is_octets else count * inner_values
+        size += count * inner_size
+    return values, size
+
+
+def _unpaid(values: int, size: int) -> int:
+    return max(0, values - _VALUES_PER_BYTE * size)

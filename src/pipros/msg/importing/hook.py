@@ -1,0 +1,152 @@
+"""Imports `<package>.msg` and `<package>.srv` straight from definition files.
+
+Two finders work together. `PackageFinder` is last in `sys.meta_path`: if no other finder knows the module
+`my_pkg`, it is the ROS package of that name. `InterfaceFinder` is first, and finds only `my_pkg.msg`
+and `my_pkg.srv`: otherwise a folder `my_pkg/msg` of definitions below the working directory would be taken
+for a Python namespace package. Real Python packages, such as those that catkin generates into a devel
+space, always win.
+
+`modules.py` makes the modules when the first type is needed. Every interpreter start imports this
+module, so it imports next to nothing.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+
+TYPE_CHECKING = False  # true for type checkers; importing `typing` would take milliseconds
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from importlib.machinery import ModuleSpec
+    from types import ModuleType
+
+    from pipros.msg.importing.library import Library
+    from pipros.msg.language.definition_files import FindPackage
+    from pipros.packages import ImportablePackages
+
+KINDS = ("msg", "srv")
+NEVER_PACKAGES = frozenset(("pipros", "sitecustomize", "usercustomize", "org", "java"))
+"""Names that Python and its library try to import at every start, mostly without success, and our own."""
+
+
+def install() -> None:
+    """Makes the packages that `ImportablePackages` finds importable. Further calls have no effect."""
+    if not any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
+        packages = _Packages()
+        sys.meta_path.insert(0, InterfaceFinder(packages.find, packages.cache_folder))
+        sys.meta_path.append(PackageFinder(packages.find))
+
+
+def installed_library() -> Library:
+    """The types that can be imported. Installs the hook if `pipros.pth` did not."""
+    install()
+    return next(finder.library for finder in sys.meta_path if isinstance(finder, InterfaceFinder))
+
+
+class _Packages:
+    """`ImportablePackages`, imported when the first package is looked for."""
+
+    def __init__(self) -> None:
+        self._importable: ImportablePackages | None = None
+
+    def find(self, name: str) -> str | None:
+        if self._importable is None:
+            from pipros.packages import ImportablePackages
+
+            self._importable = ImportablePackages()
+        return self._importable.find(name)
+
+    def cache_folder(self) -> str:
+        from pipros.packages import cache_folder
+
+        return cache_folder("messages")
+
+
+class PackageFinder:
+    """Finds the Python package of a ROS package: its own modules below `src/`, or just its messages."""
+
+    def __init__(self, find_package: FindPackage) -> None:
+        self._find_package = find_package
+
+    def find_spec(
+        self, name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if not _may_be_package(name) or _is_python_starting():
+            return None
+        found = self._find_package(name)
+        if found is None:
+            return None
+        from importlib.machinery import ModuleSpec, SourceFileLoader
+
+        folder = os.fspath(found)
+        modules = os.path.join(folder, "src", name)
+        init = os.path.join(modules, "__init__.py")
+        if os.path.isfile(init):
+            # As importlib.util.spec_from_file_location() does, whose module takes milliseconds to import.
+            spec = ModuleSpec(name, SourceFileLoader(name, init), origin=init, is_package=True)
+            spec.has_location = True
+        elif any(os.path.isdir(os.path.join(folder, kind)) for kind in (*KINDS, "action")):
+            spec = ModuleSpec(name, None, is_package=True)
+        else:
+            return None
+        spec.submodule_search_locations = [modules]
+        return spec
+
+
+class InterfaceFinder:
+    """Finds `<package>.msg`, `<package>.srv` and the modules of single types in them.
+
+    Args:
+        cache_folder: gives the folder where compiled types are kept between processes, when the first type is
+            asked for; None for no cache.
+    """
+
+    def __init__(self, find_package: FindPackage, cache_folder: Callable[[], str] | None) -> None:
+        self._find_package = find_package
+        self._cache_folder = cache_folder
+        self._library: Library | None = None
+
+    @property
+    def library(self) -> Library:
+        if self._library is None:
+            from pipros.msg.importing.library import Library
+
+            folder = None if self._cache_folder is None else self._cache_folder()
+            self._library = Library(self._find_package, folder)
+        return self._library
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, _target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        package, _, rest = name.partition(".")
+        kind, _, type_module = rest.partition(".")
+        if kind not in KINDS or (type_module and type_module[0] != "_") or not _may_be_package(package):
+            return None
+        from pipros.msg.importing.modules import interface_spec, type_spec
+
+        if type_module:
+            return type_spec(self.library, package, kind, type_module)
+        return interface_spec(self.library, package, kind, path)
+
+
+def _may_be_package(name: str) -> bool:
+    return (
+        name.isidentifier()
+        and name[0] != "_"
+        and name not in NEVER_PACKAGES
+        and name not in sys.stdlib_module_names
+    )
+
+
+def _is_python_starting() -> bool:
+    """True while Python runs `sitecustomize` or `usercustomize`.
+
+    They often import modules that do not exist: those of Debian and Ubuntu try a module of the crash reporter
+    at every start of Python. To find out that it is not a ROS package takes longer than the start itself.
+    """
+    for name in ("sitecustomize", "usercustomize"):
+        spec = getattr(sys.modules.get(name), "__spec__", None)
+        if getattr(spec, "_initializing", False):  # as importlib marks it
+            return True
+    return False

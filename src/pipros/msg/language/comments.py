@@ -1,0 +1,67 @@
+"""What the comments of a definition say: about the whole, and about each field and constant.
+
+The language gives comments no meaning. Taken as people write them, a comment belongs to the declaration on
+its line or directly below it, and what stands at the top belongs to the whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pipros.msg.language.parse import ACTION_NOTE
+
+
+@dataclass(frozen=True, slots=True)
+class Comments:
+    """Comments without their `#`, with `\\n` between lines.
+
+    Attributes:
+        head: about the whole; empty without one.
+        of: by the name of a field or constant; those without a comment are missing.
+    """
+
+    head: str
+    of: Mapping[str, str]
+
+
+def comments_of(text: str) -> Comments:
+    """The comments in the text of a message, or of one part of a service or action.
+
+    Whatever comes before the first declaration is the head. Of several blocks there, with empty lines in
+    between, the last one belongs to the declaration if it directly precedes it.
+
+    >>> comments_of("# A reading.\\n\\nfloat64 x  # metres\\n")
+    Comments(head='A reading.', of={'x': 'metres'})
+    """
+    head: list[str] = []
+    block: list[str] = []
+    of: dict[str, str] = {}
+    is_first = True
+    for line in text.removeprefix(ACTION_NOTE).split("\n"):
+        declaration, mark, behind = (part.strip() for part in line.partition("#"))
+        if declaration:
+            if is_first and not head:
+                head, block = block, []
+            if declaration.startswith("string ") and "=" in declaration:
+                behind = ""  # it is part of the value
+            name = _declared_name(declaration)
+            of[name] = "\n".join(filter(None, (_joined(block), behind.lstrip("#").strip())))
+            is_first, block = False, []
+        elif mark:
+            block.append(line.strip().lstrip("#").removeprefix(" "))
+        else:  # an empty line ends a block
+            if is_first:
+                head += ["", *block] if head else block
+            block = []
+    if is_first:
+        head += block
+    return Comments(_joined(head), {name: comment for name, comment in of.items() if comment})
+
+
+def _declared_name(declaration: str) -> str:
+    return declaration.partition("=")[0].split()[-1]
+
+
+def _joined(lines: list[str]) -> str:
+    return "\n".join(lines).strip("\n")

@@ -1,0 +1,61 @@
+"""The definitions in the files of ROS packages, parsed."""
+
+from __future__ import annotations
+
+import os
+
+from pipros.input_file import read_text
+from pipros.limits import process_limits
+from pipros.msg.language.definition_files import DefinitionFiles
+from pipros.msg.language.parse import parse_action, parse_message, parse_service
+from pipros.msg.language.spec import ActionSpec, DefinitionError, MessageSpec, ServiceSpec
+
+
+class Definitions:
+    """Reads definition files, each of them once. An unknown package or type raises `NotFound`."""
+
+    def __init__(self, files: DefinitionFiles) -> None:
+        self.files = files
+        self._messages: dict[str, MessageSpec] = {}
+        self._services: dict[str, ServiceSpec] = {}
+
+    def message(self, type_name: str) -> MessageSpec:
+        """The definition of `package/Name`, from a `.msg` file, or from the `.action` file that contains it.
+
+        Raises:
+            NotFound: there is no such package or file.
+            DefinitionError: the file breaks the rules.
+        """
+        if type_name not in self._messages:
+            file = self.files.file("msg", type_name)
+            if file.endswith(".action"):
+                action_type = type_name.partition("/")[0] + "/" + _stem(file)
+                for spec in parse_action(_read(file), action_type, file).messages:
+                    self._messages.setdefault(spec.type, spec)
+            else:
+                self._messages[type_name] = parse_message(_read(file), type_name, file)
+        return self._messages[type_name]
+
+    def service(self, type_name: str) -> ServiceSpec:
+        """The definition of the service `package/Name`; errors as for `message`."""
+        if type_name not in self._services:
+            file = self.files.file("srv", type_name)
+            self._services[type_name] = parse_service(_read(file), type_name, file)
+        return self._services[type_name]
+
+    def action(self, type_name: str) -> ActionSpec:
+        """The definition of the action `package/Name`; errors as for `message`."""
+        file = self.files.file("action", type_name)
+        return parse_action(_read(file), type_name, file)
+
+
+def _read(file: str) -> str:
+    try:
+        return read_text(file, process_limits().definition_bytes)
+    except (OSError, UnicodeDecodeError) as error:
+        reason = (error.strerror if isinstance(error, OSError) else None) or error
+        raise DefinitionError(f"cannot be read: {reason}", file=file) from None
+
+
+def _stem(file: str) -> str:
+    return os.path.splitext(os.path.basename(file))[0]

@@ -1,0 +1,153 @@
+"""The md5 and the full text of a type, as genmsg computes them.
+
+Two peers exchange messages only when their md5s are equal, so both are part of the wire
+protocol. A `Lookup` returns the definition of an embedded type.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from pipros.msg.language.spec import DefinitionError, Field, MessageSpec, ServiceSpec, UnknownType
+
+Lookup = Callable[[str], MessageSpec]
+
+SEPARATOR = "=" * 80
+"""The line between the definitions of a full text."""
+
+DEPTH_LIMIT = 100
+"""The deepest nesting of messages. Real types stay below ten."""
+
+
+def embedded_types(spec: MessageSpec, lookup: Lookup) -> dict[str, MessageSpec]:
+    """All types that `spec` embeds, directly or not, in the order of a full text.
+
+    Raises:
+        DefinitionError: for an unknown type, a type that embeds itself, and nesting that is too
+            deep, with the place of the field that leads there.
+    """
+    search = _Search(lookup)
+    search.height(spec, (spec.type,))
+    return search.found
+
+
+@dataclass(frozen=True, slots=True)
+class CompleteSpec:
+    """A definition and those of all types that it embeds, in the order of a full text."""
+
+    spec: MessageSpec
+    embedded: Mapping[str, MessageSpec]
+
+    def md5_text(self) -> str:
+        """The normalised text that the md5 is taken of: constants first, then fields.
+
+        An embedded message is replaced by its md5: its fields matter, its name does not.
+        """
+        return _md5_text(self.spec, self.embedded, {})
+
+    def md5(self) -> str:
+        """The md5 that peers compare before they exchange messages of this type."""
+        return _hash(self.md5_text())
+
+    def full_text(self) -> str:
+        """The definition followed by those of all types it embeds, each once."""
+        parts = [self.spec.text]
+        for type_name, inner in self.embedded.items():
+            parts.append(f"{SEPARATOR}\nMSG: {type_name}\n{inner.text}")
+        return "\n".join(parts)
+
+
+def complete(spec: MessageSpec, lookup: Lookup) -> CompleteSpec:
+    """Looks up all types that `spec` embeds. Raises as `embedded_types`."""
+    return CompleteSpec(spec, embedded_types(spec, lookup))
+
+
+def check_nesting(specs: Iterable[MessageSpec], lookup: Lookup) -> None:
+    """Raises what `embedded_types` raises for any of `specs`; visits each type once."""
+    search = _Search(lookup)
+    for spec in specs:
+        search.height(spec, (spec.type,))
+
+
+class _Search:
+    """Visits embedded types depth first, each of them once."""
+
+    def __init__(self, lookup: Lookup) -> None:
+        self._lookup = lookup
+        self.found: dict[str, MessageSpec] = {}
+        self._heights: dict[str, int] = {}
+
+    def height(self, outer: MessageSpec, above: tuple[str, ...]) -> int:
+        """How deep messages are nested in `outer`, 0 for none; `above` leads to it and ends with it."""
+        highest = 0
+        for field in _message_fields(outer):
+            type_name = field.type.base
+            if type_name in above:
+                cycle = " -> ".join((*above[above.index(type_name) :], type_name))
+                raise _at(outer, field, f"a message cannot contain itself: {cycle}")
+            if len(above) + self._heights.get(type_name, 1) - 1 > DEPTH_LIMIT:
+                raise _at(outer, field, f"messages are nested deeper than {DEPTH_LIMIT}")
+            if type_name not in self._heights:
+                try:
+                    inner = self._lookup(type_name)
+                except LookupError as error:
+                    reason = f"unknown type [{type_name}]: {error}"
+                    raise _at(outer, field, reason, UnknownType) from None
+                self.found[type_name] = inner
+                self._heights[type_name] = 1 + self.height(inner, (*above, type_name))
+            highest = max(highest, self._heights[type_name])
+        return highest
+
+
+def md5_text(spec: MessageSpec, lookup: Lookup) -> str:
+    """See `CompleteSpec`; raises as `embedded_types`, like the functions below."""
+    return complete(spec, lookup).md5_text()
+
+
+def message_md5(spec: MessageSpec, lookup: Lookup) -> str:
+    """See `CompleteSpec`."""
+    return complete(spec, lookup).md5()
+
+
+def service_md5(spec: ServiceSpec, lookup: Lookup) -> str:
+    """The md5 of a service."""
+    return md5_of_halves(complete(spec.request, lookup), complete(spec.response, lookup))
+
+
+def md5_of_halves(request: CompleteSpec, response: CompleteSpec) -> str:
+    """The md5 of a service: over both halves, with nothing in between."""
+    return _hash(request.md5_text() + response.md5_text())
+
+
+def full_text(spec: MessageSpec, lookup: Lookup) -> str:
+    """See `CompleteSpec`."""
+    return complete(spec, lookup).full_text()
+
+
+def _md5_text(spec: MessageSpec, embedded: Mapping[str, MessageSpec], md5s: dict[str, str]) -> str:
+    lines = [f"{constant.type} {constant.name}={constant.text}" for constant in spec.constants]
+    for field in spec.fields:
+        if field.type.is_builtin:
+            lines.append(f"{field.type} {field.name}")
+            continue
+        type_name = field.type.base
+        if type_name not in md5s:
+            md5s[type_name] = _hash(_md5_text(embedded[type_name], embedded, md5s))
+        lines.append(f"{md5s[type_name]} {field.name}")
+    return "\n".join(lines)
+
+
+def _message_fields(spec: MessageSpec) -> Iterator[Field]:
+    return (field for field in spec.fields if not field.type.is_builtin)
+
+
+def _hash(text: str) -> str:
+    return hashlib.md5(text.encode(), usedforsecurity=False).hexdigest()
+
+
+def _at(
+    spec: MessageSpec, field: Field, reason: str, kind: type[DefinitionError] = DefinitionError
+) -> DefinitionError:
+    return kind(reason, file=spec.file, line=field.line, column=field.column)

@@ -1,0 +1,43 @@
+"""Full texts, as connection headers and bags carry them: a definition and those of all types it embeds."""
+
+from __future__ import annotations
+
+from pipros.limits import Limits, process_limits
+from pipros.msg.language.digest import SEPARATOR
+from pipros.msg.language.parse import parse_message
+from pipros.msg.language.spec import HEADER, DefinitionError, MessageSpec
+
+_OLD_HEADER = "roslib/Header"  # its name in bags that are older than std_msgs/Header
+
+
+def specs_from_text(type_name: str, full_text: str, limits: Limits | None = None) -> dict[str, MessageSpec]:
+    """The definitions in a full text by type name; the one of `type_name` comes first.
+
+    Args:
+        limits: those of the process, if not given.
+
+    Raises:
+        DefinitionError: for a broken definition, or a text beyond the limits.
+    """
+    limits = limits or process_limits()
+    where = f"<definition of {type_name}>"
+    if len(full_text) > limits.definition_bytes:
+        raise DefinitionError(f"the text is longer than {limits.definition_bytes} characters", file=where)
+    full_text = full_text.replace("\r\n", "\n")  # as for a file
+    parts: dict[str, list[str]] = {}
+    current = parts[type_name] = []
+    expects_name = False
+    for line in full_text.split("\n"):
+        if expects_name:
+            if not line.startswith("MSG: "):
+                raise DefinitionError("expected MSG: package/Name behind a separator", file=where)
+            name = line.removeprefix("MSG: ").strip()
+            current = parts[HEADER if name == _OLD_HEADER else name] = []
+            expects_name = False
+        elif line.startswith(SEPARATOR):
+            expects_name = True
+        else:
+            current.append(line)
+    if len(parts) > limits.definition_types:
+        raise DefinitionError(f"the text has more than {limits.definition_types} types", file=where)
+    return {name: parse_message("\n".join(lines), name) for name, lines in parts.items()}

@@ -1,0 +1,157 @@
+"""Interface definitions as plain values.
+
+A `.msg` file becomes a `MessageSpec`, a `.srv` file two, a `.action` file seven. Names of
+types are always complete (`std_msgs/Header`), whatever short form the file used.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pipros.errors import PiprosError
+
+HEADER = "std_msgs/Header"
+"""The type that a plain `Header` means. A publisher sets the `seq` of such a field."""
+
+INTEGERS = {
+    "int8": "b",
+    "uint8": "B",
+    "byte": "b",
+    "char": "B",
+    "int16": "h",
+    "uint16": "H",
+    "int32": "i",
+    "uint32": "I",
+    "int64": "q",
+    "uint64": "Q",
+}
+FLOATS = {"float32": "f", "float64": "d"}
+NUMBERS = {**INTEGERS, **FLOATS, "bool": "?"}
+"""Types that are one number on the wire, with their code in the `struct` module."""
+
+TIMES = {"time": "II", "duration": "ii"}
+"""Types that are seconds and nanoseconds on the wire."""
+
+BUILTINS = frozenset((*NUMBERS, *TIMES, "string"))
+CONSTANT_TYPES = frozenset((*NUMBERS, "string"))
+OCTETS = frozenset(("uint8", "char"))
+"""Types whose arrays are `bytes` in Python."""
+
+
+class DefinitionError(PiprosError):
+    """A definition breaks the rules of the language.
+
+    Attributes:
+        file: the path of the definition, or what is shown instead.
+        line: counted from 1; 0 when the error concerns the whole file.
+        column: counted from 1; 0 when the error concerns the whole file.
+        others: further mistakes in the same file.
+    """
+
+    def __init__(self, reason: str, *, file: str, line: int = 0, column: int = 0) -> None:
+        self.reason = reason
+        self.file = file
+        self.line = line
+        self.column = column
+        self.others: tuple[DefinitionError, ...] = ()
+        place = f"{file}:{line}:{column}" if line else file
+        super().__init__(f"{place}: {reason}")
+
+
+class UnknownType(DefinitionError):
+    """A field has a type without a definition."""
+
+
+@dataclass(frozen=True, slots=True)
+class FieldType:
+    """The type of a field: `base`, `base[]` or `base[length]`.
+
+    Attributes:
+        digits: the length as written, possibly with leading zeros: the md5 covers it.
+    """
+
+    base: str
+    is_array: bool = False
+    length: int | None = None
+    digits: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.base}[{self.digits}]" if self.is_array else self.base
+
+    @property
+    def is_builtin(self) -> bool:
+        return self.base in BUILTINS
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One line `type name`. `line` and `column` are those of the type."""
+
+    type: FieldType
+    name: str
+    line: int = 0
+    column: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """One line `type NAME=value`. `text` is the value as written: the md5 covers it."""
+
+    type: str
+    name: str
+    value: bool | int | float | str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class MessageSpec:
+    """A message definition, or one part of a service or action definition.
+
+    Attributes:
+        type: `package/Name`.
+        text: the definition as written.
+        file: where it was read from, for error messages.
+    """
+
+    type: str
+    fields: tuple[Field, ...]
+    constants: tuple[Constant, ...]
+    text: str
+    file: str
+
+    @property
+    def package(self) -> str:
+        return self.type.partition("/")[0]
+
+    @property
+    def name(self) -> str:
+        return self.type.partition("/")[2]
+
+    @property
+    def has_header(self) -> bool:
+        """True when the first field is `Header header`, whose `seq` a publisher sets."""
+        if not self.fields:
+            return False
+        first = self.fields[0]
+        return first.name == "header" and str(first.type) == HEADER
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceSpec:
+    """A service definition: a request and a response."""
+
+    type: str
+    request: MessageSpec
+    response: MessageSpec
+    text: str
+    file: str
+
+
+@dataclass(frozen=True, slots=True)
+class ActionSpec:
+    """An action definition, as the seven messages that are made from it."""
+
+    type: str
+    messages: tuple[MessageSpec, ...]
+    text: str
+    file: str

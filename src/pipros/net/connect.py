@@ -1,0 +1,93 @@
+"""Connecting from a thread that blocks, in a way that another thread can end."""
+
+from __future__ import annotations
+
+import os
+import socket
+import time
+
+from pipros.errors import Interrupted
+from pipros.net import sockets
+from pipros.net.lookup import Lookups, process_lookups
+
+#: How often a wait for a connection checks whether it was interrupted.
+SLICE_S = 0.1
+
+
+class Connector:
+    """One attempt to connect, from its beginning on; `interrupt` ends it in every state."""
+
+    def __init__(self, lookups: Lookups | None = None) -> None:
+        """`lookups` are by default those of the process."""
+        self.is_interrupted = False
+        self._lookups = lookups
+
+    def interrupt(self) -> None:
+        """Has `connect` raise Interrupted, within about a tenth of a second."""
+        self.is_interrupted = True
+
+    def connect(
+        self, host: str, port: int, deadline: float | None = None, limit_s: float | None = None
+    ) -> socket.socket:
+        """A blocking socket that is connected to the first address of the host that takes it.
+
+        Args:
+            host: a name or an address.
+            port: the port.
+            deadline: of `time.monotonic`, for the look-up and the connection.
+            limit_s: the time for the connection to one address.
+
+        Raises:
+            OSError: the name cannot be resolved, or no process answers at the address.
+            TimeoutError: the time is over.
+            Interrupted: `interrupt` was called.
+        """
+        found = (self._lookups or process_lookups()).find(
+            host, port, deadline=deadline, is_given_up=lambda: self.is_interrupted, type=socket.SOCK_STREAM
+        )
+        failure = OSError(f"the name {host} has no address")
+        for family, kind, protocol, _, address in found:
+            until = None if limit_s is None else time.monotonic() + limit_s
+            if deadline is not None:
+                until = deadline if until is None else min(until, deadline)
+            sock = socket.socket(family, kind, protocol)
+            try:
+                self._connect(sock, address, until)
+            except OSError as error:
+                sock.close()
+                failure = error
+            except BaseException:
+                sock.close()
+                raise
+            else:
+                return sock
+        raise failure
+
+    def _connect(self, sock: socket.socket, address: tuple[object, ...], until: float | None) -> None:
+        if self.is_interrupted:
+            raise Interrupted("the connection was interrupted")
+        left_s = SLICE_S if until is None else until - time.monotonic()
+        if left_s <= 0:
+            raise TimeoutError("no answer in time")
+        # The first slice is the socket's own, in C: a peer on this machine answers within microseconds.
+        sock.settimeout(min(left_s, SLICE_S))
+        try:
+            sock.connect(address)
+        except TimeoutError as error:
+            if error.errno is not None:  # the system has given up, not this slice
+                raise
+            self._wait(sock, until)
+        sock.settimeout(None)
+
+    def _wait(self, sock: socket.socket, until: float | None) -> None:
+        """Waits for a connection under way, in slices that can be interrupted. Raises as `connect`."""
+        while True:
+            if self.is_interrupted:
+                raise Interrupted("the connection was interrupted")
+            left_s = SLICE_S if until is None else until - time.monotonic()
+            if sockets.wait_writable(sock, min(max(left_s, 0.0), SLICE_S)):
+                break
+            if left_s <= 0:
+                raise TimeoutError("no answer in time")
+        if error := sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
+            raise OSError(error, os.strerror(error))

@@ -1,0 +1,52 @@
+"""Waits until subscribers have made room: for all of them together, not for one after the other."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+
+from pipros.net import sockets
+from pipros.net.outgoing import OutgoingLink
+
+#: How long a publisher with a queue waits for a subscriber to make room for the rest of a large frame.
+#: One that makes none is not waited for again until it has caught up.
+LINGER_S = 0.0005
+
+#: The same for subscribers that do make room, all of them together: the event loop sends the rest.
+LINGER_LIMIT_S = 0.02
+
+#: How often a wait for room checks whether links were closed.
+WATCH_CLOSE_S = 0.1
+
+
+def flush_or_queue(links: Iterable[OutgoingLink], limit_s: float) -> None:
+    """Sends what waits in the links: waits for room, then leaves the rest to the event loop.
+
+    It waits no longer than `limit_s` in all, and not for links that have stalled. While it waits, every
+    link is written to as soon as it has room, so that links do not wait for each other.
+    """
+    now = time.monotonic()
+    deadlines: dict[OutgoingLink, float] = {}
+    for link in links:
+        if not link.is_behind:
+            continue
+        if link.is_waited_for:
+            deadlines[link] = now + limit_s
+        elif link.lingers:
+            deadlines[link] = now + min(limit_s, LINGER_S)
+        else:
+            link.queue_for_loop()
+    last_linger = now + min(limit_s, LINGER_LIMIT_S)
+    while deadlines:
+        pause_s = min(WATCH_CLOSE_S, max(0.0, min(deadlines.values()) - now))
+        ready = sockets.wait_any_writable([link.sock for link in deadlines], pause_s)
+        now = time.monotonic()
+        for link, deadline in list(deadlines.items()):
+            if link.sock in ready and link.flush() and not link.is_waited_for:
+                deadline = deadlines[link] = min(now + LINGER_S, last_linger)
+            if not link.is_behind:
+                del deadlines[link]
+            elif now >= deadline:
+                link.wait_no_more()
+                link.queue_for_loop()
+                del deadlines[link]

@@ -1,0 +1,204 @@
+"""Resolves host names, with waits that can be ended.
+
+The system's own look-up blocks, for half a minute when a name server is silent, and cannot be ended. So it
+runs in daemon threads, which neither Ctrl-C nor the end of the interpreter waits for. They are bounded in
+number; callers that ask for a name that is being looked up share the answer, which is cached for a few
+seconds.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final
+
+from pipros.errors import Interrupted
+
+if TYPE_CHECKING:
+    from pipros.net.workers import Workers
+
+#: How long an answer is cached: addresses, and failures.
+FOUND_S: Final = 10.0
+FAILED_S: Final = 2.0
+
+#: How many answers are cached.
+KNOWN_LIMIT: Final = 1000
+
+#: How often a wait for an answer checks whether it was given up.
+SLICE_S: Final = 0.1
+
+#: Family, kind, protocol, canonical name, and what to connect to.
+Address = tuple[int, int, int, str, tuple[Any, ...]]
+Resolve = Callable[..., list[Any]]
+
+
+class Answer:
+    """The result of a look-up, now or later. Safe to use from several threads."""
+
+    def __init__(self) -> None:
+        self._addresses: list[Address] = []
+        self._error: OSError | None = None
+        self._is_done = threading.Event()
+        self._listeners: list[Callable[[], object]] = []
+        self._lock = threading.Lock()
+
+    def set(self, addresses: list[Address], error: OSError | None = None) -> None:
+        with self._lock:
+            self._addresses, self._error = addresses, error
+            self._is_done.set()
+            listeners, self._listeners = self._listeners, []
+        for listener in listeners:
+            listener()
+
+    def wait(self, timeout_s: float) -> bool:
+        """Waits until the answer is there; False when the time is over first."""
+        return self._is_done.wait(timeout_s)
+
+    def when_done(self, listener: Callable[[], object]) -> None:
+        """Calls `listener` at once, or in the look-up's thread when the answer is there."""
+        with self._lock:
+            if not self._is_done.is_set():
+                self._listeners.append(listener)
+                return
+        listener()
+
+    def addresses(self, port: int | None) -> list[Address]:
+        """The addresses, with the port in them. Only when the answer is there.
+
+        Raises:
+            OSError: the name cannot be resolved; as `socket.getaddrinfo` raises it.
+        """
+        if self._error is not None:
+            raise type(self._error)(*self._error.args)  # the same object would gather tracebacks
+        return [(*kind, (where[0], port or 0, *where[2:])) for *kind, where in self._addresses]  # type: ignore[misc]
+
+
+class Lookups:
+    """Looks up host names and caches the answers for a few seconds. May be used from any thread."""
+
+    def __init__(
+        self,
+        limit: int,
+        *,
+        resolve: Resolve | None = None,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """
+        Args:
+            limit: how many look-ups may be under way; further ones wait. Those that `find` waits for do not
+                wait for those of `ask`, and have the same limit.
+            resolve: resolves a name, by default `socket.getaddrinfo`.
+            now: the clock of the cache.
+        """
+        self._limit = limit
+        self._resolve: Resolve = resolve or socket.getaddrinfo
+        self._now = now
+        self._begin()
+
+    def ask(self, host: str, *, urgent: bool = False, **wanted: int) -> Answer:
+        """Starts the look-up of a name and returns at once; `wanted` as for `socket.getaddrinfo`."""
+        if self._process != os.getpid():  # a forked child has none of the threads
+            self._begin()
+        answer = Answer()
+        try:
+            answer.set(_literal(host, wanted))
+            return answer
+        except OSError:
+            pass  # a name
+        key = (host, *sorted(wanted.items()))
+        with self._lock:
+            known, until = self._known.get(key, (None, 0.0))
+            if known is not None and self._now() < until:
+                return known
+            self._known.pop(key, None)
+            if key in self._under_way:
+                return self._under_way[key]
+            self._under_way[key] = answer
+            workers = self._workers_for(urgent)
+        workers.run(self._look_up, key, host, wanted, answer)
+        return answer
+
+    def find(
+        self,
+        host: str,
+        port: int | None,
+        *,
+        deadline: float | None = None,
+        is_given_up: Callable[[], bool] = bool,
+        **wanted: int,
+    ) -> list[Address]:
+        """As `socket.getaddrinfo`, but with a deadline and interruptible.
+
+        Raises:
+            OSError: the name cannot be resolved.
+            TimeoutError: the deadline (of `time.monotonic`) passed.
+            Interrupted: `is_given_up` returned True. It is asked every tenth of a second.
+        """
+        try:
+            return _literal(host, wanted, port)  # a service call pays for this each time
+        except OSError:
+            pass  # a name
+        answer = self.ask(host, urgent=True, **wanted)
+        while not answer.wait(SLICE_S if deadline is None else min(SLICE_S, deadline - time.monotonic())):
+            if is_given_up():
+                raise Interrupted(f"the look-up of {host} was interrupted")
+            if deadline is not None and time.monotonic() >= deadline:
+                raise TimeoutError(f"the look-up of {host} took too long")
+        return answer.addresses(port)
+
+    def _begin(self) -> None:
+        self._process = os.getpid()
+        self._lock = threading.Lock()
+        self._known: OrderedDict[Any, tuple[Answer, float]] = OrderedDict()
+        self._under_way: dict[Any, Answer] = {}
+        self._workers: dict[bool, Workers] = {}
+
+    def _workers_for(self, urgent: bool) -> Workers:
+        if urgent not in self._workers:
+            from pipros.net.workers import Workers  # most commands only meet addresses
+
+            self._workers[urgent] = Workers("look-up", self._limit, kept_idle=0)
+        return self._workers[urgent]
+
+    def _look_up(self, key: Any, host: str, wanted: dict[str, int], answer: Answer) -> None:
+        addresses: list[Address] = []
+        error: OSError | None = None
+        try:
+            addresses = self._resolve(host, None, **wanted)
+        except OSError as failure:
+            error = failure
+        except Exception as failure:  # UnicodeError for a label of more than 63 characters, for example
+            error = socket.gaierror(socket.EAI_NONAME, str(failure))
+        with self._lock:
+            del self._under_way[key]
+            self._known[key] = answer, self._now() + (FAILED_S if error else FOUND_S)
+            if len(self._known) > KNOWN_LIMIT:
+                self._known.popitem(last=False)
+        answer.set(addresses, error)
+
+
+def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list[Address]:
+    """The address that `host` is already; costs no look-up.
+
+    Raises:
+        OSError: it is a name.
+    """
+    wanted = {**wanted, "flags": wanted.get("flags", 0) | socket.AI_NUMERICHOST}
+    try:
+        found: list[Any] = socket.getaddrinfo(host, port, **wanted)
+        return found
+    except UnicodeError as error:
+        raise OSError(str(error)) from None
+
+
+@cache
+def process_lookups() -> Lookups:
+    """The look-ups of this process, for what does not belong to a node."""
+    from pipros.limits import process_limits
+
+    return Lookups(process_limits().lookups)

@@ -1,0 +1,196 @@
+"""The XML-RPC client for use inside an asyncio loop."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+from typing import Any, Final
+
+from pipros.errors import ProtocolError, Unreachable
+from pipros.limits import process_limits
+from pipros.net.address import host_and_port, split_uri
+from pipros.net.rpc_client import reason_of
+from pipros.wire.http import HttpError, Response, ResponseReader, request_head
+from pipros.wire.xmlrpc import decode_response, encode_call
+
+_SLICE_BYTES: Final = 256 * 1024
+"""How much of a large document is given to the socket at a time."""
+
+
+async def call_async(
+    uri: str, method: str, *params: Any, timeout_s: float | None, answer_limit_bytes: int | None = None
+) -> Any:
+    """Calls one method over a connection of its own. Returns and raises as `RpcClient.call`."""
+    client = AsyncRpcClient(uri, answer_limit_bytes=answer_limit_bytes)
+    try:
+        return await client.call(method, *params, timeout_s=timeout_s)
+    finally:
+        client.close()
+
+
+class AsyncRpcClient:
+    """Calls the methods of one XML-RPC server over one connection that is kept open.
+
+    Calls are made one at a time: whoever uses it from several tasks has to queue them. A kept
+    connection that the server has closed meanwhile is replaced silently.
+    """
+
+    def __init__(self, uri: str, *, answer_limit_bytes: int | None = None) -> None:
+        """Nothing is connected yet.
+
+        Args:
+            uri: `http://HOST:PORT/`.
+            answer_limit_bytes: the largest answer; by default the limit `body_bytes`, for the server is
+                one that a peer named.
+
+        Raises:
+            ValueError: when `uri` is no `http://HOST:PORT/`.
+        """
+        self.uri = uri
+        self._answer_limit_bytes = answer_limit_bytes or process_limits().body_bytes
+        self._host, self._port, self._path = split_uri(uri)
+        self._connection: _Connection | None = None
+
+    async def call(self, method: str, *params: Any, timeout_s: float | None) -> Any:
+        """Calls `method` and returns its value. Raises what `RpcClient.call` raises."""
+        return await self.post(encode_call(method, params), timeout_s=timeout_s)
+
+    async def post(self, document: bytes, *, timeout_s: float | None) -> Any:
+        """As `call`, for a call that was encoded once to be sent to many."""
+        head = request_head(host_and_port(self._host, self._port), self._path, len(document))
+        try:
+            response = await self._exchange(head, document, timeout_s)
+        except HttpError as error:
+            self.close()
+            raise ProtocolError(f"{self.uri} does not speak XML-RPC: {error}") from None
+        except asyncio.TimeoutError:
+            self.close()
+            raise Unreachable(self.uri, "no answer in time") from None
+        except OSError as error:
+            self.close()
+            raise Unreachable(self.uri, reason_of(error)) from error
+        except BaseException:
+            self.close()
+            raise
+        if not response.keep_alive:
+            self.close()
+        if response.status != 200:
+            raise ProtocolError(f"{self.uri} answered {response.status} {response.reason}")
+        return decode_response(response.body, limit_bytes=self._answer_limit_bytes)
+
+    def close(self) -> None:
+        """Closes the kept connection. The client may be used again."""
+        connection, self._connection = self._connection, None
+        if connection:
+            connection.close()
+
+    async def _exchange(self, head: bytes, document: bytes, timeout_s: float | None) -> Response:
+        loop = asyncio.get_running_loop()
+        deadline = None if timeout_s is None else loop.time() + timeout_s
+        kept = self._connection
+        if kept:
+            try:
+                return await kept.exchange(head, document, deadline)
+            except ConnectionError:
+                self.close()
+                if kept.has_answer_begun:
+                    raise
+        connecting = loop.create_connection(
+            lambda: _Connection(loop, self._answer_limit_bytes), self._host, self._port
+        )
+        _, connection = await asyncio.wait_for(connecting, timeout_s)
+        self._connection = connection
+        return await connection.exchange(head, document, deadline)
+
+
+class _Connection(asyncio.Protocol):
+    def __init__(self, loop: asyncio.AbstractEventLoop, answer_limit_bytes: int) -> None:
+        self._loop = loop
+        self._reader = ResponseReader(body_limit=answer_limit_bytes)
+        self._transport: asyncio.Transport | None = None
+        self._answer: asyncio.Future[Response] | None = None
+        self._may_write = asyncio.Event()
+        self._may_write.set()
+        self.has_answer_begun = False
+
+    async def exchange(self, head: bytes, document: bytes, deadline: float | None) -> Response:
+        """Sends a request and waits for its response.
+
+        Raises:
+            ConnectionError: the connection was or became closed.
+            TimeoutError: the response did not come by the deadline.
+            HttpError: what came is no response.
+        """
+        self.has_answer_begun = False
+        if self._transport is None or self._transport.is_closing():
+            raise ConnectionResetError("connection closed before the answer")
+        answer: asyncio.Future[Response] = self._loop.create_future()
+        self._answer = answer
+        timer = None if deadline is None else self._loop.call_at(deadline, self._fail, TimeoutError())
+        try:
+            if len(document) <= _SLICE_BYTES:
+                self._transport.write(head + document)
+                return await answer
+            is_sent = await self._send_slices(head, document, answer)
+            response = await answer
+            return response if is_sent else response._replace(keep_alive=False)
+        finally:
+            self._answer = None
+            if timer:
+                timer.cancel()
+
+    async def _send_slices(self, head: bytes, document: bytes, answer: asyncio.Future[Response]) -> bool:
+        """Sends as the peer takes it, with turns for others. False when an answer or an end comes first."""
+        slices = (document[start : start + _SLICE_BYTES] for start in range(0, len(document), _SLICE_BYTES))
+        for piece in itertools.chain([head], slices):
+            await self._may_write.wait()
+            if answer.done() or self._transport is None:
+                return False
+            self._transport.write(piece)
+            await asyncio.sleep(0)
+        return True
+
+    def close(self) -> None:
+        if self._transport:
+            self._transport.abort()
+
+    def pause_writing(self) -> None:
+        self._may_write.clear()
+
+    def resume_writing(self) -> None:
+        self._may_write.set()
+
+    def _fail(self, error: Exception) -> None:
+        self._may_write.set()
+        if self._answer and not self._answer.done():
+            self._answer.set_exception(error)
+
+    def _succeed(self, response: Response | None) -> None:
+        self._may_write.set()
+        if response and self._answer and not self._answer.done():
+            self._answer.set_result(response)
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)  # noqa: S101  # a TCP client makes no others
+        self._transport = transport
+
+    def data_received(self, data: bytes) -> None:
+        if self._answer is None or self._answer.done():
+            self.close()  # bytes that were not asked for
+            return
+        self.has_answer_begun = True
+        try:
+            self._succeed(self._reader.feed(data))
+        except HttpError as error:
+            self._fail(error)
+
+    def eof_received(self) -> None:
+        try:
+            self._succeed(self._reader.end())
+        except HttpError:
+            self._fail(ConnectionResetError("connection closed in the middle of the answer"))
+
+    def connection_lost(self, error: Exception | None) -> None:
+        self._transport = None
+        lost = error if isinstance(error, ConnectionError) else None
+        self._fail(lost or ConnectionResetError("connection closed before the answer"))

@@ -1,0 +1,298 @@
+"""The blocking XML-RPC client. It imports no asyncio, so that tools start quickly.
+
+The server that master and nodes answer with is `pipros.net.rpc_server.RpcServer`; the client for
+use inside an asyncio loop is `pipros.net.rpc_async_client`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import threading
+import time
+from typing import Any, Final
+
+from pipros.errors import Interrupted, LimitExceeded, ProtocolError, Unreachable
+from pipros.limits import process_limits
+from pipros.net import sockets
+from pipros.net.address import host_and_port, plain_address, split_uri
+from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver
+from pipros.net.connect import Connector
+from pipros.wire.http import HttpError, Response, ResponseReader, build_request
+from pipros.wire.xmlrpc import Fault, decode_response, encode_call
+
+__all__ = ["Fault", "RpcClient"]
+
+KEPT_CONNECTIONS: Final = 4
+"""How many idle connections a client keeps; more are made, and closed again, when more threads call."""
+TIMEOUT_OF_CLIENT: Final = -1.0
+"""As `timeout_s` of one call: what the client was made with."""
+CONNECT_LIMIT_S: Final = 15.0
+"""How long a connection may take to come about when the call itself has no limit."""
+_READ_BYTES: Final = 65536
+_KEPT_ADDRESSES: Final = 4
+
+
+class RpcClient:
+    """Calls the methods of one XML-RPC server.
+
+    May be used from any number of threads; calls of different threads go over different
+    connections and do not wait for each other. Connections are kept open and used again.
+
+    A call that meets a kept connection which the server has closed meanwhile is sent once more
+    over a fresh one, as Python's and ROS' own clients do.
+
+    Attributes:
+        server_addresses: the IP addresses at which the server was found lately, the last one first.
+
+    >>> RpcClient("http://localhost:11311/").call("getPid", "/me")     # doctest: +SKIP
+    [1, '', 4711]
+    """
+
+    def __init__(
+        self, uri: str, *, timeout_s: float | None = None, answer_limit_bytes: int | None = None
+    ) -> None:
+        """Nothing is connected yet.
+
+        Args:
+            uri: `http://HOST:PORT/`.
+            timeout_s: how long one call may take in all; None is for ever. Each call may say otherwise.
+            answer_limit_bytes: the largest answer; by default the limit `answer_bytes`, for the user or
+                the user's program chose the server.
+
+        Raises:
+            ValueError: `uri` is malformed.
+        """
+        self._idle: list[_Connection] = []
+        self.server_addresses: tuple[str, ...] = ()
+        self.uri = uri
+        self.timeout_s = timeout_s
+        self._answer_limit_bytes = answer_limit_bytes or process_limits().answer_bytes
+        self._host, self._port, self._path = split_uri(uri)
+        self._lock = threading.Lock()
+        self._busy: set[_Connection] = set()
+        self._interruptions = 0
+        self._is_closed = False
+
+    def call(self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT) -> Any:
+        """Calls `method` and returns its value. Blocks until the answer is there or the time is over.
+
+        Raises:
+            Unreachable: no connection, or it was lost or silent for too long.
+            Interrupted: `interrupt` was called.
+            Fault: the server answered with a fault.
+            ProtocolError: the answer is not XML-RPC.
+            LimitExceeded: the answer is larger than the limit.
+            TypeError, OverflowError, ValueError: a parameter that XML-RPC cannot carry; nothing was sent.
+        """
+        body = encode_call(method, params)
+        with self._lock:  # `interrupt` comes wholly before or wholly after
+            interruptions = self._interruptions
+            if timeout_s == TIMEOUT_OF_CLIENT:
+                timeout_s = self.timeout_s
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        response = self._exchange(body, deadline, interruptions)
+        if response.status != 200:
+            detail = response.body[:200].decode("utf-8", "replace").strip()
+            raise ProtocolError(f"{self.uri} answered {response.status} {response.reason}: {detail}")
+        return decode_response(response.body, limit_bytes=self._answer_limit_bytes)
+
+    def close(self) -> None:
+        """Closes the kept connections. The client may be used again, without keeping any."""
+        with self._lock:
+            self._is_closed = True
+            idle, self._idle = self._idle, []
+        for connection in idle:
+            connection.close()
+
+    def __del__(self) -> None:
+        for connection in self._idle:
+            connection.close()
+
+    def __enter__(self) -> RpcClient:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def interrupt(self, limit_s: float) -> None:
+        """Ends the calls under way: they raise Interrupted. Later ones are given `limit_s`."""
+        with self._lock:
+            self.timeout_s = limit_s
+            self._interruptions += 1
+            for connection in self._busy:
+                connection.abort()
+
+    def _exchange(self, body: bytes, deadline: float | None, interruptions: int) -> Response:
+        request = build_request(host_and_port(self._host, self._port), self._path, body)
+        try:
+            if connection := self._take_idle():
+                with contextlib.suppress(_ClosedBeforeAnswer):
+                    return self._use(connection, request, deadline, interruptions)
+            connection = _Connection(self._host, self._port, self._answer_limit_bytes)
+            return self._use(connection, request, deadline, interruptions)
+        except (OSError, HttpError) as error:
+            raise self._explain(error) from error
+
+    def _note_address(self, found: str) -> None:
+        with self._lock:
+            others = [known for known in self.server_addresses if known != found]
+            self.server_addresses = (found, *others)[:_KEPT_ADDRESSES]
+
+    def _use(
+        self, connection: _Connection, request: bytes, deadline: float | None, interruptions: int
+    ) -> Response:
+        """One exchange. A connection that it fails on, or that Ctrl-C interrupts, is closed."""
+        with self._lock:
+            self._busy.add(connection)
+            if interruptions != self._interruptions:
+                connection.abort()
+        try:
+            if address := connection.open(deadline):
+                self._note_address(address)
+            response = connection.exchange(request, deadline)
+        except BaseException:
+            with self._lock:
+                self._busy.discard(connection)
+            connection.close()
+            if connection.is_aborted:
+                raise Interrupted(f"a call to {self.uri} was interrupted") from None
+            raise
+        with self._lock:
+            self._busy.discard(connection)
+        self._give_back(connection, response)
+        return response
+
+    def _take_idle(self) -> _Connection | None:
+        while True:
+            with self._lock:
+                if not self._idle:
+                    return None
+                connection = self._idle.pop()
+            if connection.is_fresh():
+                return connection
+            connection.close()
+
+    def _give_back(self, connection: _Connection, response: Response) -> None:
+        with self._lock:
+            if response.keep_alive and not self._is_closed and len(self._idle) < KEPT_CONNECTIONS:
+                self._idle.append(connection)
+                return
+        connection.close()
+
+    def _explain(self, error: OSError | HttpError) -> Exception:
+        if isinstance(error, LimitExceeded):
+            return LimitExceeded(f"the answer of {self.uri} is too large: {error}")
+        if isinstance(error, HttpError):
+            return ProtocolError(f"{self.uri} does not speak XML-RPC: {error}")
+        return Unreachable(self.uri, reason_of(error))
+
+
+def reason_of(error: OSError) -> str:
+    """The operating system's own text for an error: `Connection refused`."""
+    if isinstance(error, TimeoutError):
+        return "no answer in time"
+    if error.errno and not isinstance(error, socket.gaierror):
+        return os.strerror(error.errno)  # asyncio puts words of its own into strerror
+    return error.strerror or str(error) or type(error).__name__
+
+
+class _ClosedBeforeAnswer(ConnectionError):
+    """The server closed, or had closed, the connection before the first byte of an answer."""
+
+
+class _Connection:
+    """One kept-alive connection; used by one thread at a time."""
+
+    __slots__ = ("_address", "_connector", "_is_open", "_reader", "_receiver", "_socket")
+
+    def __init__(self, host: str, port: int, answer_limit_bytes: int) -> None:
+        """Nothing is connected yet."""
+        self._address = host, port
+        self._connector = Connector()
+        self._is_open = False
+        self._socket: socket.socket
+        self._reader = ResponseReader(body_limit=answer_limit_bytes)
+        self._receiver = PollingReceiver(REPLY_POLL_S)
+
+    @property
+    def is_aborted(self) -> bool:
+        return self._connector.is_interrupted
+
+    def open(self, deadline: float | None) -> str:
+        """Connects, unless it is connected. Returns the IP address of the server when it did."""
+        if self._is_open:
+            return ""
+        host, port = self._address
+        limit_s = CONNECT_LIMIT_S if deadline is None else None
+        self._socket = self._connector.connect(host, port, deadline, limit_s)
+        self._is_open = True
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if self.is_aborted:  # and `abort` may not have seen the socket
+            raise Interrupted("the call was interrupted")
+        with contextlib.suppress(OSError):  # closed again by the server
+            return plain_address(str(self._socket.getpeername()[0]))
+        return ""
+
+    def abort(self) -> None:
+        """Wakes the thread that waits for this connection; its exchange fails."""
+        self._connector.interrupt()
+        if self._is_open:
+            sockets.abort(self._socket)
+
+    def is_fresh(self) -> bool:
+        """False when the server has closed the idle connection, or sent bytes that were not asked for."""
+        try:
+            self._socket.settimeout(0)
+            self._socket.recv(1, socket.MSG_PEEK)
+        except BlockingIOError:
+            return True
+        except OSError:
+            return False
+        return False
+
+    def exchange(self, request: bytes, deadline: float | None) -> Response:
+        reader = self._reader
+        has_answer_begun = False
+        try:
+            self._socket.settimeout(_left(deadline))
+            self._socket.sendall(request)
+            self._socket.settimeout(None)
+            while True:
+                data = self._receiver.receive(self._socket, _READ_BYTES, deadline)
+                if not data:
+                    return self._last_response(has_answer_begun)
+                has_answer_begun = True
+                if response := reader.feed(data):
+                    return response
+        except (ConnectionResetError, ConnectionAbortedError, BrokenPipeError) as error:
+            if has_answer_begun:
+                raise
+            raise _ClosedBeforeAnswer(error.errno, error.strerror) from None
+
+    def _last_response(self, has_answer_begun: bool) -> Response:
+        """The response that the server ended by closing the connection."""
+        if not has_answer_begun:
+            raise _ClosedBeforeAnswer("connection closed before the answer")
+        try:
+            response = self._reader.end()
+        except HttpError:
+            response = None
+        if response is None:
+            raise ConnectionError("connection closed in the middle of the answer")
+        return response
+
+    def close(self) -> None:
+        if self._is_open:
+            with contextlib.suppress(OSError):
+                self._socket.close()
+
+
+def _left(deadline: float | None) -> float | None:
+    if deadline is None:
+        return None
+    left = deadline - time.monotonic()
+    if left <= 0:
+        raise TimeoutError("no answer in time")
+    return left

@@ -1,0 +1,86 @@
+"""Threads for jobs that may block; idle ones are kept for the next job."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable
+from queue import SimpleQueue
+from typing import Any
+
+#: Idle threads that are kept; starting one costs more than many a service call.
+KEPT_IDLE = 4
+
+Job = tuple[Callable[..., object], tuple[Any, ...]]
+
+
+class Workers:
+    """Runs each job at once, in an idle thread or in a new one: a job that blocks does not delay others.
+
+    With a limit of threads, jobs that find none wait for one, in the order in which they came.
+    The threads are daemons, since a job may never end: the interpreter does not wait for them.
+    """
+
+    def __init__(self, name: str, limit: int | None = None, *, kept_idle: int = KEPT_IDLE) -> None:
+        self._name = name
+        self._limit = limit
+        self._kept_idle = kept_idle
+        self._jobs: SimpleQueue[Job | None] = SimpleQueue()
+        self._waiting: deque[Job] = deque()
+        self._threads = 0
+        self._idle = 0
+        self._is_closed = False
+        self._lock = threading.Lock()
+
+    def run(self, job: Callable[..., object], *args: Any) -> None:
+        """Returns at once.
+
+        Raises:
+            RuntimeError: a thread was needed, and the system gives none.
+        """
+        with self._lock:
+            if self._idle:
+                self._idle -= 1
+                self._jobs.put((job, args))
+                return
+            if self._limit is not None and self._threads >= self._limit:
+                self._waiting.append((job, args))
+                return
+            self._threads += 1
+        try:
+            threading.Thread(target=self._work, args=((job, args),), name=self._name, daemon=True).start()
+        except RuntimeError:
+            with self._lock:
+                self._threads -= 1
+            raise
+
+    def close(self) -> None:
+        """Ends the idle threads; those at work end when no job waits."""
+        with self._lock:
+            self._is_closed = True
+            for _ in range(self._idle):
+                self._jobs.put(None)
+            self._idle = 0
+
+    def _work(self, first: Job) -> None:
+        job: Job | None = first
+        while job is not None:
+            function, args = job
+            try:
+                function(*args)
+            except BaseException:  # reported as by a thread that it ends, but others wait for this one
+                report = threading.ExceptHookArgs((*sys.exc_info(), threading.current_thread()))
+                threading.excepthook(report)
+            del function, args, job
+            with self._lock:
+                if self._waiting:
+                    job = self._waiting.popleft()
+                    continue
+                if self._is_closed or self._idle >= self._kept_idle:
+                    self._threads -= 1
+                    return
+                self._idle += 1
+            job = self._jobs.get()
+        with self._lock:
+            self._threads -= 1

@@ -1,0 +1,96 @@
+"""What the asynchronous methods of a node need beyond the blocking ones. All logic is shared."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import AsyncIterator, Callable, Coroutine
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from pipros.net.loop import in_daemon_thread
+
+if TYPE_CHECKING:
+    from pipros.node.service_client import ServiceClient
+
+AnyMessage = TypeVar("AnyMessage")
+
+
+class MessageStream(Generic[AnyMessage]):
+    """The messages of a subscription as an asynchronous iterator; ends with the node.
+
+    With `queue_size` n it holds the n newest messages that were not taken yet, and counts the
+    others in `dropped`; without one it holds all.
+    """
+
+    def __init__(self, queue_size: int | None) -> None:
+        self.dropped = 0
+        self._loop = asyncio.get_running_loop()
+        self._waiting: deque[AnyMessage] = deque()
+        self._queue_size = queue_size
+        self._arrived = asyncio.Event()
+        self._is_closed = False
+
+    def __call__(self, message: AnyMessage) -> None:
+        """Takes a message from the thread of a link."""
+        self._call(self._put, message)
+
+    def close(self) -> None:
+        """Ends the iteration once what has arrived is taken; from any thread."""
+        self._call(self._end)
+
+    def __aiter__(self) -> AsyncIterator[AnyMessage]:
+        return self
+
+    async def __anext__(self) -> AnyMessage:
+        while not self._waiting:
+            if self._is_closed:
+                raise StopAsyncIteration
+            self._arrived.clear()
+            await self._arrived.wait()
+        return self._waiting.popleft()
+
+    def _put(self, message: AnyMessage) -> None:
+        self._waiting.append(message)
+        while self._queue_size and len(self._waiting) > self._queue_size:
+            self._waiting.popleft()
+            self.dropped += 1
+        self._arrived.set()
+
+    def _end(self) -> None:
+        self._is_closed = True
+        self._arrived.set()
+
+    def _call(self, function: Callable[..., None], *args: Any) -> None:
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(function, *args)
+
+
+async def call(client: ServiceClient, request: Any, timeout_s: float | None) -> Any:
+    """Calls a service without holding up the event loop. Cancelling it ends the client's calls."""
+    task = in_daemon_thread(client.call, request, timeout_s)
+    try:
+        return await asyncio.shield(task)
+    except asyncio.CancelledError:
+        client.calls.interrupt()
+        task.add_done_callback(lambda ended: ended.exception())  # no caller waits for it any more
+        raise
+
+
+def is_in_event_loop() -> bool:
+    """True when called from a coroutine or a callback of an asyncio loop."""
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return False
+    return True
+
+
+def run_in_loop(
+    handler: Callable[[Any], Coroutine[Any, Any, Any]], loop: asyncio.AbstractEventLoop
+) -> Callable[[Any], Any]:
+    """A blocking service handler that runs an asynchronous one in `loop`."""
+
+    def handle(request: Any) -> Any:
+        return asyncio.run_coroutine_threadsafe(handler(request), loop).result()
+
+    return handle

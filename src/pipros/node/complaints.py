@@ -1,0 +1,48 @@
+"""Rate-limited warnings about peers."""
+
+from __future__ import annotations
+
+import logging
+from typing import Final
+
+from pipros.net.loop import BackgroundLoop
+
+#: How many warnings are logged in full before the others are only counted, and again after each report.
+FULL: Final = 3
+REPORT_S: Final = 10.0
+
+
+class Complaints:
+    """Has the first warnings logged in full, and of later ones only the number and the last.
+
+    For the event loop only.
+    """
+
+    def __init__(self, log: logging.Logger, loop: BackgroundLoop, more: str) -> None:
+        """`more` reports `%d` suppressed warnings, the last of which is about `%s`."""
+        self._log = log
+        self._loop = loop
+        self._more = more
+        self._left = FULL
+        self._suppressed = 0
+        self._last = ""
+        self._is_reporting = False
+
+    def may_say(self, last: str) -> bool:
+        """Whether to log this one in full; if not, it is counted. `last` is what a report names."""
+        if not self._is_reporting:
+            self._is_reporting = True
+            self._loop.asyncio.call_later(REPORT_S, self._report)
+        if self._left:
+            self._left -= 1
+            return True
+        self._suppressed += 1
+        self._last = last
+        return False
+
+    def _report(self) -> None:
+        self._is_reporting = False
+        self._left = FULL
+        if self._suppressed:
+            self._log.warning(self._more, self._suppressed, self._last)
+            self._suppressed = 0

@@ -1,0 +1,314 @@
+"""All topics and services of one node, by name, and their connections."""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from pipros.errors import PiprosError
+from pipros.limits import Limits
+from pipros.net.address import uri
+from pipros.net.connections import Connections, HeldBytes
+from pipros.net.loop import BackgroundLoop
+from pipros.net.tcpros import TcprosConnection, refuse_connection
+from pipros.net.workers import Workers
+from pipros.node.attempts import Attempts
+from pipros.node.context import NodeContext
+from pipros.node.publisher import FAREWELL_S, Publication, Publisher
+from pipros.node.registration import (
+    Entry,
+    PublicationEntry,
+    Registrations,
+    ServiceEntry,
+    SubscriptionEntry,
+)
+from pipros.node.service_connection import LINGERING, Slots
+from pipros.node.service_server import ServiceClass, ServiceServer
+from pipros.node.subscriber import (
+    NO_ARGS,
+    Callback,
+    Observer,
+    Subscriber,
+    SubscriberCallback,
+    Subscription,
+)
+
+if TYPE_CHECKING:
+    from pipros.msg.base import Message
+
+
+class TypeConflict(PiprosError):
+    """A node uses one topic with two types."""
+
+
+class NameInUse(PiprosError):
+    """A node already serves a service of that name."""
+
+
+class Endpoints:
+    """What a node publishes, subscribes and serves. All names are global ones here."""
+
+    def __init__(
+        self,
+        node_name: str,
+        *,
+        host: str,
+        port: int,
+        loop: BackgroundLoop,
+        registrations: Registrations,
+        log: logging.Logger,
+        limits: Limits,
+        connections: Connections,
+    ) -> None:
+        self.port = port
+        numbers = itertools.count(1)
+        self.attempts = Attempts(limits.connection_attempts)
+        self._context = NodeContext(
+            node_name, loop, log, lambda: next(numbers), limits, connections, self.attempts
+        )
+        self.service_uri = uri(host, port, "rosrpc")
+        self._registrations = registrations
+        self._publications: dict[str, tuple[Publication, Entry]] = {}
+        self._subscriptions: dict[str, tuple[Subscription, Entry]] = {}
+        self._services: dict[str, tuple[ServiceServer, Entry]] = {}
+        self._workers = Workers(f"service of {node_name}", limits.service_threads)
+        self._lingering = Slots(LINGERING)
+        self._unread = HeldBytes(limit_bytes=limits.bodies_bytes, refusals=connections.refusals)
+        self._observer: Observer | None = None
+        self._lock = threading.RLock()
+
+    # -- what there is ----------------------------------------------------------
+
+    @property
+    def publications(self) -> Sequence[Publication]:
+        return [publication for publication, _ in list(self._publications.values())]
+
+    @property
+    def subscriptions(self) -> Sequence[Subscription]:
+        return [subscription for subscription, _ in list(self._subscriptions.values())]
+
+    def publication(self, topic: str) -> Publication | None:
+        found = self._publications.get(topic)
+        return found[0] if found else None
+
+    def subscription(self, topic: str) -> Subscription | None:
+        found = self._subscriptions.get(topic)
+        return found[0] if found else None
+
+    def service(self, name: str) -> ServiceServer | None:
+        found = self._services.get(name)
+        return found[0] if found else None
+
+    def statistics(self) -> Mapping[str, Any]:
+        """For each topic, a dictionary of its links by peer: frames, bytes, and what was dropped."""
+        return {
+            "publications": {
+                one.topic: {peer.caller_id: peer.link.statistics for peer in one.links}
+                for one in self.publications
+            },
+            "subscriptions": {
+                one.topic: {peer.caller_id: peer.link.statistics for peer in one.links}
+                for one in self.subscriptions
+            },
+        }
+
+    # -- publishing ---------------------------------------------------------------
+
+    def advertise(
+        self,
+        topic: str,
+        message_class: type[Message],
+        *,
+        queue_size: int | None,
+        latch: bool,
+        headers: Mapping[str, str] | None = None,
+    ) -> Publisher[Any]:
+        """A new handle on a topic, which is registered at the master with the first one.
+
+        `headers` are further fields for the connection headers that subscribers get.
+
+        Raises:
+            TypeConflict: this node publishes the topic with another type already.
+        """
+        with self._lock:
+            found = self._publications.get(topic)
+            if found is None:
+                publication = Publication(topic, message_class, self._context)
+                entry = PublicationEntry(topic, publication.interface.type)
+                self._publications[topic] = publication, entry
+            else:
+                publication = found[0]
+                _same_type(publication.interface.md5sum, message_class, topic)
+            publication.handles += 1
+            publication.is_latching = publication.is_latching or latch
+            publication.headers.update(headers or {})
+            publication.set_queue_size(queue_size)
+            if found is None:
+                self._registrations.add(entry)
+        return Publisher(publication, self._release_publication)
+
+    def restrict_publishing_to(self, thread: int) -> None:
+        """From now on only the given thread's messages go out; the others' are dropped silently."""
+        for publication in self.publications:
+            publication.only_thread = thread
+
+    def _release_publication(self, publication: Publication) -> None:
+        with self._lock:
+            publication.handles -= 1
+            if publication.handles == 0:
+                _, entry = self._publications.pop(publication.topic)
+                self._registrations.remove(entry)
+                publication.close()
+
+    # -- subscribing ----------------------------------------------------------------
+
+    def subscribe(
+        self,
+        topic: str,
+        message_class: type[Message],
+        callback: Callback | None,
+        *,
+        callback_args: object = NO_ARGS,
+        queue_size: int | None,
+        tcp_nodelay: bool,
+    ) -> Subscriber[Any]:
+        """A new callback on a topic, which is registered at the master with the first one.
+
+        If the node receives the topic already, the callback gets the last message of each connected
+        publisher that latches before this returns.
+
+        Raises:
+            TypeConflict: this node subscribes to the topic with another type already.
+        """
+        listener = SubscriberCallback(callback, callback_args) if callback is not None else None
+        with self._lock:
+            found = self._subscriptions.get(topic)
+            if found is None:
+                subscription = Subscription(topic, message_class, self._context)
+                entry = SubscriptionEntry(
+                    topic,
+                    subscription.interface.type,
+                    lambda uris: self._context.loop.call(subscription.update_publishers, uris),
+                )
+                subscription.observe = self._observer
+                self._subscriptions[topic] = subscription, entry
+            else:
+                subscription = found[0]
+                _same_type(subscription.interface.md5sum, message_class, topic)
+            subscription.handles += 1
+            subscription.tcp_nodelay = subscription.tcp_nodelay or tcp_nodelay
+            subscription.set_queue_size(queue_size)
+            give_latched = subscription.add(listener) if listener is not None else None
+            if found is None:
+                self._registrations.add(entry)
+        if give_latched is not None:
+            give_latched()
+        return Subscriber(subscription, listener, self._release_subscription)
+
+    def observe(self, observer: Observer) -> None:
+        """Calls `observer` for each message of each topic from now on, before the callbacks."""
+        with self._lock:
+            self._observer = observer
+            for subscription, _ in self._subscriptions.values():
+                subscription.observe = observer
+
+    def ask_for_publishers(self, topic: str) -> None:
+        """Registers a subscription again, because the master's answer lists the publishers. Blocks."""
+        if found := self._subscriptions.get(topic):
+            self._registrations.renew(found[1])
+
+    def _release_subscription(self, subscription: Subscription, listener: SubscriberCallback | None) -> None:
+        if listener is not None:
+            subscription.remove(listener)
+        with self._lock:
+            subscription.handles -= 1
+            if subscription.handles == 0:
+                _, entry = self._subscriptions.pop(subscription.topic)
+                self._registrations.remove(entry)
+                subscription.close()
+
+    # -- serving ----------------------------------------------------------------------
+
+    def serve(
+        self,
+        name: str,
+        service_class: ServiceClass,
+        handler: Callable[[Any], Message],
+        on_error: Callable[[BaseException], object] | None,
+    ) -> ServiceServer:
+        """Answers a service from now on.
+
+        Raises:
+            NameInUse: this node serves that name already.
+        """
+        with self._lock:
+            if name in self._services:
+                raise NameInUse(f"service [{name}] already registered")
+            server = ServiceServer(
+                name,
+                service_class,
+                handler,
+                self._context,
+                on_error=on_error or self._log_handler_error,
+                workers=self._workers,
+                lingering=self._lingering,
+                unread=self._unread,
+            )
+            entry = ServiceEntry(name, self.service_uri)
+            self._services[name] = server, entry
+            self._registrations.add(entry)
+        return server
+
+    def stop_serving(self, server: ServiceServer) -> None:
+        """Takes a service back and ends its connections. Harmless when repeated."""
+        with self._lock:
+            found = self._services.get(server.name)
+            if found is not None and found[0] is server:
+                del self._services[server.name]
+                self._registrations.remove(found[1])
+        server.close()
+
+    def _log_handler_error(self, error: BaseException) -> None:
+        self._context.log.error("Error processing request: %s", error, exc_info=error)
+
+    # -- connections --------------------------------------------------------------------
+
+    def attach(self, connection: TcprosConnection) -> None:
+        """Hands a peer that has introduced itself to the topic or service that it asks for."""
+        topic, service = connection.fields.get("topic"), connection.fields.get("service")
+        if topic is not None:
+            if publication := self.publication(topic):
+                publication.attach(connection)
+                return
+            reason = f"[{self._context.node_name}] is not a publisher of [{topic}]"
+        elif service is not None:
+            if server := self.service(service):
+                server.attach(connection)
+                return
+            reason = f"[{self._context.node_name}] does not provide the service [{service}]"
+        else:
+            reason = "no topic or service name detected"
+        refuse_connection(connection.sock, reason)
+
+    def close(self) -> None:
+        """Ends every link and every connection."""
+        end = time.monotonic() + FAREWELL_S  # for all topics together
+        for publication, _ in self._publications.values():
+            publication.close(end)
+        for subscription, _ in self._subscriptions.values():
+            subscription.close()
+        for server, _ in self._services.values():
+            server.close()
+        self._workers.close()
+
+
+def _same_type(md5sum: str, message_class: type[Message], topic: str) -> None:
+    if "*" not in (md5sum, message_class._md5sum) and md5sum != message_class._md5sum:
+        raise TypeConflict(
+            f"[{topic}] is used with md5sum {md5sum} in this node already, "
+            f"[{message_class._type}] has {message_class._md5sum}"
+        )

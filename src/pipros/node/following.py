@@ -1,0 +1,136 @@
+"""Keeping links to all publishers of a topic that the master lists."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Iterable
+
+from pipros.errors import PiprosError, Refused, Unreachable
+from pipros.net import unreachable
+from pipros.node.complaints import Complaints
+from pipros.node.context import NodeContext
+from pipros.printable import printable
+
+#: Waits between attempts to reach a publisher that the master still lists.
+RETRY_FIRST_S = 0.1
+RETRY_LONGEST_S = 5.0
+
+#: Ends with a link; what broke it, or nothing.
+Ended = asyncio.Future[str]
+
+#: Links to the publisher at a URI.
+Connect = Callable[[str], Awaitable[Ended]]
+
+
+class Following:
+    """Connects to each publisher of a topic, and again whenever the link ends. For the event loop only.
+
+    A link to a publisher that is no longer listed stays until the publisher ends it: a master that
+    has just been restarted does not know every node yet.
+
+    Attributes:
+        attempts: how many attempts to reach a publisher were made.
+    """
+
+    def __init__(self, topic: str, context: NodeContext, connect: Connect) -> None:
+        self.attempts = 0
+        self._topic = topic
+        self._context = context
+        self._connect = connect
+        self._listed: set[str] = set()
+        self._linked: set[str] = set()
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+        self._complaints = Complaints(
+            context.log, context.loop, f"cannot receive [{topic}] from %d more publishers; the last is %s"
+        )
+        self._is_stopped = False
+
+    def update(self, uris: Iterable[str]) -> None:
+        """Takes over the master's list of publishers."""
+        if self._is_stopped:
+            return
+        listed = list(dict.fromkeys(uri for uri in uris if isinstance(uri, str)))
+        most = self._context.limits.publishers_per_topic
+        if len(listed) > most:
+            if self._complaints.may_say(f"beyond the limit publishers_per_topic of {most}"):
+                self._context.log.warning(
+                    "[%s] has %d publishers; the limit publishers_per_topic is %d",
+                    self._topic,
+                    len(listed),
+                    most,
+                )
+            listed.sort(key=lambda uri: uri not in self._linked)
+            del listed[most:]
+        self._listed = set(listed)
+        for uri in self._tasks.keys() - self._listed - self._linked:
+            self._tasks.pop(uri).cancel()
+        for uri in listed:
+            if uri not in self._tasks:
+                task = self._tasks[uri] = asyncio.ensure_future(self._follow(uri))
+                task.add_done_callback(self._collect)
+
+    def stop(self) -> None:
+        """Stops connecting to publishers."""
+        self._is_stopped = True
+        self._listed = set()
+        for task in self._tasks.values():
+            task.cancel()
+
+    async def _follow(self, uri: str) -> None:
+        """Keeps a link to one publisher for as long as the master lists it."""
+        delay_s, explained, is_first = RETRY_FIRST_S, "", True
+        try:
+            while uri in self._listed:
+                try:
+                    ended = await self._context.attempts.make(lambda: self._attempt(uri), is_first=is_first)
+                except (PiprosError, ValueError) as error:  # ValueError: what it registered is not a URI
+                    is_first = False
+                    if str(error) != explained:  # each problem is explained once
+                        explained = str(error)
+                        await self._explain(uri, error)
+                    if isinstance(error, Refused):
+                        return  # and will be until the publisher registers anew
+                else:
+                    if await self._stay(uri, ended):
+                        delay_s, explained, is_first = RETRY_FIRST_S, "", True
+                await asyncio.sleep(delay_s)
+                delay_s = min(2 * delay_s, RETRY_LONGEST_S)
+        finally:
+            if self._tasks.get(uri) is asyncio.current_task():
+                del self._tasks[uri]
+
+    async def _stay(self, uri: str, ended: Ended) -> bool:
+        """Waits for the end of a link; True when it held for a while."""
+        loop = asyncio.get_running_loop()
+        self._linked.add(uri)
+        began = loop.time()
+        try:
+            broken = await ended
+        finally:
+            self._linked.discard(uri)
+        if broken and not self._is_stopped and self._complaints.may_say(f"{printable(uri)}: {broken}"):
+            self._context.log.error(broken)
+        return loop.time() - began > RETRY_LONGEST_S
+
+    async def _attempt(self, uri: str) -> Ended:
+        self.attempts += 1
+        return await self._connect(uri)
+
+    async def _explain(self, uri: str, error: Exception) -> None:
+        """Warns why a publisher cannot be received from, and what to do about it (ros_comm#222)."""
+        if not self._complaints.may_say(f"{printable(uri)}: {printable(error)}"):
+            return
+        explain = await unreachable.explain(error.peer) if isinstance(error, Unreachable) else ""
+        if uri in self._listed:  # not one that has left meanwhile
+            self._context.log.warning(
+                "cannot receive [%s] from the publisher at %s: %s%s",
+                self._topic,
+                printable(uri),
+                printable(error, 1000),
+                explain,
+            )
+
+    def _collect(self, task: asyncio.Task[None]) -> None:
+        """Logs an unexpected exception, which ends this link only."""
+        if not task.cancelled() and (error := task.exception()) is not None:
+            self._context.log.error("following a publisher of [%s] failed", self._topic, exc_info=error)

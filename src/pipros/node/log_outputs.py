@@ -1,0 +1,82 @@
+"""Opens what a node logs to: the console, a file, `/rosout`."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import sys
+from pathlib import Path
+from typing import Any
+
+from pipros.errors import Refused, Unreachable
+from pipros.node.log import (
+    ConsoleHandler,
+    RosoutHandler,
+    configure_by_file,
+    log_file,
+    open_file_handler,
+)
+from pipros.node.node import Node
+from pipros.node.publisher import Publisher
+
+_ROSOUT_QUEUE_SIZE = 100
+
+#: The levels of Python's logging for those of ROS.
+_LOGGING_LEVELS = {
+    1: logging.DEBUG,
+    2: logging.INFO,
+    4: logging.WARNING,
+    8: logging.ERROR,
+    16: logging.CRITICAL,
+}
+
+
+def open_console_and_file(node: Node, logger: logging.Logger, level: int | None) -> None:
+    """Sends `logger` to the console and all that the process logs to a file, as Noetic is configured.
+
+    `ROS_PYTHON_LOG_CONFIG_FILE` names a configuration of Python's logging to be used instead.
+    `level` is one of ROS' numbers; None leaves the configured one.
+    """
+    given = node.identity.arguments.special.get("__log")
+    path = log_file(node.environment.log_dir, node.name, given)
+    if node.environment.python_log_config is not None:
+        configure_by_file(node.environment.python_log_config, path)
+    else:
+        logger.setLevel(logging.INFO)
+        logger.addHandler(ConsoleHandler(node.name, lambda: node.clock, node.environment.console_format))
+        _log_to_file(path)
+    if level is not None:
+        logger.setLevel(_LOGGING_LEVELS.get(level, logging.INFO))
+
+
+def _log_to_file(path: Path) -> None:
+    root = logging.getLogger()
+    try:
+        root.addHandler(open_file_handler(path))
+    except OSError as error:
+        print(
+            f"WARNING: cannot log to [{path}]: {error.strerror}. "
+            "Please set ROS_LOG_DIR to a writable location.",
+            file=sys.stderr,
+        )
+    else:
+        root.setLevel(min(root.level or logging.INFO, logging.INFO))
+
+
+def open_rosout(node: Node, logger: logging.Logger) -> None:
+    """Sends `logger` to `/rosout`; its messages name the node's topics unless a parameter turns that off."""
+    from pipros.msg import load_message_class
+
+    publisher: Publisher[Any] = node.advertise(
+        "/rosout", load_message_class("rosgraph_msgs/Log"), queue_size=_ROSOUT_QUEUE_SIZE, latch=True
+    )
+
+    def topics() -> list[str]:
+        return [one.topic for one in node.endpoints.publications]
+
+    names_topics = True
+    with contextlib.suppress(LookupError, Unreachable, Refused):
+        names_topics = not node.params.get_cached("/rosout_disable_topics_generation")
+    logger.addHandler(
+        RosoutHandler(publisher, node.name, lambda: node.clock, topics if names_topics else list)
+    )

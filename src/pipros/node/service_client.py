@@ -1,0 +1,380 @@
+"""Calling services over TCPROS.
+
+Source of the protocol: http://wiki.ros.org/ROS/TCPROS
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import struct
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Protocol
+from weakref import WeakSet
+
+from pipros.errors import Interrupted, PiprosError, ProtocolError, Refused
+from pipros.limits import Limits, process_limits
+from pipros.net import sockets
+from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver
+from pipros.net.connect import Connector
+from pipros.net.master_client import MasterClient
+from pipros.node.codec import decoder, encoder
+from pipros.node.service_server import ServiceClass
+from pipros.printable import printable
+from pipros.wire.frames import ReplyReader
+from pipros.wire.handshake import WireType, check_service_reply, request_service_link
+from pipros.wire.header import HeaderReader, encode_header
+from pipros.wire.uri import split_uri
+
+if TYPE_CHECKING:
+    from pipros.msg.base import Message
+
+_pack_length = struct.Struct("<I").pack
+_HEADER_CHUNK_BYTES = 16 * 1024
+_CHUNK_BYTES = 64 * 1024
+_LARGEST_CHUNK_BYTES = 4 * 1024 * 1024
+
+
+class ServiceFailed(PiprosError):
+    """A service call brought no response: nobody there, refused, answered with an error, or broken."""
+
+
+class CallTimeout(ServiceFailed):
+    """A service call took longer than it was given."""
+
+
+class Interruptible(Protocol):
+    """What waits for a peer, and can be told to stop."""
+
+    def interrupt(self) -> None: ...
+
+    def interrupt_present(self) -> None: ...
+
+
+class OpenCalls:
+    """Calls under way, to be ended together; may be a part of others."""
+
+    def __init__(self, part_of: OpenCalls | None = None) -> None:
+        self._open: WeakSet[Interruptible] = WeakSet()
+        self._lock = threading.Lock()
+        self._is_interrupted = False
+        if part_of is not None:
+            part_of.add(self)
+
+    def add(self, call: Interruptible) -> None:
+        with self._lock:
+            self._open.add(call)
+            is_too_late = self._is_interrupted
+        if is_too_late:
+            call.interrupt()
+
+    def remove(self, call: Interruptible) -> None:
+        with self._lock:
+            self._open.discard(call)
+
+    def interrupt(self) -> None:
+        """Ends every call under way, and those to come."""
+        with self._lock:
+            self._is_interrupted = True
+            calls = list(self._open)
+        for call in calls:
+            call.interrupt()
+
+    def interrupt_present(self) -> None:
+        """Ends every call under way; later ones are made as before."""
+        with self._lock:
+            calls = list(self._open)
+        for call in calls:
+            call.interrupt_present()
+
+
+class ServiceClient:
+    """Calls one service. Calls of several threads go over connections of their own, unless persistent."""
+
+    def __init__(
+        self,
+        service: str,
+        service_class: ServiceClass,
+        *,
+        master: Callable[[], MasterClient],
+        calls: OpenCalls,
+        persistent: bool = False,
+        headers: Mapping[str, str] | None = None,
+        limits: Limits | None = None,
+    ) -> None:
+        """Nothing is connected yet.
+
+        Args:
+            service: the global name.
+            service_class: its class.
+            master: the master to ask where the service is.
+            calls: what to be interrupted with.
+            persistent: keeps one connection for all calls.
+            headers: reach the handler in the connection header.
+            limits: what the server may cost; by default those of the process.
+        """
+        self._limits = limits
+        self.calls = OpenCalls(part_of=calls)
+        self.service = service
+        self.uri: str | None = None  # where the server was at the last call
+        self._interface = WireType(service_class._type, service_class._md5sum)
+        self._decode = decoder(service_class._response_class)
+        self._master = master
+        self._persistent = persistent
+        self._headers = headers
+        # Outlives the connections: whether servers answer at once is learnt.
+        self._lookout = PollingReceiver(REPLY_POLL_S)
+        self._kept: ServiceLink | None = None
+        self._turn = threading.Lock()  # of the kept link
+
+    def call(self, request: Message, timeout_s: float | None = None) -> Any:
+        """Sends the request and returns the response.
+
+        Raises:
+            CallTimeout: there was none within `timeout_s`.
+            ServiceFailed: nobody offers the service, or it answered with an error.
+        """
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        if not self._persistent:
+            link = self._connect(deadline)
+            try:
+                return self._response(link, link.call(self.service, request, deadline))
+            finally:
+                link.close()
+        with self._turn:
+            if self._kept is None or self._kept.is_closed:  # broken by an earlier call: begin anew
+                self._kept = self._connect(deadline)
+            link = self._kept
+            body = link.call(self.service, request, deadline)
+        return self._response(link, body)
+
+    def _response(self, link: ServiceLink, body: bytes) -> Any:
+        response = self._decode(body)
+        response._connection_header = link.fields
+        return response
+
+    def probe(self, timeout_s: float) -> None:
+        """Asks whether a server really answers; raises ServiceFailed if not."""
+        deadline = time.monotonic() + timeout_s
+        interface = WireType("*", "*")
+        link = ServiceLink(
+            self._look_up(),
+            self.service,
+            self._master().caller_id,
+            interface,
+            deadline=deadline,
+            probe=True,
+            lookout=self._lookout,
+            calls=self.calls,
+            limits=self._limits,
+        )
+        link.close()
+
+    @property
+    def kept(self) -> ServiceLink | None:
+        """The connection that a persistent client keeps; None before its first call."""
+        return self._kept
+
+    def close(self) -> None:
+        """Closes the kept connection of a persistent client; another call raises."""
+        kept, self._kept = self._kept, None
+        if kept is not None:
+            kept.close()
+
+    def _look_up(self) -> str:
+        try:
+            return self._master().lookup_service(self.service)
+        except Refused:
+            raise ServiceFailed(f"service [{self.service}] unavailable") from None
+        except PiprosError as error:
+            raise ServiceFailed(f"unable to contact master: {error}") from error
+
+    def _connect(self, deadline: float | None) -> ServiceLink:
+        self.uri = self._look_up()
+        return ServiceLink(
+            self.uri,
+            self.service,
+            self._master().caller_id,
+            self._interface,
+            deadline=deadline,
+            persistent=self._persistent,
+            extra=self._headers,
+            lookout=self._lookout,
+            calls=self.calls,
+            limits=self._limits,
+        )
+
+
+class ServiceLink:
+    """A client's connection to a service server. One call at a time; not for several threads."""
+
+    def __init__(
+        self,
+        uri: str,
+        service: str,
+        caller_id: str,
+        interface: WireType,
+        *,
+        deadline: float | None,
+        persistent: bool = False,
+        probe: bool = False,
+        extra: Mapping[str, str] | None = None,
+        lookout: PollingReceiver | None = None,
+        calls: OpenCalls | None = None,
+        limits: Limits | None = None,
+    ) -> None:
+        """Connects and shakes hands.
+
+        Args:
+            uri: where the server is, `rosrpc://host:port`.
+            service: the global name.
+            caller_id: the name of the node that calls.
+            interface: the type and md5 sum that the server must have; `*` for any.
+            deadline: of `time.monotonic`, for all of it.
+            persistent: tells the server that several calls will come.
+            probe: tells the server that none will come.
+            extra: further fields for the connection header.
+            lookout: what has been learnt about the server.
+            calls: what the link can be interrupted with, from the beginning until it is closed.
+            limits: what the server may cost; by default those of the process.
+
+        Raises:
+            CallTimeout: the deadline passed.
+            ServiceFailed: nobody answers at `uri`, the server refuses, or it was interrupted.
+        """
+        self._lookout = lookout or PollingReceiver(REPLY_POLL_S)
+        self._calls = calls or OpenCalls()
+        self._connector = Connector()
+        self._is_connected = False
+        self._is_busy = True
+        self.sock: socket.socket
+        self._limits = limits = limits or process_limits()
+        host, port = split_service_uri(uri)
+        self._calls.add(self)
+        try:
+            self.sock = self._connector.connect(host, port, deadline, limits.handshake_s)
+            self._is_connected = True
+            if self._connector.is_interrupted:  # and `interrupt` may not have seen the socket
+                raise Interrupted("the call was interrupted")
+            sockets.prepare(self.sock)
+            header = request_service_link(
+                service, caller_id, interface, persistent=persistent, probe=probe, extra=extra
+            )
+            self.sock.settimeout(_remaining(deadline, limits.handshake_s))
+            self.sock.sendall(encode_header(header))
+            self.sock.settimeout(None)
+            self.fields, rest = self._read_header(deadline)
+            self._replies = ReplyReader(limits.frame_bytes)
+            self._replies.feed(rest)
+            check_service_reply(self.fields, f"{host}:{port}")
+        except Refused as error:
+            self.close()
+            raise ServiceFailed(
+                f"unable to connect to service: remote error reported: {error.text}"
+            ) from error
+        except (OSError, ProtocolError, Interrupted) as error:
+            self.close()
+            raise _cannot_connect(service, error, deadline) from error
+        except BaseException:
+            self.close()
+            raise
+        self._is_busy = False
+
+    def call(self, service: str, request: Message, deadline: float | None) -> bytes:
+        """Sends a request and returns the body of the response.
+
+        Raises:
+            CallTimeout: the deadline (of `time.monotonic`) passed; the link is closed.
+            ServiceFailed: the server answered with an error, or the connection broke.
+        """
+        body = encoder(type(request))(request)
+        self._is_busy = True
+        try:
+            self.sock.settimeout(_remaining(deadline))
+            self.sock.sendall(b"".join((_pack_length(sum(map(len, body))), *body)))
+            self.sock.settimeout(None)
+            ok, reply = self._receive_reply(deadline)
+        except TimeoutError as error:
+            self.close()
+            raise CallTimeout(f"service [{service}] did not answer in time") from error
+        except (OSError, ProtocolError) as error:
+            self.close()
+            raise ServiceFailed(f"transport error completing service call: {error}") from error
+        finally:
+            self._is_busy = False
+        if not ok:
+            raise ServiceFailed(f"service [{service}] responded with an error: {reply!r}")
+        return reply
+
+    def _read_header(self, deadline: float | None) -> tuple[Mapping[str, str], bytes]:
+        reader = HeaderReader(self._limits.header_bytes)
+        last = time.monotonic() + self._limits.handshake_s
+        deadline = last if deadline is None else min(deadline, last)
+        while True:
+            data = self._lookout.receive(self.sock, _HEADER_CHUNK_BYTES, deadline)
+            if not data:
+                raise ProtocolError("the server closed the connection before it answered")
+            fields = reader.feed(data)
+            if fields is not None:
+                return fields, reader.rest
+
+    def _receive_reply(self, deadline: float | None) -> tuple[bool, bytes]:
+        """Whether the call succeeded, and the response or the text of the error."""
+        replies = self._replies
+        while (reply := replies.next_reply()) is None:
+            most = min(max(replies.missing_bytes, _CHUNK_BYTES), _LARGEST_CHUNK_BYTES)
+            more = self._lookout.receive(self.sock, most, deadline)
+            if not more:
+                raise ProtocolError("unable to receive data from sender, check sender's logs for details")
+            replies.feed(more)
+        return reply
+
+    def interrupt(self) -> None:
+        """Ends a call that another thread waits for, whatever it waits for."""
+        self._connector.interrupt()
+        if self._is_connected:
+            sockets.abort(self.sock)
+
+    def interrupt_present(self) -> None:
+        """The same, unless nobody waits: a link that is kept for the next call stays."""
+        if self._is_busy:
+            self.interrupt()
+
+    @property
+    def is_closed(self) -> bool:
+        return self.sock.fileno() < 0
+
+    def close(self) -> None:
+        self._calls.remove(self)
+        if self._is_connected:
+            sockets.abort(self.sock)
+            self.sock.close()
+
+
+def split_service_uri(uri: str) -> tuple[str, int]:
+    """Host and port of `rosrpc://host:port`. Raises ServiceFailed for anything else."""
+    with contextlib.suppress(ValueError):
+        host, port, _ = split_uri(uri, ["rosrpc"])
+        if port:
+            return host, port
+    raise ServiceFailed(
+        f"protocol error: the URI of a service must have the form rosrpc://HOST:PORT, got [{printable(uri)}]"
+    )
+
+
+def _cannot_connect(service: str, error: Exception, deadline: float | None) -> ServiceFailed:
+    if deadline is not None and time.monotonic() >= deadline:
+        return CallTimeout(f"service [{service}] did not answer in time")
+    return ServiceFailed(f"unable to connect to service: {error}")
+
+
+def _remaining(deadline: float | None, longest_s: float | None = None) -> float | None:
+    """Seconds until the deadline, for a socket's time limit; raises TimeoutError when it has passed."""
+    if deadline is None:
+        return longest_s
+    remaining = deadline - time.monotonic()
+    if remaining <= 0:
+        raise TimeoutError("the time is over")
+    return remaining if longest_s is None else min(remaining, longest_s)

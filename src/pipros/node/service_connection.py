@@ -1,0 +1,341 @@
+"""One client's connection to a service server.
+
+Theory of operation. A connection is in one of three hands:
+
+- the event loop waits for a request, and costs no thread;
+- a worker thread answers a call. Before that, and after the reply to a client that keeps its connection, it
+  lingers for a moment, since a request that follows at once is answered much sooner by a thread that waits
+  for it. Only a few lingering at a time: a flood of connections costs no more threads than that;
+- the event loop sends the rest of a reply that the client did not take at once.
+
+Whoever has it closes it. Others `abort` it, and it is closed soon after.
+"""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Protocol
+
+from pipros.errors import ProtocolError
+from pipros.net import sockets
+from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver
+from pipros.net.connections import Connections, HeldBytes
+from pipros.net.loop import BackgroundLoop
+from pipros.net.tcpros import TcprosConnection
+from pipros.wire.frames import FrameBuffer
+
+#: How long a thread waits for a request, or for room for a reply, before the event loop does.
+LINGER_S = 0.05
+
+#: How long a thread sends a reply to a client that keeps taking some of it.
+SEND_S = 0.5
+
+#: So many connections of a node may have a thread that waits, at a time.
+LINGERING = 8
+
+#: Who receives or sends so much has `Limits.request_s` anew for the rest.
+PROGRESS_BYTES = 1024 * 1024
+
+#: The most that the event loop takes from one connection in one turn.
+_TURN_BYTES = 256 * 1024
+
+#: A client that sends or takes so much at a time is worth waiting for.
+_FLOWING_BYTES = 4 * 1024
+
+#: So many smaller pieces of a request are waited for.
+_PIECES = 8
+
+_pack_reply = struct.Struct("<BI").pack
+
+#: Whether the call succeeded, and the response or the text of the error.
+Reply = tuple[bool, Sequence[bytes | memoryview]]
+
+
+class Slots:
+    """So many may do something at a time. Quicker than a semaphore, and nobody waits."""
+
+    def __init__(self, count: int) -> None:
+        self._free = deque([None] * count)
+
+    def take(self) -> bool:
+        """False when none is free."""
+        try:
+            self._free.pop()
+        except IndexError:
+            return False
+        return True
+
+    def give_back(self) -> None:
+        self._free.append(None)
+
+
+class Server(Protocol):
+    """What a connection asks of the service that it belongs to.
+
+    Attributes:
+        loop: where its connections wait.
+        connections: those that it shares room with.
+        lingering: for the threads that wait for a request.
+        unread: the replies that clients do not take.
+        request_s, frame_bytes: see `Limits`.
+        is_closed: no more calls are answered.
+    """
+
+    loop: BackgroundLoop
+    connections: Connections
+    lingering: Slots
+    unread: HeldBytes
+    request_s: float
+    frame_bytes: int
+    is_closed: bool
+
+    def run(self, serve: Callable[[], None]) -> bool:
+        """Has a worker thread call `serve` when one is free; False when there is and will be none."""
+
+    def answer(self, frame: memoryview, fields: Mapping[str, str]) -> Reply | None:
+        """Answers one call; None when the request was no request, and the link is to end."""
+
+    def forget(self, connection: ServiceConnection) -> None:
+        """The connection is closed."""
+
+
+class ServiceConnection:
+    """Waits for the requests of one client, has them answered, and sends the replies."""
+
+    __slots__ = (
+        "_buffer",
+        "_fields",
+        "_frame",
+        "_frames",
+        "_is_answered",
+        "_lookout",
+        "_moved",
+        "_server",
+        "_sock",
+        "_unsent",
+        "is_persistent",
+        "last_used",
+        "peer",
+    )
+
+    def __init__(self, connection: TcprosConnection, server: Server) -> None:
+        self.peer = connection.peer
+        self.last_used = 0.0
+        self.is_persistent = connection.fields.get("persistent") == "1"
+        self._sock = connection.sock
+        self._fields = connection.fields
+        self._server = server
+        self._lookout = PollingReceiver(REPLY_POLL_S)
+        self._buffer = FrameBuffer(server.frame_bytes)
+        self._frames: Iterator[memoryview] = self._buffer.feed(connection.rest)
+        self._frame: memoryview | None = None  # the next, if the loop has found it
+        self._unsent = memoryview(b"")
+        self._is_answered = False
+        self._moved = 0
+
+    def start(self, unsent: bytes) -> None:
+        """Begins to serve; `unsent` is what is left of the answering header. Called in the event loop."""
+        self._unsent = memoryview(unsent)
+        if not self.is_persistent:
+            self._expect_progress()
+        if self._unsent:
+            self._send_in_loop()
+        elif self._server.lingering.take():
+            self._have_served(self._linger)
+        else:
+            self._go_on()
+
+    def abort(self) -> None:
+        """Ends the connection; whoever has it closes it. From any thread, harmless when repeated."""
+        sockets.abort(self._sock)
+
+    # -- in a worker thread -------------------------------------------------------
+
+    def _linger(self) -> None:
+        self._serve(lingers=True)
+
+    def _serve(self, *, lingers: bool = False) -> None:
+        """Answers calls for as long as they follow each other closely. `lingers`: a slot was taken for it."""
+        server = self._server
+        is_held = is_handed_over = False
+        try:
+            while (frame := self._next_frame(LINGER_S if lingers else 0.0)) is not None:
+                if lingers:
+                    server.lingering.give_back()
+                    lingers = False
+                if not is_held:
+                    is_held = True
+                    server.connections.hold(self)
+                reply = server.answer(frame, self._fields)
+                if reply is None:
+                    return
+                if not self._send(reply):
+                    is_handed_over = self._hand_over(self._send_in_loop)
+                    return
+                if not self.is_persistent:
+                    return
+                lingers = server.lingering.take()
+            is_handed_over = self._hand_over(self._wait_in_loop)
+        except (OSError, ProtocolError):
+            pass  # the client has gone, or talks garbage: its connection ends, others go on
+        finally:
+            if lingers:
+                server.lingering.give_back()
+            if not is_handed_over:
+                self.close()
+
+    def _hand_over(self, go_on: Callable[[], None]) -> bool:
+        """Has the event loop go on with the connection, unless that is about to end."""
+        if self._server.is_closed:
+            return False
+        self._server.loop.call(go_on)
+        return True
+
+    def _next_frame(self, linger_s: float) -> memoryview | None:
+        """The next request; None when it does not come in time.
+
+        Raises:
+            OSError: the connection has ended.
+            LimitExceeded: the request is too large.
+        """
+        frame, self._frame = self._frame, None
+        if frame is None:
+            frame = next(self._frames, None)
+        pieces = 0
+        while frame is None:
+            count = self._lookout.receive_into_within(self._sock, self._buffer.room(), linger_s)
+            if count is None:
+                return None
+            if not count:
+                raise ConnectionResetError("the client has closed the connection")
+            self._frames = self._buffer.received(count)
+            frame = next(self._frames, None)
+            if count >= _FLOWING_BYTES:
+                self._note_progress(count)
+            elif frame is None and (pieces := pieces + 1) == _PIECES:
+                return None
+        return frame
+
+    def _send(self, reply: Reply) -> bool:
+        """Sends a reply; False when the client does not take it at once."""
+        is_success, body = reply
+        self._is_answered = True
+        data = b"".join((_pack_reply(is_success, sum(map(len, body))), *body))
+        try:
+            sent = self._sock.send(data)
+        except BlockingIOError:  # it has not read what was sent before
+            sent = 0
+        if sent == len(data):
+            return True
+        self._unsent = memoryview(data)[sent:]
+        end = time.monotonic() + SEND_S
+        while time.monotonic() < end and sockets.wait_writable(self._sock, LINGER_S):
+            sent = self._sock.send(self._unsent)
+            self._unsent = self._unsent[sent:]
+            if not self._unsent:
+                return True
+            if sent < _FLOWING_BYTES:
+                break
+        return False
+
+    # -- in the event loop ----------------------------------------------------------
+
+    def _have_served(self, serve: Callable[[], None]) -> None:
+        if not self._server.run(serve):
+            if serve == self._linger:
+                self._server.lingering.give_back()
+            self.close()
+
+    def _go_on(self) -> None:
+        """Has the next request answered if it is there already, or waits for it."""
+        try:
+            self._frame = next(self._frames, None)
+        except ProtocolError:
+            self.close()
+            return
+        if self._frame is None:
+            self._wait_in_loop()
+        else:
+            self._server.connections.hold(self)
+            self._have_served(self._serve)
+
+    def _wait_in_loop(self) -> None:
+        self._server.connections.touch(self)
+        if self._buffer.is_within:
+            self._expect_progress()
+        else:
+            self._buffer.trim()
+        self._server.loop.asyncio.add_reader(self._sock.fileno(), self._read)
+
+    def _read(self) -> None:
+        """Takes a part of a request; when it is complete, a worker goes on."""
+        try:
+            count = self._sock.recv_into(self._buffer.room()[:_TURN_BYTES])
+            if count:
+                self._frames = self._buffer.received(count)
+                self._frame = next(self._frames, None)
+        except (BlockingIOError, InterruptedError):
+            return
+        except (OSError, ProtocolError):
+            count = 0
+        if count and self._frame is None:
+            self._note_progress(count)
+            return
+        self._server.loop.asyncio.remove_reader(self._sock.fileno())
+        if count:
+            self._server.connections.hold(self)
+            self._have_served(self._serve)
+        else:
+            self.close()
+
+    def _send_in_loop(self) -> None:
+        """Sends what is unsent as the client takes it, up to a deadline."""
+        self._server.connections.touch(self)
+        self._expect_progress()
+        self._server.unread.note(self, len(self._unsent))
+        self._server.loop.asyncio.add_writer(self._sock.fileno(), self._write)
+
+    def _write(self) -> None:
+        is_broken = False
+        try:
+            sent = self._sock.send(self._unsent[:_TURN_BYTES])
+        except (BlockingIOError, InterruptedError):
+            return
+        except OSError:
+            sent, is_broken = 0, True
+        self._unsent = self._unsent[sent:]
+        self._note_progress(sent)
+        if self._unsent and not is_broken:
+            return
+        self._server.loop.asyncio.remove_writer(self._sock.fileno())
+        self._server.unread.forget(self)
+        if is_broken or (self._is_answered and not self.is_persistent):
+            self.close()
+            return
+        if self.is_persistent:
+            self._server.connections.expect_nothing(self)
+        self._unsent = memoryview(b"")
+        self._go_on()
+
+    # -- in either --------------------------------------------------------------------
+
+    def _note_progress(self, count: int) -> None:
+        """Bytes have moved: with enough of them, there is time for more."""
+        self._moved += count
+        if self._moved >= PROGRESS_BYTES:
+            self._moved = 0
+            self._server.connections.expect_nothing(self)
+        self._expect_progress()
+
+    def _expect_progress(self) -> None:
+        self.last_used = time.monotonic()
+        self._server.connections.expect_by(self, self.last_used + self._server.request_s)
+
+    def close(self) -> None:
+        """Closes the connection. Only whoever has it may."""
+        self._sock.close()
+        self._server.connections.leave(self)
+        self._server.forget(self)

@@ -1,0 +1,162 @@
+"""Serving: a server that answers the calls of one service over TCPROS.
+
+Wire form of a reply: one byte, 1 for success, then a frame with the response, or with the text
+of the error. Source: http://wiki.ros.org/ROS/TCPROS
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pipros.net.connections import HeldBytes
+from pipros.net.tcpros import TcprosConnection, refuse_connection
+from pipros.net.workers import Workers
+from pipros.node.codec import decoder, encoder
+from pipros.node.context import NodeContext
+from pipros.node.service_connection import Reply, ServiceConnection, Slots
+from pipros.wire.handshake import (
+    WireType,
+    accept_service_link,
+    service_refusal,
+)
+from pipros.wire.header import encode_header
+
+if TYPE_CHECKING:
+    from pipros.msg.base import Message
+
+
+class ServiceClass(Protocol):
+    """What a generated service type offers: `std_srvs.srv.Empty` for example."""
+
+    _type: str
+    _md5sum: str
+    _request_class: type[Message]
+    _response_class: type[Message]
+
+
+class HandlerError(Exception):
+    """Raised by a handler's adapter: the text goes to the client without a log entry here."""
+
+
+class ServiceServer:
+    """Answers the calls of one service. Those of different connections run at the same time, in threads.
+
+    `handler` gets the request and returns the response; it may block. When it raises, the client
+    gets the text, and `on_error` is called.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        service_class: ServiceClass,
+        handler: Callable[[Any], Message],
+        context: NodeContext,
+        *,
+        on_error: Callable[[BaseException], object],
+        workers: Workers,
+        lingering: Slots,
+        unread: HeldBytes,
+    ) -> None:
+        self.name = name
+        self.service_class = service_class
+        self.interface = WireType(service_class._type, service_class._md5sum)
+        self.calls = 0
+        self._handler = handler
+        self._on_error = on_error
+        self._context = context
+        self._workers = workers
+        self._decode = decoder(service_class._request_class)
+        self._encode = encoder(service_class._response_class)
+        self._open: set[ServiceConnection] = set()
+        self.loop = context.loop
+        self.connections = context.connections
+        self.lingering = lingering
+        self.unread = unread
+        self.request_s = context.limits.request_s
+        self.frame_bytes = context.limits.frame_bytes
+        self.is_closed = False
+
+    def attach(self, connection: TcprosConnection) -> None:
+        """Takes over a connection whose header names this service: answers it, and has it served.
+
+        Called in the event loop, which answers at once, while a thread gets ready for the request.
+        """
+        refusal = service_refusal(connection.fields, self.interface)
+        if refusal:
+            refuse_connection(connection.sock, refusal)
+            return
+        answer = encode_header(
+            accept_service_link(
+                self.name,
+                self._context.node_name,
+                self.interface,
+                request_type=self.service_class._request_class._type,
+                response_type=self.service_class._response_class._type,
+            )
+        )
+        is_probe = connection.fields.get("probe") == "1"
+        served = ServiceConnection(connection, self)
+        if not is_probe and not self.connections.enter(served):
+            refuse_connection(connection.sock, f"[{self._context.node_name}] has too many connections")
+            return
+        try:
+            sent = connection.sock.send(answer)
+        except OSError:  # it left while it was being answered
+            is_probe = True
+        if is_probe:
+            served.close()
+            return
+        self._open.add(served)
+        if self.is_closed:  # and `close` may not have seen this connection
+            served.abort()
+        served.start(answer[sent:])
+
+    def close(self) -> None:
+        """Ends all connections; a handler under way ends by itself."""
+        self.is_closed = True
+        for connection in list(self._open):
+            connection.abort()
+
+    # -- for its connections ----------------------------------------------------------
+
+    def run(self, serve: Callable[[], None]) -> bool:
+        """Calls `serve` in a worker thread; False, and a warning, when the system gives no thread."""
+        try:
+            self._workers.run(serve)
+        except RuntimeError as error:  # rather no answer at all than one to wait for
+            self._context.log.error("service [%s]: cannot serve a call: %s", self.name, error)
+            return False
+        return True
+
+    def answer(self, frame: memoryview, fields: Mapping[str, str]) -> Reply | None:
+        """Handles one call; None when the request was no request, and the link is to end."""
+        try:
+            request = self._decode(frame)
+        except Exception as error:
+            self._context.log.error("service [%s]: cannot read a request: %s", self.name, error)
+            return None
+        request._connection_header = fields
+        self.calls += 1
+        try:
+            return True, self._encode(self._handler(request))
+        except HandlerError as error:
+            return False, (_text_of("service cannot process request", error),)
+        except Exception as error:
+            text = _text_of("error processing request", error)
+            try:
+                self._on_error(error)
+            except Exception:
+                self._context.log.exception("the error handler of service [%s] failed", self.name)
+            return False, (text,)
+
+    def forget(self, connection: ServiceConnection) -> None:
+        self._open.discard(connection)
+
+
+def _text_of(what: str, error: BaseException) -> bytes:
+    """The text of an exception for the client. File names may hold what UTF-8 cannot."""
+    try:
+        return f"{what}: {error}".encode("utf-8", "backslashreplace")
+    except Exception:  # its __str__ raises
+        return f"{what}: {type(error).__name__}".encode()

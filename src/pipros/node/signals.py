@@ -1,0 +1,116 @@
+"""Ctrl-C and SIGTERM, which end the node whatever the main thread is doing."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import threading
+import time
+from collections.abc import Callable
+from types import FrameType
+from typing import Any
+
+from pipros.errors import PiprosError
+from pipros.node.node import Node
+
+#: Set in the byte that the handler writes, beside the number of the signal.
+_FROM_HANDLER = 0x80
+
+#: The handler and the interpreter report the same signal within this time, if both do.
+_BOTH_REPORT_WITHIN_S = 1.0
+
+
+class NotInMainThread(PiprosError, RuntimeError):
+    """Signals can be handled in the main thread only."""
+
+
+class Signals:
+    """Takes SIGINT and SIGTERM over, once a process.
+
+    Theory of operation. Python calls handlers only when the main thread runs Python code, so a signal that
+    comes just before it begins to wait would be lost. The interpreter writes each signal's number to a
+    descriptor at once, though, and the node's event loop reads it. Other code may have that descriptor for a
+    while (asyncio, matplotlib), or call our handler from one of its own; so the handler writes to the same
+    descriptor, and a signal that is reported both ways counts once. When our handler has been replaced, the
+    new one alone decides what a signal means.
+
+    A forked child gets the handlers that the process had before: it is not the node.
+    """
+
+    def __init__(self, end: Callable[[str], object]) -> None:
+        """`end` is called with the reason, in a thread of its own, at the first signal."""
+        self._end = end
+        self._previous_handlers: dict[int, Any] = {}
+        self._is_ending = False
+        self._by_interpreter: set[int] = set()  # signals that the handler has not reported yet
+        self._by_handler: dict[int, float] = {}  # signals that the interpreter has not, and since when
+        self._sockets: tuple[socket.socket, socket.socket]
+
+    def take(self, node: Node) -> None:
+        """Begins to listen, in the node's event loop.
+
+        Raises:
+            NotInMainThread: this is another thread.
+        """
+        if threading.current_thread() is not threading.main_thread():
+            raise NotInMainThread("signals can be handled in the main thread only")
+        reader, writer = socket.socketpair()
+        reader.setblocking(False)
+        writer.setblocking(False)
+        self._sockets = reader, writer
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self._previous_handlers[number] = signal.signal(number, self._handle)
+        node.add_reader(reader, self._read)
+        signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
+        if hasattr(os, "register_at_fork"):
+            os.register_at_fork(after_in_child=self._give_back)
+
+    def _handle(self, number: int, frame: FrameType | None) -> None:
+        """Our handler: called by Python in the main thread, or by a handler that replaced it."""
+        with contextlib.suppress(OSError):  # the buffer is full of signals: this one changes nothing
+            self._sockets[1].send(bytes((number | _FROM_HANDLER,)))
+        previous = self._previous_handlers[number]
+        if callable(previous) and previous is not signal.default_int_handler:
+            with contextlib.suppress(KeyboardInterrupt):
+                previous(number, frame)
+
+    def _read(self) -> None:
+        """Takes the reports that have arrived. In the event loop."""
+        for report in self._sockets[0].recv(64):
+            number = report & ~_FROM_HANDLER
+            if number not in self._previous_handlers:
+                continue
+            if report & _FROM_HANDLER:
+                if number in self._by_interpreter:
+                    self._by_interpreter.remove(number)
+                    continue
+                self._by_handler[number] = time.monotonic()
+            else:
+                if signal.getsignal(number) != self._handle:
+                    continue
+                if time.monotonic() - self._by_handler.pop(number, float("-inf")) < _BOTH_REPORT_WITHIN_S:
+                    continue
+                self._by_interpreter.add(number)
+            self._end_by(number)
+
+    def _end_by(self, number: int) -> None:
+        """Ends the node in a thread of its own; a second signal ends the process at once.
+
+        The main thread may be in the middle of anything, a publish for example, and may hold what
+        the end needs, so the end does not run on top of it.
+        """
+        if self._is_ending:
+            os._exit(128 + number)
+        self._is_ending = True
+        threading.Thread(
+            target=self._end, args=(f"signal-{number}",), name="end of the node", daemon=True
+        ).start()
+
+    def _give_back(self) -> None:
+        """In a forked child."""
+        signal.set_wakeup_fd(-1)
+        for number, previous in self._previous_handlers.items():
+            if signal.getsignal(number) == self._handle:
+                signal.signal(number, signal.SIG_DFL if previous is None else previous)

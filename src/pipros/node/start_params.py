@@ -1,0 +1,51 @@
+"""What the command line and the parameters of the system say about how a node starts."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import Any
+
+from pipros.node.node import Node
+from pipros.node.topic_statistics import WindowLimits
+
+_WINDOW_PARAMETERS = {
+    "min_elements": "/statistics_window_min_elements",
+    "max_elements": "/statistics_window_max_elements",
+    "min_size_s": "/statistics_window_min_size",
+    "max_size_s": "/statistics_window_max_size",
+}
+
+
+def set_private_params(node: Node) -> None:
+    """Sets the private parameters that arguments of the form `_name:=yaml` give.
+
+    Raises:
+        YamlError: one of them is not valid YAML.
+        Unreachable, Refused: as `Parameters.set`.
+    """
+    given = node.identity.arguments.params
+    if not given:
+        return
+    from pipros.safe import yaml
+
+    for key, text in given.items():
+        node.params.set("~" + key, yaml.load(text))
+
+
+def is_on(node: Node, switch: str) -> bool:
+    """True when the parameter is set to true: `/use_sim_time`, `/enable_statistics`."""
+    try:
+        return node.params.get(switch) is True
+    except LookupError:
+        return False
+
+
+def window_limits(node: Node) -> WindowLimits:
+    """The windows of topic statistics: the limits that parameters set, else the defaults."""
+    given: dict[str, Any] = {}
+    for field, parameter in _WINDOW_PARAMETERS.items():
+        with contextlib.suppress(LookupError):
+            value = node.params.get(parameter)
+            if isinstance(value, (int, float)) and value > 0:
+                given[field] = value
+    return WindowLimits(**given)

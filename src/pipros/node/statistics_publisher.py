@@ -1,0 +1,83 @@
+"""Publishes on `/statistics` what a node's subscriptions measure; see `pipros.node.topic_statistics`."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pipros.msg import load_message_class
+from pipros.msg.time import NS_PER_S, Duration, Time
+from pipros.node.publisher import Publisher
+from pipros.node.topic_statistics import TrafficMeter, Window, WindowLimits
+
+#: Topics that are not measured: measuring them would cause more messages on them.
+UNMEASURED = ("/statistics", "/clock")
+
+#: Stamps and sequence numbers are what peers say; what is too large for its field is cut to what that holds.
+_INT32_MAX = 2**31 - 1
+
+
+class StatisticsPublisher:
+    """Measures every link of a node's subscriptions, once `Node.enable_statistics` was called."""
+
+    def __init__(
+        self,
+        node_name: str,
+        advertise: Callable[..., Publisher[Any]],
+        now_ns: Callable[[], int],
+        limits: WindowLimits,
+        most_links: int,
+    ) -> None:
+        self._node_name = node_name
+        self._now_ns = now_ns
+        self._limits = limits
+        self._meters: OrderedDict[tuple[str, str], TrafficMeter] = OrderedDict()  # silent longest first
+        self._most_links = most_links
+        self._lock = threading.Lock()
+        self._class: Any = load_message_class("rosgraph_msgs/TopicStatistics")
+        self._publisher = advertise("/statistics", self._class, queue_size=10)
+
+    def arrived(self, topic: str, header: Mapping[str, str], size: int, message: Any) -> None:
+        """Takes over an arrival, in the thread of its link."""
+        if topic in UNMEASURED:
+            return
+        publisher = header.get("callerid", "?")
+        sequence = stamp_ns = None
+        if getattr(message, "_has_header", False):
+            sequence, stamp_ns = message.header.seq, message.header.stamp.to_nsec()
+        with self._lock:
+            meter = self._meters.setdefault((topic, publisher), TrafficMeter(self._limits))
+            self._meters.move_to_end((topic, publisher))
+            if len(self._meters) > self._most_links:
+                self._meters.popitem(last=False)
+            window = meter.add(self._now_ns(), size, sequence, stamp_ns)
+        if window is not None:
+            self._publisher.publish(self._message(topic, publisher, window))
+
+    def _message(self, topic: str, publisher: str, window: Window) -> Any:
+        return self._class(
+            topic=topic,
+            node_pub=publisher,
+            node_sub=self._node_name,
+            window_start=_time(window.start_ns),
+            window_stop=_time(window.stop_ns),
+            delivered_msgs=min(window.delivered, _INT32_MAX),
+            dropped_msgs=min(window.dropped, _INT32_MAX),
+            traffic=min(window.bytes, _INT32_MAX),
+            period_mean=_duration(window.period_mean_s),
+            period_stddev=_duration(window.period_stddev_s),
+            period_max=_duration(window.period_max_s),
+            stamp_age_mean=_duration(window.age_mean_s),
+            stamp_age_stddev=_duration(window.age_stddev_s),
+            stamp_age_max=_duration(window.age_max_s),
+        )
+
+
+def _time(nanoseconds: int) -> Time:
+    return Time(*divmod(nanoseconds, NS_PER_S))
+
+
+def _duration(seconds: float) -> Duration:
+    return Duration.from_sec(max(-_INT32_MAX, min(seconds, _INT32_MAX)))

@@ -1,0 +1,113 @@
+"""Topic statistics: what a subscriber measures of each publisher, sent on `/statistics`.
+
+Source: http://wiki.ros.org/Topics#Topic_statistics. Off unless the parameter `/enable_statistics`
+is true. Pure: arrivals go in, figures come out.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, field
+
+from pipros.msg.time import NS_PER_S
+
+
+@dataclass(frozen=True, slots=True)
+class WindowLimits:
+    """How many messages a window should hold, and how long it may get, in seconds.
+
+    The parameters `/statistics_window_min_elements`, `..._max_elements`, `..._min_size` and
+    `..._max_size`, by default as genuine nodes have them.
+    """
+
+    min_elements: int = 10
+    max_elements: int = 100
+    min_size_s: float = 4.0
+    max_size_s: float = 64.0
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """The figures of one window; times in nanoseconds, spans in seconds."""
+
+    start_ns: int
+    stop_ns: int
+    delivered: int
+    dropped: int
+    bytes: int
+    period_mean_s: float
+    period_stddev_s: float
+    period_max_s: float
+    age_mean_s: float
+    age_stddev_s: float
+    age_max_s: float
+
+
+@dataclass(slots=True)
+class TrafficMeter:
+    """Measures one publisher's messages on one topic."""
+
+    limits: WindowLimits = field(default_factory=WindowLimits)
+    window_s: float = 1.0
+    _start_ns: int = 0
+    _arrivals_ns: list[int] = field(default_factory=list)
+    _ages_ns: list[int] = field(default_factory=list)
+    _bytes: int = 0
+    _dropped: int = 0
+    _last_sequence: int | None = None
+
+    def add(self, now_ns: int, size: int, sequence: int | None, stamp_ns: int | None) -> Window | None:
+        """Takes over an arrival; returns the figures of a window when it is full.
+
+        `sequence` and `stamp_ns` are those of the message's header, None without one.
+        """
+        if not self._start_ns:
+            self._start_ns = now_ns
+        self._arrivals_ns.append(now_ns)
+        self._bytes += size
+        if stamp_ns:
+            self._ages_ns.append(now_ns - stamp_ns)
+        if sequence is not None:
+            if self._last_sequence is not None and sequence > self._last_sequence + 1:
+                self._dropped += sequence - self._last_sequence - 1
+            self._last_sequence = sequence
+        if now_ns - self._start_ns < self.window_s * NS_PER_S:
+            return None
+        window = self._figures(now_ns)
+        self._adapt()
+        self._start_ns = now_ns
+        self._arrivals_ns.clear()
+        self._ages_ns.clear()
+        self._bytes = self._dropped = 0
+        return window
+
+    def _figures(self, now_ns: int) -> Window:
+        arrivals = self._arrivals_ns
+        periods = [later - earlier for earlier, later in itertools.pairwise(arrivals)]
+        return Window(
+            self._start_ns,
+            now_ns,
+            len(arrivals),
+            self._dropped,
+            self._bytes,
+            *_spread(periods),
+            *_spread(self._ages_ns),
+        )
+
+    def _adapt(self) -> None:
+        """Makes the next window shorter or longer, so that it holds a sensible number of messages."""
+        limits = self.limits
+        if len(self._arrivals_ns) > limits.max_elements and self.window_s / 2 >= limits.min_size_s:
+            self.window_s /= 2
+        elif len(self._arrivals_ns) < limits.min_elements and self.window_s * 2 <= limits.max_size_s:
+            self.window_s *= 2
+
+
+def _spread(spans_ns: list[int]) -> tuple[float, float, float]:
+    """Mean, standard deviation and maximum, in seconds; zeros for nothing."""
+    if not spans_ns:
+        return 0.0, 0.0, 0.0
+    mean = sum(spans_ns) / len(spans_ns)
+    stddev = math.sqrt(sum((span - mean) ** 2 for span in spans_ns) / len(spans_ns))
+    return mean / NS_PER_S, stddev / NS_PER_S, max(spans_ns) / NS_PER_S

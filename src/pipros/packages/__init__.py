@@ -1,0 +1,50 @@
+"""Finds the folders of ROS packages. What Python can import is on `ROS_PACKAGE_PATH`, or comes with pipros.
+
+A failed import in any program of the environment comes by here, so this module imports next to nothing.
+"""
+
+from __future__ import annotations
+
+import os
+
+TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
+if TYPE_CHECKING:
+    from pipros.packages.package_folders import PackageFolders
+
+SHARE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "share")
+"""The folder of the packages that come with pipros."""
+
+
+class ImportablePackages:
+    """Finds the folder of a package by name. `ROS_PACKAGE_PATH` is read at each question."""
+
+    def __init__(self) -> None:
+        self._path = ""
+        self._folders: PackageFolders | None = None
+
+    def find(self, name: str) -> str | None:
+        """The folder of a package, None if there is no such package. `ROS_PACKAGE_PATH` comes first."""
+        path = os.environ.get("ROS_PACKAGE_PATH", "")
+        found = self._on_path(path).get(name) if path else None
+        if found is None and name.isidentifier():
+            shipped = os.path.join(SHARE, name)
+            found = shipped if os.path.isdir(shipped) else None
+        return found
+
+    def _on_path(self, path: str) -> PackageFolders:
+        if self._folders is None or path != self._path:
+            from pipros.packages.package_folders import PackageFolders
+
+            roots = [folder for folder in path.split(os.pathsep) if folder]
+            self._path, self._folders = path, PackageFolders(roots, cache_folder("packages"))
+        return self._folders
+
+
+def cache_folder(name: str) -> str:
+    """A cache folder below `ROS_HOME`, as `pipros.env` has it, which takes too long to import."""
+    home = os.path.expanduser(os.environ.get("ROS_HOME") or "~/.ros")
+    if home.startswith("~"):
+        from pipros.home import expanded
+
+        home = expanded(home)
+    return os.path.join(home, "pipros", name)

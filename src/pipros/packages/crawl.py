@@ -1,0 +1,179 @@
+"""Finds the ROS packages below one folder, and tells later whether that answer still holds.
+
+A folder with a `package.xml` is a package; nothing below it is searched, because packages do not
+nest. Hidden folders and folders marked by `CATKIN_IGNORE`, `COLCON_IGNORE` or `rospack_nosubdirs`
+are passed over. Links are followed; a link back to where the crawl has been ends there.
+
+A crawl remembers the modification time of each folder that it listed and each manifest that it
+read. As long as these times stand, no package came, went or changed its name: checking that takes
+one `stat` an entry, which is some fifty times quicker than crawling again.
+
+The first import of a message in every process comes by here, so what this imports is counted:
+`re`, `pathlib` and `dataclasses` would each take longer than the crawl of a workspace.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from stat import S_ISREG
+
+MANIFEST = "package.xml"
+_IGNORE_MARKERS = frozenset(("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE"))
+_NO_DESCENT_MARKER = "rospack_nosubdirs"
+
+# A file system may give two changes within one tick of its clock the same time. Times this
+# recent are therefore never trusted later on (the rule that git has for its index).
+_RACY_NS = 2_000_000_000
+
+
+_READ = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+_NAME_WITHIN_BYTES = 1024 * 1024
+
+
+class CrawledPackage:
+    """A package as the crawl saw it: its name, its folder, its manifest's time (0: not to be trusted)."""
+
+    __slots__ = ("manifest_ns", "name", "path")
+
+    def __init__(self, name: str, path: str, manifest_ns: int) -> None:
+        self.name = name
+        self.path = path
+        self.manifest_ns = manifest_ns
+
+    def is_current(self) -> bool:
+        """True while the manifest is there unchanged, so that a new crawl would find this package."""
+        try:
+            return os.stat(os.path.join(self.path, MANIFEST)).st_mtime_ns == self.manifest_ns
+        except OSError:
+            return False
+
+
+class Crawl:
+    """What was below `root`: the packages in order of their paths, and each folder that was listed."""
+
+    __slots__ = ("folders", "packages", "root")
+
+    def __init__(
+        self, root: str, folders: tuple[tuple[str, int], ...], packages: tuple[CrawledPackage, ...]
+    ) -> None:
+        self.root = root
+        self.folders = folders
+        self.packages = packages
+
+    def is_current(self) -> bool:
+        """True while a new crawl would find the same."""
+        try:
+            if not all(os.stat(path).st_mtime_ns == seen for path, seen in self.folders):
+                return False
+        except OSError:
+            return False
+        return all(package.is_current() for package in self.packages)
+
+
+def crawl(root: str) -> Crawl:
+    """Searches `root` and all that is below it. Unreadable folders count as empty."""
+    newest_trusted_ns = time.time_ns() - _RACY_NS
+    folders: list[tuple[str, int]] = []
+    packages: list[CrawledPackage] = []
+    visited: set[tuple[int, int]] = set()
+    pending = [root]
+    while pending:
+        folder = pending.pop()
+        try:
+            status = os.stat(folder)
+            identity = (status.st_dev, status.st_ino)
+            if identity in visited:
+                continue
+            visited.add(identity)
+            with os.scandir(folder) as listing:
+                entries = {entry.name: entry for entry in listing}
+        except OSError:
+            continue
+        if MANIFEST in entries and not _IGNORE_MARKERS & entries.keys():
+            package = _read_package(folder, newest_trusted_ns)
+            if package is not None:
+                packages.append(package)
+                continue
+        changed_ns = status.st_mtime_ns
+        folders.append((folder, changed_ns if changed_ns < newest_trusted_ns else 0))
+        if _NO_DESCENT_MARKER in entries or _IGNORE_MARKERS & entries.keys():
+            continue
+        # The stack gives back what was put last, so the reverse order makes the walk alphabetical.
+        for name in sorted(entries, reverse=True):
+            if not name.startswith(".") and _is_folder(entries[name]):
+                pending.append(entries[name].path)
+    return Crawl(root, tuple(folders), tuple(packages))
+
+
+def _is_folder(entry: os.DirEntry[str]) -> bool:
+    try:
+        return entry.is_dir()
+    except OSError:
+        return False
+
+
+def _read_package(folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
+    """The package whose manifest lies in `folder`; None when the manifest cannot be read.
+
+    The name is looked for, not parsed: a crawl reads hundreds of manifests, and a broken one must
+    not hide its package from the tool that is to report it.
+    """
+    manifest = os.path.join(folder, MANIFEST)
+    try:
+        # A manifest that is a pipe or a device would hold the crawl up, or have no end.
+        with open(os.open(manifest, _READ), "rb") as file:
+            status = os.fstat(file.fileno())
+            if not S_ISREG(status.st_mode):
+                return None
+            changed_ns = status.st_mtime_ns
+            content = file.read(_NAME_WITHIN_BYTES)
+    except OSError:
+        return None
+    name = _name_in(content) or os.path.basename(os.path.abspath(folder))
+    return CrawledPackage(name, folder, changed_ns if changed_ns < newest_trusted_ns else 0)
+
+
+def _name_in(manifest: bytes) -> str:
+    """The text of the first `<name>` outside comments that has one word in it; empty when there is none."""
+    pieces = manifest.split(b"<!--")
+    for number, piece in enumerate(pieces[1:], 1):
+        _, closing, after = piece.partition(b"-->")
+        pieces[number] = after if closing else piece
+    for piece in b"".join(pieces).split(b"<name>")[1:]:
+        text, closing, _ = piece.partition(b"</name>")
+        words = text.split()
+        if closing and len(words) == 1 and not (b"<" in text or b">" in text):
+            return words[0].decode("utf-8", "replace")
+    return ""
+
+
+def dump(found: Crawl) -> str | None:
+    """A crawl as text for a cache file; None when a path has characters that the form cannot hold."""
+    lines = [found.root]
+    lines += [f"{changed_ns}\t{path}" for path, changed_ns in found.folders]
+    lines += [f"{package.manifest_ns}\t{package.path}\t{package.name}" for package in found.packages]
+    if any("\t" in path or "\n" in path for path, _ in found.folders):
+        return None
+    if any("\n" in package.path or "\t" in package.path for package in found.packages):
+        return None
+    return "\n".join((str(len(found.folders)), *lines)) + "\n"
+
+
+def load(text: str, root: str) -> Crawl | None:
+    """The crawl that `dump` wrote; None when the text is damaged or speaks of another folder."""
+    try:
+        count, written_root, *lines = text.splitlines()
+        if written_root != root:
+            return None
+        folders = []
+        for line in lines[: int(count)]:
+            changed_ns, path = line.split("\t")
+            folders.append((path, int(changed_ns)))
+        packages = []
+        for line in lines[int(count) :]:
+            changed_ns, path, name = line.split("\t")
+            packages.append(CrawledPackage(name, path, int(changed_ns)))
+    except ValueError:
+        return None
+    return Crawl(root, tuple(folders), tuple(packages))

@@ -1,0 +1,118 @@
+"""The folders of packages by name: what `PackageIndex` and the import of a message rest on.
+
+It deals in strings and imports next to nothing, because the first import of a message in every
+process waits for it. All other code asks `PackageIndex`.
+"""
+
+from __future__ import annotations
+
+import os
+from binascii import crc32
+
+from pipros.cache_files import CacheFolder
+from pipros.packages.crawl import Crawl, CrawledPackage, crawl, dump, load
+
+TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+# Below this size a fresh crawl is as quick as a look into the cache.
+_WORTH_CACHING = 40
+
+
+class PackageFolders:
+    """Finds the folder of a package by name. When a name occurs twice, the earlier root wins.
+
+    A root is crawled when the first question comes to it, and again when it lacks a name and
+    something on disk has changed. Crawls of large roots are kept below `cache_folder`, so that the
+    next process finds one of hundreds of packages in a millisecond; a cache that cannot be written or
+    read, or that others could have written (`CacheFolder`), is done without. May be used from several
+    threads.
+    """
+
+    def __init__(self, roots: Sequence[str], cache_folder: str | None = None) -> None:
+        cache = None if cache_folder is None else CacheFolder(os.path.abspath(cache_folder))
+        self._roots = [_Root(os.path.abspath(root), cache) for root in roots]
+
+    def get(self, name: str) -> str | None:
+        """The folder of that package, None when there is none."""
+        for root in self._roots:
+            folder = root.get(name)
+            if folder is not None:
+                return folder
+        return None
+
+    def by_name(self) -> dict[str, str]:
+        """Every name once, with its folder."""
+        folders: dict[str, str] = {}
+        for name, folder in self.occurrences():
+            folders.setdefault(name, folder)
+        return folders
+
+    def occurrences(self) -> Iterator[tuple[str, str]]:
+        """Name and folder of all packages, winning ones before those that they hide."""
+        for root in self._roots:
+            for package in root.crawl().packages:
+                yield package.name, package.path
+
+
+class _Root:
+    """One folder to crawl, and what is known of it.
+
+    Knowledge is in one of three states: none yet; from the cache, where an entry is good when its own
+    manifest has not changed, and the lack of one when nothing has; and from a crawl of this process,
+    whose entries are good for as long as it runs.
+    """
+
+    __slots__ = ("_cache", "_cache_name", "_folder", "_is_own", "_known")
+
+    def __init__(self, folder: str, cache: CacheFolder | None) -> None:
+        self._folder = folder
+        self._cache = cache
+        self._cache_name = f"{crc32(os.fsencode(folder)):08x}"
+        self._known: tuple[Crawl, dict[str, CrawledPackage]] | None = None
+        self._is_own = False
+
+    def get(self, name: str) -> str | None:
+        known = self._known
+        if known is None:
+            kept = self._read_cache()
+            known = self._crawl() if kept is None else self._learn(kept, is_own=False)
+            is_fresh = kept is None
+        else:
+            is_fresh = False
+        package = known[1].get(name)
+        if package is not None and (self._is_own or package.is_current()):
+            return package.path
+        if not is_fresh and not known[0].is_current():
+            package = self._crawl()[1].get(name)
+        return None if package is None else package.path
+
+    def crawl(self) -> Crawl:
+        """All that is in the folder: as it was at the first question, or is now."""
+        known = self._known
+        if known is None or not self._is_own:
+            kept = self._read_cache() if known is None else known[0]
+            is_good = kept is not None and kept.is_current()
+            known = self._learn(kept, is_own=True) if kept is not None and is_good else self._crawl()
+        return known[0]
+
+    def _learn(self, found: Crawl, *, is_own: bool) -> tuple[Crawl, dict[str, CrawledPackage]]:
+        packages: dict[str, CrawledPackage] = {}
+        for package in found.packages:
+            packages.setdefault(package.name, package)
+        self._is_own = is_own
+        self._known = found, packages
+        return self._known
+
+    def _crawl(self) -> tuple[Crawl, dict[str, CrawledPackage]]:
+        found = crawl(self._folder)
+        if self._cache is not None and len(found.folders) + len(found.packages) >= _WORTH_CACHING:
+            text = dump(found)
+            if text is not None:
+                self._cache.write(self._cache_name, text.encode("utf-8", "surrogateescape"))
+        return self._learn(found, is_own=True)
+
+    def _read_cache(self) -> Crawl | None:
+        kept = None if self._cache is None else self._cache.read(self._cache_name)
+        return None if kept is None else load(kept.decode("utf-8", "surrogateescape"), self._folder)

@@ -1,0 +1,58 @@
+"""Text from peers and files, made fit for a terminal, a log and one line of a listing."""
+
+from __future__ import annotations
+
+import sys
+
+TYPE_CHECKING = False  # as type checkers see it; this module is on the way of every first import of a message
+if TYPE_CHECKING:
+    from typing import IO
+
+#: Longer texts are cut where a peer's words are quoted.
+QUOTE_LIMIT = 200
+
+
+def printable(value: object, limit: int = QUOTE_LIMIT) -> str:
+    """One line without control characters: escape sequences, line breaks and the like become `\\x1b`, `\\n`.
+
+    A text longer than `limit` characters is cut, and ends in `...`. Other values are shown as `str` does.
+
+    >>> printable("a\\x1b[31mb\\nc"), printable("abcdef", limit=5)
+    ('a\\\\x1b[31mb\\\\nc', 'ab...')
+    """
+    text = value if isinstance(value, str) else str(value)
+    if len(text) > limit:
+        text = text[: max(limit - 3, 0)] + "..."
+    if text.isprintable():
+        return text
+    return "".join(
+        character if character.isprintable() else character.encode("unicode_escape").decode()
+        for character in text
+    )
+
+
+def listed(value: object) -> str:
+    """As `printable`, uncut: for listings, in which names may be long."""
+    return printable(value, sys.maxsize)
+
+
+def printable_lines(text: str) -> str:
+    """A text of several lines without control characters, but for its line breaks and tabs.
+
+    >>> printable_lines("a\\tb\\r\\nc")
+    'a\\tb\\\\r\\nc'
+    """
+    return "\n".join("\t".join(map(listed, line.split("\t"))) for line in text.split("\n"))
+
+
+def write_line(stream: IO[str], line: str, end: str = "\n") -> None:
+    """Writes a line and flushes it. Characters that the stream's encoding lacks become `\\xe9` and the like.
+
+    Raises:
+        OSError, ValueError: the stream cannot be written, or is closed.
+    """
+    try:
+        stream.write(line + end)
+    except UnicodeEncodeError as error:  # nothing was written
+        stream.write(line.encode(error.encoding, "backslashreplace").decode(error.encoding) + end)
+    stream.flush()

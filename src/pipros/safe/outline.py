@@ -1,0 +1,125 @@
+"""What a YAML text would expand to, counted from its events before any of it is built.
+
+A list that is an alias to a list of aliases doubles with every line, and so does a mapping that merges
+others (`<<: [*a, *a]`); brackets in brackets exhaust the stack of the C library that builds them. Its
+parser, which gives the events, has no such weakness.
+"""
+
+from __future__ import annotations
+
+import codecs
+from dataclasses import dataclass
+from typing import Any
+
+import yaml
+
+from pipros.errors import PiprosError
+from pipros.limits import Limits
+
+_DIRECTIVES_LIMIT = 100
+"""`%TAG` lines of a text: the parser compares each with all others."""
+
+
+class TooMuch(PiprosError, ValueError):
+    """A text would expand to too much.
+
+    Attributes:
+        line, column: counted from 1; 0 when no single place is to blame.
+    """
+
+    def __init__(self, reason: str, mark: Any = None) -> None:
+        super().__init__(reason)
+        self.line = mark.line + 1 if mark else 0
+        self.column = mark.column + 1 if mark else 0
+
+
+def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
+    """Counts the values of all documents as on the wire, where no alias exists, and how deep they are nested.
+
+    Args:
+        loader_class: the class of PyYAML whose events are looked at.
+
+    Raises:
+        TooMuch: when a text goes beyond `yaml_values` or `yaml_depth`, or an alias stands in what it names.
+        yaml.YAMLError: the text is malformed.
+    """
+    if isinstance(text, bytes) and text.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        text = text.decode("utf-16")
+    directives = text.count("%TAG") if isinstance(text, str) else text.count(b"%TAG")
+    if directives > _DIRECTIVES_LIMIT:
+        raise TooMuch(f"more than {_DIRECTIVES_LIMIT} %TAG directives")
+    loader = loader_class(text)
+    next_event = loader.get_event
+    outline = _Outline(limits)
+    try:
+        while (event := next_event()) is not None:
+            if event.__class__ is yaml.ScalarEvent and event.anchor is None:
+                outline.values += 1  # most events are these
+            else:
+                outline.take(event)
+    finally:
+        loader.dispose()
+    outline.check_values()
+
+
+@dataclass(slots=True)
+class _Open:
+    """A list or mapping whose end is still to come; its height is 1 more than that of its highest part."""
+
+    anchor: str | None
+    values_before: int
+    height: int = 1
+
+
+class _Outline:
+    """What the anchors of the present document stand for, and the values so far.
+
+    Values are checked when a list or mapping begins, and where an alias stands for many.
+    """
+
+    def __init__(self, limits: Limits) -> None:
+        self.values = 0
+        self._limits = limits
+        self._open: list[_Open] = []
+        self._anchored: dict[str | None, tuple[int, int] | None] = {}
+        """Values and height by anchor; None until the anchored value has ended."""
+
+    def take(self, event: Any) -> None:
+        """Counts what the next event of the text stands for. Raises as `check_outline`."""
+        match event:
+            case yaml.CollectionStartEvent():
+                self._check_depth(1, event.start_mark)
+                self.check_values(event.start_mark)
+                self._open.append(_Open(event.anchor, self.values))
+                self._anchored[event.anchor] = None
+                self.values += 1
+            case yaml.CollectionEndEvent():
+                ended = self._open.pop()
+                self._anchored[ended.anchor] = self.values - ended.values_before, ended.height
+                self._raise_to(ended.height)
+            case yaml.AliasEvent():
+                size = self._anchored.get(event.anchor, (1, 0))  # one to nothing is the loader's to refuse
+                if size is None:
+                    raise TooMuch(f"*{event.anchor} stands inside of what it refers to", event.start_mark)
+                values, height = size
+                self._check_depth(height, event.start_mark)
+                self._raise_to(height)
+                self.values += values
+                self.check_values(event.start_mark)
+            case yaml.ScalarEvent():
+                self._anchored[event.anchor] = 1, 0
+                self.values += 1
+            case yaml.DocumentStartEvent():
+                self._anchored.clear()
+
+    def check_values(self, mark: Any = None) -> None:
+        if self.values > self._limits.yaml_values:
+            raise TooMuch(f"expands to more than {self._limits.yaml_values} values", mark)
+
+    def _check_depth(self, height: int, mark: Any) -> None:
+        if len(self._open) + height > self._limits.yaml_depth:
+            raise TooMuch(f"nested more than {self._limits.yaml_depth} deep", mark)
+
+    def _raise_to(self, height: int) -> None:
+        if self._open and self._open[-1].height <= height:
+            self._open[-1].height = height + 1

@@ -1,0 +1,66 @@
+"""Where result files go: `<test results>/<package>/rosunit-<test>.xml` and `rostest-<file>.xml`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipros.env import Environment
+from pipros.errors import PiprosError
+
+
+class NoPlaceForResults(PiprosError):
+    """A result file cannot be written where it should be."""
+
+
+XML_OUTPUT_FLAG = "--gtest_output=xml:"
+"""How a test program is told its result file; gtest's own spelling, so that C++ tests understand it too."""
+
+
+def results_file(
+    package: str,
+    test_name: str,
+    *,
+    is_rostest: bool = False,
+    base: Path | None = None,
+    environment: Environment | None = None,
+) -> Path:
+    """The result file of a test. `base` takes the place of the folder that the environment names.
+
+    >>> results_file("composiv_tryouts", "composiv_talker", base=Path("/results")).as_posix()
+    '/results/composiv_tryouts/rosunit-composiv_talker.xml'
+    """
+    folder = base or (environment or Environment.from_os()).test_results_dir
+    runner = "rostest" if is_rostest else "rosunit"
+    return folder / package / f"{runner}-{test_name.replace('/', '_')}.xml"
+
+
+def prepare_path(file: Path) -> bool:
+    """Makes the folder of a result file and removes an older file; True when there was one.
+
+    Raises:
+        NoPlaceForResults: names the file, and what to do about it.
+    """
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.unlink()
+    except FileNotFoundError:
+        return False
+    except OSError as error:
+        raise NoPlaceForResults(
+            f"cannot write test results to [{file}]: {error.strerror}. "
+            "Set ROS_TEST_RESULTS_DIR to a folder that can be written to"
+        ) from None
+    return True
+
+
+def rostest_name(package_folder: Path, test_file: Path) -> str:
+    """The name of a launch file among the results of its package: its path there, in one word.
+
+    >>> rostest_name(Path("/ws/src/pkg"), Path("/ws/src/pkg/test/talker.test"))
+    'test_talker'
+    """
+    try:
+        inside = test_file.relative_to(package_folder)
+    except ValueError:
+        inside = Path(test_file.name)
+    return inside.with_suffix("").as_posix().replace("/", "_")

@@ -1,0 +1,1 @@
+"""What the commands of CMake and catkin mean for a package without compiled code."""

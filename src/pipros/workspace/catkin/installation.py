@@ -1,0 +1,89 @@
+"""What a package installs: `install()` and `catkin_install_python()`, and the code that they run."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipros.cmake.copying import PROGRAM_MODE, Copy, Say, copy, read_copies
+from pipros.cmake.program import script_interpreter
+from pipros.cmake.scope import Scope
+
+
+@dataclass(frozen=True, slots=True)
+class Installation:
+    """One thing that a package installs: a file or folder to copy, or CMake code to run.
+
+    Attributes:
+        copy: below the install space; None for code.
+        is_python: whether it is a script of `catkin_install_python()`: the devel space relays to it.
+        code: the text of `install(CODE)`.
+        script: the file of `install(SCRIPT)`.
+    """
+
+    copy: Copy | None = None
+    is_python: bool = False
+    code: str = ""
+    script: str = ""
+
+    @property
+    def source(self) -> str:
+        """The file or folder that it needs; empty for `install(CODE)`."""
+        return self.script if self.copy is None else self.copy.source
+
+
+def read_installations(words: list[str], scope: Scope, *, is_python: bool = False) -> list[Installation]:
+    """What `install(words)` installs; nothing for compiled targets.
+
+    Args:
+        is_python: whether it is `catkin_install_python(words)`.
+
+    Raises:
+        ValueError: wrong arguments.
+    """
+    kind, rest = words[0] if words else "", words[1:]
+    if kind == "CODE":
+        return [Installation(code=text) for text in rest[:1]]
+    if kind == "SCRIPT":
+        return [Installation(script=scope.in_source(file)) for file in rest[:1]]
+    if kind == "PROGRAMS":
+        copies = read_copies(rest, scope.in_source, mode=PROGRAM_MODE)
+    elif kind in ("FILES", "DIRECTORY"):
+        copies = read_copies(rest, scope.in_source, is_folder=kind == "DIRECTORY")
+    else:
+        return []
+    return [Installation(copy, is_python) for copy in copies]
+
+
+def install(one: Installation, prefix: Path, settings: Mapping[str, str], say: Say) -> None:
+    """Copies something into the install space, or runs the code.
+
+    Args:
+        prefix: the install space.
+        settings: cache entries for code.
+
+    Raises:
+        CannotCopy: it does not exist.
+        CMakeError: the code fails.
+        OSError: it cannot be copied.
+    """
+    if one.copy is not None:
+        copied = copy(one.copy, prefix, say)
+        if one.is_python and copied.is_file():
+            _name_python_3(copied)
+    elif one.script:
+        script_interpreter(settings).run_file(one.script)
+    else:
+        script_interpreter(settings).run_text(one.code, "install(CODE)")
+
+
+def _name_python_3(script: Path) -> None:
+    """Makes the first line of a script name Python 3 if it names no version, as catkin in Noetic does."""
+    content = script.read_bytes()
+    first_line, newline, rest = content.partition(b"\n")
+    if first_line.rstrip() == b"#!/usr/bin/env python":
+        times = script.stat()
+        script.write_bytes(b"#!/usr/bin/env python3" + newline + rest)
+        os.utime(script, ns=(times.st_atime_ns, times.st_mtime_ns))

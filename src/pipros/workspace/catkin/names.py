@@ -1,0 +1,63 @@
+"""The commands that catkin and its packages add to CMake, and the packages that pipros stands in for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+_MESSAGES = ("message_generation", "genmsg")
+_ACTIONS = ("actionlib_msgs", "message_generation", "genmsg", "actionlib")
+_ROSTEST = ("rostest",)
+_ROSLAUNCH = ("roslaunch",)
+
+CATKIN_COMMANDS: Mapping[str, tuple[str, ...] | None] = {
+    "add_message_files": _MESSAGES,
+    "add_service_files": _MESSAGES,
+    "add_action_files": _ACTIONS,
+    "generate_messages": (*_MESSAGES, *_ACTIONS),
+    "add_rostest": _ROSTEST,
+    "add_rostest_gtest": _ROSTEST,
+    "add_rostest_gmock": _ROSTEST,
+    "roslaunch_add_file_check": _ROSLAUNCH,
+    "generate_dynamic_reconfigure_options": ("dynamic_reconfigure",),
+    "catkin_package": None,
+    "catkin_package_xml": None,
+    "catkin_metapackage": None,
+    "catkin_python_setup": None,
+    "catkin_install_python": None,
+    "catkin_add_gtest": None,
+    "catkin_add_gmock": None,
+    "catkin_add_nosetests": None,
+    "catkin_add_env_hooks": None,
+    "catkin_add_executable_with_gtest": None,
+    "catkin_download_test_data": None,
+    "catkin_download": None,
+    "catkin_destinations": None,
+    "catkin_workspace": None,
+    "list_append_unique": None,
+    "find_program_required": None,
+    "debug_message": None,
+    "assert": None,
+    "roslint_cpp": None,
+    "roslint_python": None,
+    "roslint_add_test": None,
+    "roslint_custom": None,
+}
+"""The commands of catkin and of ROS packages, each with the components that define it, the usual one first.
+
+One of them is enough; None for commands that need no component.
+"""
+
+COMPONENT_COMMANDS: Mapping[str, tuple[str, ...]] = {
+    name: components for name, components in CATKIN_COMMANDS.items() if components is not None
+}
+
+_CORE = """
+    catkin cmake_modules cpp_common gencpp geneus genlisp genmsg gennodejs genpy message_filters
+    message_generation message_runtime mk rosbag rosbag_storage rosbash rosboost_cfg rosbuild rosclean
+    rosconsole roscpp roscpp_serialization roscpp_traits roscreate rosgraph roslang roslaunch roslib roslint
+    roslz4 rosmake rosmaster rosmsg rosnode rosout rospack rosparam rospy rosservice rostest rostime rostopic
+    rosunit roswtf tf2 tf2_py tf2_ros topic_tools xmlrpcpp actionlib pluginlib class_loader nodelet tf
+"""
+
+CORE_PACKAGES = frozenset(_CORE.split())
+"""Packages of ROS that pipros stands in for, so that `find_package()` finds them without a folder."""

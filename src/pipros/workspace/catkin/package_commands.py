@@ -1,0 +1,158 @@
+"""The commands that say what a package is, what it finds and what it gives to others; and `message()`."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping
+
+from pipros.cmake.configure import configured
+from pipros.cmake.language import Command
+from pipros.cmake.message import Kind, read_message
+from pipros.cmake.words import sections
+from pipros.input_file import read_text
+from pipros.workspace.catkin.context import Handler, ReadContext
+from pipros.workspace.catkin.names import CORE_PACKAGES
+from pipros.workspace.catkin.project import EnvironmentHook
+
+_HARMLESS_PACKAGES = frozenset(
+    ("Boost", "Threads", "PythonInterp", "PythonLibs", "Python", "Python2", "Python3", "Eigen3", "OpenCV")
+)
+"""Packages without commands that a package without compiled code would call."""
+
+_FOUND_VARIABLES: Mapping[str, Mapping[str, str]] = {
+    "PythonInterp": {"PYTHONINTERP_FOUND": "1", "PYTHON_VERSION_MAJOR": "3"},
+    "Python3": {"Python3_EXECUTABLE": sys.executable, "Python3_Interpreter_FOUND": "1"},
+    "Python": {"Python_EXECUTABLE": sys.executable, "Python_Interpreter_FOUND": "1"},
+}
+"""What `find_package()` sets besides `<name>_FOUND`."""
+
+
+def _set_project(context: ReadContext, command: Command, words: list[str]) -> None:
+    name = words[0] if words else ""
+    values, project = context.scope.values, context.project
+    if context.file == project.file:
+        if name != project.name:
+            raise context.error(
+                command,
+                f"The project is named [{name}], but package.xml names the package [{project.name}]",
+            )
+        values["CMAKE_PROJECT_NAME"] = "Project"  # that of the workspace
+    options = sections(words[1:], ("VERSION", "DESCRIPTION", "HOMEPAGE_URL", "LANGUAGES"))
+    values["PROJECT_NAME"] = name
+    for key, value in (
+        ("SOURCE_DIR", values["CMAKE_CURRENT_SOURCE_DIR"]),
+        ("BINARY_DIR", values["CMAKE_CURRENT_BINARY_DIR"]),
+        ("VERSION", "".join(options["VERSION"])),
+        ("DESCRIPTION", "".join(options["DESCRIPTION"])),
+    ):
+        values[f"PROJECT_{key}"] = values[f"{name}_{key}"] = value
+
+
+def _find_package(context: ReadContext, command: Command, words: list[str]) -> None:
+    if not words:
+        raise ValueError("find_package() called with incorrect number of arguments")
+    name, *rest = words
+    if name == "catkin":
+        names = sections(rest, ("COMPONENTS", "OPTIONAL_COMPONENTS"), ("REQUIRED", "QUIET"))
+        for component in names["COMPONENTS"]:
+            _find_component(context, command, component)
+    else:
+        context.components.add(name)
+        if name not in _HARMLESS_PACKAGES and name not in CORE_PACKAGES:
+            context.has_foreign_packages = True
+            context.run_extras(name)
+    context.scope.values.update(_FOUND_VARIABLES.get(name, {}))
+    context.scope.values[f"{name}_FOUND"] = "1"
+
+
+def _find_component(context: ReadContext, command: Command, name: str) -> None:
+    context.components.add(name)
+    context.project.components.append((name, command.line))
+    context.scope.values[f"{name}_FOUND"] = "1"
+    if name not in CORE_PACKAGES and not context.run_extras(name):
+        raise context.error(
+            command,
+            f'Could not find a package configuration file provided by "{name}" with any of the following '
+            f"names:\n\n    {name}Config.cmake\n    {name.lower()}-config.cmake\n\n"
+            f"  There is no package [{name}] in this workspace, on ROS_PACKAGE_PATH, or with pipros.",
+        )
+
+
+def _catkin_package(context: ReadContext, command: Command, words: list[str]) -> None:
+    project = context.project
+    keys = ("INCLUDE_DIRS", "LIBRARIES", "CATKIN_DEPENDS", "DEPENDS", "CFG_EXTRAS", "EXPORTED_TARGETS")
+    options = sections(words, keys, ("SKIP_CMAKE_CONFIG_GENERATION", "SKIP_PKG_CONFIG_GENERATION"))
+    project.has_catkin_package = True
+    context.scope.values[f"{project.name}_VERSION"] = context.version
+    project.catkin_depends += [(name, command.line) for name in options["CATKIN_DEPENDS"]]
+    source = context.scope.values["CMAKE_CURRENT_SOURCE_DIR"]
+    for folder in options["INCLUDE_DIRS"]:
+        if not os.path.isdir(os.path.join(source, folder)):
+            raise context.error(
+                command,
+                f"catkin_package() include dir '{folder}' does not exist relative to '{project.folder}'",
+            )
+    for name in options["CFG_EXTRAS"]:
+        project.cfg_extras.append(_cfg_extra(context, command, os.path.join(source, "cmake", name)))
+
+
+def _cfg_extra(context: ReadContext, command: Command, path: str) -> str:
+    for ending in ("", ".in", ".develspace.in", ".em", ".develspace.em"):
+        if os.path.isfile(path + ending):
+            return path + ending
+    raise context.error(command, f"catkin_package() could not find CFG_EXTRAS file: {path}")
+
+
+def _python_setup(context: ReadContext, command: Command, _words: list[str]) -> None:
+    project = context.project
+    if not os.path.isfile(os.path.join(project.folder, "setup.py")):
+        raise context.error(
+            command, "catkin_python_setup() called without 'setup.py' in the package's folder"
+        )
+    if project.has_catkin_package:
+        raise context.error(command, "catkin_python_setup() must be called before catkin_package()")
+    project.has_python_setup = True
+
+
+def _add_hooks(context: ReadContext, command: Command, words: list[str]) -> None:
+    options = sections(words, ("SHELLS", "DIRECTORY"), ("SKIP_INSTALL",))
+    folder = context.scope.in_source((options["DIRECTORY"] or ["env-hooks"])[0])
+    for shell in options["SHELLS"]:
+        base = os.path.join(folder, f"{''.join(options[''])}.{shell}")
+        context.project.hooks.append(_hook(context, command, base))
+
+
+def _hook(context: ReadContext, command: Command, base: str) -> EnvironmentHook:
+    name = os.path.basename(base)
+    if os.path.isfile(base):
+        return EnvironmentHook(name, base)
+    for ending in (".in", ".develspace.in", ".buildspace.in"):
+        if os.path.isfile(base + ending):
+            text = configured(read_text(base + ending, errors="replace"), context.scope, at_only=True)
+            return EnvironmentHook(name, base + ending, text)
+    if any(os.path.isfile(base + ending) for ending in (".em", ".develspace.em", ".buildspace.em")):
+        context.need_cmake(command, f"the template {base}.em")
+        return EnvironmentHook(name, base, "")
+    raise context.error(command, f"catkin_add_env_hooks() could not find environment hook {base}")
+
+
+def _message(context: ReadContext, command: Command, words: list[str]) -> None:
+    kind, text = read_message(words)
+    if kind is Kind.ERROR:
+        raise context.error(command, text)
+    if kind is Kind.WARNING:
+        context.project.warnings.append(f"{context.place(command)}: {text}")
+    elif kind is not Kind.NOTHING:
+        context.project.status_lines.append(f"-- {text}" if kind is Kind.STATUS else text)
+
+
+COMMANDS: Mapping[str, Handler] = {
+    "project": _set_project,
+    "find_package": _find_package,
+    "catkin_package": _catkin_package,
+    "catkin_metapackage": _catkin_package,
+    "catkin_python_setup": _python_setup,
+    "catkin_add_env_hooks": _add_hooks,
+    "message": _message,
+}

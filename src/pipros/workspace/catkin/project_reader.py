@@ -1,0 +1,90 @@
+"""Reads the `CMakeLists.txt` of a package.
+
+The file is carried out command by command, as CMake does it, as far as packages without compiled code need
+it. What only CMake itself can do is recorded with its place. What the commands mean stands in the tables of
+`*_commands.py`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+
+from pipros.cmake.language import Command
+from pipros.cmake.names import BEYOND_COMMANDS, BUILTIN_COMMANDS
+from pipros.cmake.scope import Scope
+from pipros.limits import Limits
+from pipros.workspace.catkin import (
+    install_commands,
+    interface_commands,
+    package_commands,
+    target_commands,
+    testing_commands,
+)
+from pipros.workspace.catkin.context import FindExtras, Handler, ReadContext
+from pipros.workspace.catkin.names import CATKIN_COMMANDS, COMPONENT_COMMANDS
+from pipros.workspace.catkin.project import Project
+from pipros.workspace.catkin.variables import package_variables
+
+_HANDLERS: Mapping[str, Handler] = {
+    **package_commands.COMMANDS,
+    **interface_commands.COMMANDS,
+    **install_commands.COMMANDS,
+    **target_commands.COMMANDS,
+    **testing_commands.COMMANDS,
+}
+
+
+def read_project(
+    folder: str,
+    name: str,
+    settings: Mapping[str, str],
+    environment: Mapping[str, str],
+    find_extras: FindExtras = lambda _name: (),
+    version: str = "",
+    limits: Limits | None = None,
+) -> Project:
+    """Carries out the `CMakeLists.txt` of a package; programs are run and files written, as CMake does it.
+
+    Args:
+        name: the package's name in its manifest.
+        settings: `-D` settings of the command line, and the folders of the workspace.
+        version: the package's version in its manifest.
+        limits: by default those of the process.
+
+    Raises:
+        CMakeError: with file and line, for what CMake would refuse as well.
+    """
+    project = Project(name, folder, os.path.join(folder, "CMakeLists.txt"))
+    variables = package_variables(name, folder)
+    unset = {name: value for name, value in variables.items() if name not in settings}
+    scope = Scope(unset, {"CATKIN_ENABLE_TESTING": "ON", **settings}, environment, limits)
+    scope.cache.setdefault("CMAKE_CURRENT_BINARY_DIR", os.path.join(folder, "build"))
+    project.binary = scope.values["CMAKE_CURRENT_BINARY_DIR"]
+    ReadContext(project, version, scope, find_extras, _HANDLERS, _check_known).run()
+    return project
+
+
+def _check_known(context: ReadContext, command: Command, _words: list[str]) -> None:
+    """Refuses commands that CMake would not know, and records those that only CMake can carry out."""
+    name = command.name
+    if name in BEYOND_COMMANDS:
+        context.need_cmake(command, f"{command.written_name}()")
+    if name in BUILTIN_COMMANDS or name in CATKIN_COMMANDS:
+        needed = COMPONENT_COMMANDS.get(name)
+        if needed is None or context.components.intersection(needed):
+            return
+        wanted = needed[0]
+        raise context.error(
+            command,
+            f'Unknown CMake command "{command.written_name}".\n  It comes with {wanted}: '
+            f"add {wanted} to find_package(catkin REQUIRED COMPONENTS …) and to package.xml",
+        )
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, [*BUILTIN_COMMANDS, *CATKIN_COMMANDS], n=1, cutoff=0.8)
+    if context.has_foreign_packages and not near:
+        context.need_cmake(command, f"{command.written_name}(), which another package brings")
+        return
+    hint = f"\n  Did you mean {near[0]}?" if near else ""
+    raise context.error(command, f'Unknown CMake command "{command.written_name}".{hint}')

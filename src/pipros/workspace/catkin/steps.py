@@ -1,0 +1,145 @@
+"""The custom commands and targets of a package: what they run, and what they depend on.
+
+They run without a shell. A command that needs one is left to CMake itself.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+from pipros.cmake.scope import Scope, Unsupported
+
+_LISTS = ("OUTPUT", "DEPENDS", "BYPRODUCTS", "SOURCES", "ARGS", "IMPLICIT_DEPENDS")
+_ONE_VALUE = ("WORKING_DIRECTORY", "COMMENT", "MAIN_DEPENDENCY", "DEPFILE", "JOB_POOL", "TARGET")
+_SWITCHES = ("ALL", "VERBATIM", "USES_TERMINAL", "APPEND", "COMMAND_EXPAND_LISTS", "POST_BUILD", "PRE_BUILD",
+             "PRE_LINK", "DEPENDS_EXPLICIT_ONLY")  # fmt: skip
+_SHELL_WORDS = frozenset(("||", "|", ">", ">>", "<", "2>&1", "&", ";", "2>", "&>"))
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Commands that run together.
+
+    Attributes:
+        name: the target, or the first output.
+        file, line: the place in a CMake file.
+        outputs: the files that the commands make. A target has no outputs; its commands run each time.
+        commands: command lines, each with its working folder.
+        depends: files and targets that are needed before.
+        is_wanted: whether it belongs to the target `all`.
+    """
+
+    name: str
+    file: str
+    line: int
+    outputs: tuple[str, ...] = ()
+    commands: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    depends: tuple[str, ...] = ()
+    comment: str = ""
+    is_wanted: bool = False
+
+
+@dataclass(slots=True)
+class Steps:
+    """All custom commands and targets of a package."""
+
+    targets: dict[str, list[Step]] = field(default_factory=dict)
+    rules: dict[str, Step] = field(default_factory=dict)
+    dependencies: dict[str, list[str]] = field(default_factory=dict)
+
+    def add_target(self, words: Sequence[str], scope: Scope, file: str, line: int) -> None:
+        """Adds `add_custom_target(words)`.
+
+        Raises:
+            ValueError: wrong arguments.
+            Unsupported: it needs a shell or a generator expression.
+        """
+        if not words:
+            raise ValueError("called with incorrect number of arguments")
+        name, *rest = words
+        is_wanted = rest[:1] == ["ALL"]
+        # Words before the first keyword are a command.
+        if rest[is_wanted:] and rest[is_wanted] not in (*_LISTS, *_ONE_VALUE, *_SWITCHES, "COMMAND"):
+            rest.insert(is_wanted, "COMMAND")
+        step = _read(rest, scope, Step(name, file, line, is_wanted=is_wanted))
+        self.targets.setdefault(name, []).append(step)
+
+    def add_command(self, words: Sequence[str], scope: Scope, file: str, line: int) -> None:
+        """Adds `add_custom_command(words)`.
+
+        Raises:
+            ValueError: wrong arguments.
+            Unsupported: it needs a shell, a generator expression, or the target is compiled.
+        """
+        step = _read(words, scope, Step("", file, line))
+        if "TARGET" in words[:-1]:
+            name = words[words.index("TARGET") + 1]
+            if name not in self.targets:
+                raise Unsupported(f"add_custom_command(TARGET {name})")
+            self.targets[name].append(step)
+            return
+        if not step.outputs:
+            raise ValueError("called with neither OUTPUT nor TARGET")
+        for output in step.outputs:
+            self.rules[output] = step
+
+    def add_dependencies(self, words: Sequence[str]) -> None:
+        """Adds `add_dependencies(words)`."""
+        if words:
+            self.dependencies.setdefault(words[0], []).extend(words[1:])
+
+
+def _read(words: Sequence[str], scope: Scope, step: Step) -> Step:
+    """The step with what the words say about it."""
+    sections: dict[str, list[str]] = {name: [] for name in (*_LISTS, *_ONE_VALUE)}
+    commands: list[list[str]] = []
+    current: list[str] = []
+    for word in words:
+        if word == "COMMAND":
+            current = []
+            commands.append(current)
+        elif word in sections:
+            # ARGS is an old word between a command and its arguments.
+            current = sections[word] if word != "ARGS" or not commands else commands[-1]
+        elif word not in _SWITCHES:
+            current.append(word)
+    one = {name: (sections[name] or [""])[0] for name in _ONE_VALUE}
+    folder = scope.in_binary(one["WORKING_DIRECTORY"])
+    lines = [line for command in commands if command for line in _without_shell(command, folder)]
+    outputs = tuple(scope.in_binary(path) for path in sections["OUTPUT"])
+    depends = [*sections["DEPENDS"], *filter(None, [one["MAIN_DEPENDENCY"]])]
+    return replace(
+        step,
+        name=step.name or (outputs[0] if outputs else ""),
+        outputs=outputs,
+        commands=tuple(lines),
+        depends=tuple(_dependency(word, scope) for word in depends),
+        comment=" ".join(sections["COMMENT"]),
+    )
+
+
+def _without_shell(words: Sequence[str], folder: str) -> Iterable[tuple[str, tuple[str, ...]]]:
+    """The commands of a command line, each with its working folder; only `cd` and `&&` are understood."""
+    line: list[str] = []
+    for word in (*words, "&&"):
+        if "$<" in word:
+            raise Unsupported(f"the generator expression {word}")
+        if word in _SHELL_WORDS:
+            raise Unsupported(f"the shell that [{' '.join(words)}] needs")
+        if word != "&&":
+            line.append(word)
+        elif line[:1] == ["cd"] and len(line) == 2:
+            folder = os.path.join(folder, line[1])
+            line = []
+        elif line:
+            yield folder, tuple(line)
+            line = []
+
+
+def _dependency(word: str, scope: Scope) -> str:
+    """Resolves a dependency: an existing source file, else a file in the build tree, else a target."""
+    if os.path.exists(scope.in_source(word)):
+        return scope.in_source(word)
+    return word if os.path.isabs(word) or "/" not in word else scope.in_binary(word)

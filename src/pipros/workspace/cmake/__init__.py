@@ -1,1 +1,0 @@
-"""The language of CMake, as far as packages need it that compile nothing."""

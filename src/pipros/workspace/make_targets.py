@@ -1,0 +1,59 @@
+"""The targets that `catkin_make` can be told to make, and what catkin calls the results of tests."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+
+from pipros.workspace.catkin.project import Project, TestEntry
+
+_ALWAYS = (
+    "all", "clean", "clean_test_results", "cmake_check_build_system", "download_extra_data", "help",
+    "install", "run_tests", "test", "tests",
+)  # fmt: skip
+_KINDS = {"python": "nosetests", "roslaunch": "roslaunch-check"}
+
+
+def names(projects: Mapping[str, Project]) -> Iterator[str]:
+    """All targets there are."""
+    yield from _ALWAYS
+    for name, project in projects.items():
+        # make takes the folder of a package for a target that is up to date.
+        yield from (name, f"run_tests_{name}", f"clean_test_results_{name}")
+        yield from project.targets
+        for test in project.tests:
+            yield from _names_of(test, name)
+
+
+def is_wanted(test: TestEntry, package: str, targets: Sequence[str]) -> bool:
+    """Whether a test belongs to one of the targets given."""
+    names_of_it = {"test", "run_tests", f"run_tests_{package}", *_names_of(test, package)}
+    return not names_of_it.isdisjoint(targets)
+
+
+def _names_of(test: TestEntry, package: str) -> Iterator[str]:
+    kind = _KINDS.get(test.kind, test.kind)
+    yield f"run_tests_{package}_{kind}"
+    yield f"run_tests_{package}_{kind}_{label(test)}"
+
+
+def label(test: TestEntry) -> str:
+    """What a test is called: its path, or its file with its arguments when it has any.
+
+    So that one file may be listed more than once, with different arguments.
+    """
+    if test.kind == "gtest":
+        return test.target
+    if test.kind == "python":
+        return test.written.replace("/", ".")
+    written = test.written
+    arguments = [word for word in test.arguments if not word.startswith("-")]
+    if arguments:
+        stem, extension = os.path.splitext(os.path.basename(written))
+        written = "__".join([stem, *(word.replace(":=", "_") for word in arguments)]) + extension
+    return written.replace("/", "_")
+
+
+def results_label(test: TestEntry) -> str:
+    """What the results of a launch file are called. What follows a dot is lost, as it is with catkin."""
+    return label(test).partition(".")[0]

@@ -1,0 +1,103 @@
+"""The three kinds of interfaces, and what can be said of each type of a kind."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from pipros.errors import NotFound
+from pipros.msg.importing.hook import installed_library
+from pipros.msg.language.definitions import Definitions
+from pipros.msg.language.digest import Lookup, message_md5, service_md5
+from pipros.msg.language.spec import MessageSpec
+from pipros.workspace.index import PackageIndex
+
+SECTION_MARK = "---\n"
+
+
+@dataclass(frozen=True, slots=True)
+class TypeCatalogue:
+    """One kind of interface.
+
+    Attributes:
+        kind: the extension of its files and the name of their folder.
+        unknown: what a type is said to be that cannot be shown.
+    """
+
+    command: str
+    kind: str
+    noun: str
+    unknown: str
+
+    @property
+    def definitions(self) -> Definitions:
+        return installed_library().definitions
+
+    def packages(self) -> Iterator[str]:
+        """The packages that have such types, sorted."""
+        for package in PackageIndex.from_environment():
+            if self.names(package.name):
+                yield package.name
+
+    def names(self, package: str) -> list[str]:
+        """The names of the types of a package. Raises NotFound."""
+        return self.definitions.files.names(self.kind, package)
+
+    def types_named(self, name: str) -> list[str]:
+        """The types of that name in all packages; a name with a package stands for itself."""
+        if "/" in name:
+            return [name]
+        return [f"{package}/{name}" for package in self.packages() if name in self.names(package)]
+
+    def text(self, type_name: str, *, is_raw: bool) -> str:
+        """The definition: as written, or with what it embeds and without remarks.
+
+        Raises:
+            NotFound, DefinitionError: it cannot be had.
+        """
+        parts = self._parts(type_name)
+        if is_raw:
+            return self._raw(type_name, parts)
+        lookup = self.definitions.message
+        return SECTION_MARK.join(expanded(part, lookup) for part in parts)
+
+    def md5(self, type_name: str) -> str:
+        """The md5 that peers compare. Errors as for `text`."""
+        lookup = self.definitions.message
+        if self.kind == "srv":
+            return service_md5(self.definitions.service(type_name), lookup)
+        if self.kind == "action":
+            type_name = f"{type_name}Action"
+        return message_md5(lookup(type_name), lookup)
+
+    def _parts(self, type_name: str) -> list[MessageSpec]:
+        if self.kind == "msg":
+            return [self.definitions.message(type_name)]
+        if self.kind == "srv":
+            service = self.definitions.service(type_name)
+            return [service.request, service.response]
+        if type_name.partition("/")[2] not in self.names(type_name.partition("/")[0]):
+            raise NotFound(f"there is no action {type_name}")
+        return [self.definitions.message(type_name + part) for part in ("Goal", "Result", "Feedback")]
+
+    def _raw(self, type_name: str, parts: list[MessageSpec]) -> str:
+        if self.kind == "srv":
+            return self.definitions.service(type_name).text
+        if self.kind == "action":
+            return self.definitions.action(type_name).text
+        return parts[0].text
+
+
+def expanded(spec: MessageSpec, lookup: Lookup, indent: str = "") -> str:
+    """The constants and fields of a message, those of embedded messages below theirs."""
+    lines = [f"{indent}{item.type} {item.name}={item.text}\n" for item in spec.constants]
+    for field in spec.fields:
+        lines.append(f"{indent}{field.type} {field.name}\n")
+        if not field.type.is_builtin:
+            lines.append(expanded(lookup(field.type.base), lookup, f"{indent}  "))
+    return "".join(lines)
+
+
+MESSAGES = TypeCatalogue("rosmsg", "msg", "message", "Unable to load msg")
+SERVICES = TypeCatalogue("rossrv", "srv", "service", "Unknown srv type")
+ACTIONS = TypeCatalogue("rosaction", "action", "action", "Unknown action type")

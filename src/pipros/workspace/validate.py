@@ -1,0 +1,84 @@
+"""What catkin would refuse about a package, found before anything is built."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pipros.cmake.language import CMakeError
+from pipros.errors import PiprosError
+from pipros.msg.language.definitions import Definitions
+from pipros.msg.language.spec import MessageSpec
+from pipros.workspace.catkin.project import Interface, Project
+from pipros.workspace.layout import SourcePackage
+
+MESSAGES_WITHOUT_DEPENDENCY = frozenset(("std_msgs", "actionlib_msgs"))
+"""Packages that `Header` and actions bring in by themselves."""
+
+
+def check_manifest(project: Project, package: SourcePackage) -> None:
+    """Holds the `CMakeLists.txt` against the manifest.
+
+    Raises:
+        CMakeError: a run dependency that the manifest does not name.
+    """
+    run = package.dependencies("exec_depends", "build_export_depends")
+    for name, line in project.catkin_depends:
+        if name not in run:
+            raise CMakeError(
+                project.file,
+                line,
+                "catkin_package",
+                f"catkin_package() DEPENDS on the catkin package '{name}' which must therefore be listed as "
+                f"a run dependency in the package.xml\n  Add <exec_depend>{name}</exec_depend> to "
+                f"{package.manifest_file}",
+            )
+
+
+def check_interfaces(project: Project, definitions: Definitions) -> None:
+    """Reads every message, service and action of a package, and all that they are made of.
+
+    Raises:
+        DefinitionError: with file, line and column.
+        CMakeError: a type of a package that `generate_messages(DEPENDENCIES …)` does not name.
+    """
+    allowed = {project.name, *project.message_dependencies, *MESSAGES_WITHOUT_DEPENDENCY}
+    for interface in project.interfaces:
+        for spec in specs_of(interface, project.name, definitions):
+            for field in spec.fields:
+                if field.type.is_builtin:
+                    continue
+                package = field.type.base.partition("/")[0]
+                if package not in allowed:
+                    raise CMakeError(
+                        project.file,
+                        project.generate_messages_line,
+                        "generate_messages",
+                        f"Could not find messages which '{interface.path}' depends on (line {field.line}: "
+                        f"{field.type}). Did you forget to specify "
+                        f"generate_messages(DEPENDENCIES {package})?",
+                    )
+                _check_type(field.type.base, spec, field.line, definitions)
+
+
+def _check_type(type_name: str, within: MessageSpec, line: int, definitions: Definitions) -> None:
+    try:
+        definitions.message(type_name)
+    except LookupError:
+        raise UnknownType(f"{within.file}:{line}: there is no message type [{type_name}]") from None
+
+
+class UnknownType(PiprosError):
+    """A field has a type that no package defines."""
+
+
+def specs_of(interface: Interface, package: str, definitions: Definitions) -> Iterator[MessageSpec]:
+    """The messages that a file defines."""
+    type_name = f"{package}/{interface.name}"
+    if interface.kind == "msg":
+        yield definitions.message(type_name)
+    elif interface.kind == "srv":
+        service = definitions.service(type_name)
+        yield from (service.request, service.response)
+    else:
+        for part in ("Goal", "Result", "Feedback"):
+            yield definitions.message(type_name + part)

@@ -1,0 +1,74 @@
+"""`roslib.stacks`, for old scripts: groups of packages from before catkin, by rospkg."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from rospkg import STACK_FILE as STACK_FILE
+from rospkg import ResourceNotFound, RosPack, RosStack
+
+
+class ROSStackException(Exception):
+    """A stack is not what it should be."""
+
+
+class InvalidROSStackException(ROSStackException):
+    """There is no such stack."""
+
+
+def list_stacks(env: object = None) -> list[str]:
+    """The names of all stacks."""
+    del env
+    return sorted(RosStack().list())
+
+
+def get_stack_dir(stack: str, env: object = None) -> str:
+    """The folder of a stack.
+
+    Raises:
+        InvalidROSStackException: there is none.
+    """
+    del env
+    try:
+        return str(RosStack().get_path(stack))
+    except ResourceNotFound:
+        raise InvalidROSStackException(stack) from None
+
+
+def stack_of(pkg: str, env: object = None) -> str | None:
+    """The stack that a package belongs to; None for all packages of today.
+
+    Raises:
+        rospkg.ResourceNotFound: there is no such package.
+    """
+    del env
+    stack: str | None = RosPack().stack_of(pkg)
+    return stack
+
+
+def get_stack_version(stack: str, env: object = None) -> str | None:
+    """The version of a stack.
+
+    Raises:
+        rospkg.ResourceNotFound: there is none.
+    """
+    del env
+    version: str | None = RosStack().get_stack_version(stack)
+    return version
+
+
+def expand_to_packages(names: Iterable[str], env: object = None) -> tuple[list[str], list[str]]:
+    """The packages that names of packages and stacks stand for, and the names that stand for nothing."""
+    del env
+    packs, stacks = RosPack(), RosStack()
+    packages, stack_names = set(packs.list()), set(stacks.list())
+    found: list[str] = []
+    unknown: list[str] = []
+    for name in names:
+        if name in packages:
+            found.append(name)
+        elif name in stack_names:
+            found += stacks.packages_of(name)
+        else:
+            unknown.append(name)
+    return found, unknown

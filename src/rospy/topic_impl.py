@@ -1,0 +1,148 @@
+"""What all publishers, or all subscribers, of one topic in this process share, under Noetic's names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+from weakref import WeakValueDictionary
+
+from pipros.node.publisher import PeerListener, Publication
+from pipros.node.subscriber import NO_ARGS, SubscriberCallback, Subscription
+from rospy.session import session
+
+if TYPE_CHECKING:
+    from pipros.msg.base import Message
+
+Callback = Callable[..., object]
+
+
+@dataclass(frozen=True, slots=True)
+class TopicConnection:
+    """One connection of a topic.
+
+    Attributes:
+        id: its number in this process, as the slave API gives it.
+        direction: `i` to a publisher, `o` to a subscriber.
+        endpoint_id: the caller id of a subscriber, the URI of a publisher.
+        callerid_pub: the caller id of the publisher.
+    """
+
+    id: int
+    direction: str
+    endpoint_id: str
+    callerid_pub: str
+
+
+class TopicImpl:
+    """What publishers and subscribers have in common.
+
+    Attributes:
+        resolved_name: the topic; `name` is the same.
+        type: `std_msgs/String` for example.
+        data_class: the message class.
+    """
+
+    def __init__(self, topic: str, data_class: type[Message]) -> None:
+        self.resolved_name = self.name = topic
+        self.type = data_class._type
+        self.data_class = data_class
+
+    @property
+    def connections(self) -> list[TopicConnection]:
+        """The current connections, in a new list."""
+        raise NotImplementedError
+
+    def get_num_connections(self) -> int:
+        return len(self.connections)
+
+    def has_connections(self) -> bool:
+        return bool(self.connections)
+
+    def has_connection(self, endpoint_id: str) -> bool:
+        """Whether the peer is connected: a subscriber by its caller id, a publisher by its URI."""
+        return any(one.endpoint_id == endpoint_id for one in self.connections)
+
+
+class PublisherImpl(TopicImpl):
+    """The publishing side of a topic."""
+
+    def __init__(self, publication: Publication) -> None:
+        super().__init__(publication.topic, publication.message_class)
+        self._publication = publication
+
+    @property
+    def connections(self) -> list[TopicConnection]:
+        """The current connections, in a new list."""
+        links = self._publication.links
+        return [TopicConnection(one.number, "o", one.caller_id, session.name) for one in links]
+
+    @property
+    def is_latch(self) -> bool:
+        return self._publication.is_latching
+
+    @property
+    def subscriber_listeners(self) -> list[PeerListener]:
+        """The listeners that are called when subscribers come and go. The list may be changed."""
+        return self._publication.listeners
+
+    def add_subscriber_listener(self, listener: PeerListener) -> None:
+        """Has `listener` hear of subscribers that come from now on."""
+        self._publication.listeners.append(listener)
+
+
+class SubscriberImpl(TopicImpl):
+    """The receiving side of a topic."""
+
+    def __init__(self, subscription: Subscription) -> None:
+        super().__init__(subscription.topic, subscription.message_class)
+        self._subscription = subscription
+
+    @property
+    def connections(self) -> list[TopicConnection]:
+        """The current connections, in a new list."""
+        return [TopicConnection(one.number, "i", one.uri, one.caller_id) for one in self._subscription.links]
+
+    @property
+    def callbacks(self) -> list[tuple[Callback, Any]]:
+        """`(function, args)` of each callback, in a new list; `args` is None for one that gets none."""
+        listeners = [one.stands_for or one for one in self._subscription.listeners]
+        return [(one.callback, None if one.args is NO_ARGS else one.args) for one in listeners]
+
+    def add_callback(self, cb: Callback, cb_args: Any) -> None:
+        """Has `cb` called with each message, and with `cb_args` unless that is None.
+
+        It gets the last message of each connected publisher that latches before this returns.
+        """
+        self._subscription.add(SubscriberCallback(cb, NO_ARGS if cb_args is None else cb_args))()
+
+    def remove_callback(self, cb: Callback, cb_args: Any) -> None:
+        """Takes back the first callback of this function and these arguments.
+
+        Raises:
+            KeyError: there is no such callback.
+        """
+        args = NO_ARGS if cb_args is None else cb_args
+        listeners = [one.stands_for or one for one in self._subscription.listeners]
+        for listener in listeners:
+            if listener.callback == cb and listener.args == args:
+                self._subscription.remove(listener)
+                return
+        raise KeyError("no matching cb")
+
+
+class Impls:
+    """The one impl of each publication and subscription, for as long as a handle holds it."""
+
+    def __init__(self) -> None:
+        self._publishers: WeakValueDictionary[Publication, PublisherImpl] = WeakValueDictionary()
+        self._subscribers: WeakValueDictionary[Subscription, SubscriberImpl] = WeakValueDictionary()
+
+    def of_publication(self, publication: Publication) -> PublisherImpl:
+        return self._publishers.setdefault(publication, PublisherImpl(publication))
+
+    def of_subscription(self, subscription: Subscription) -> SubscriberImpl:
+        return self._subscribers.setdefault(subscription, SubscriberImpl(subscription))
+
+
+impls = Impls()

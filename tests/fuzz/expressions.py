@@ -1,0 +1,78 @@
+"""Expressions from a stranger: a value within limits, or an ExpressionError; nothing else.
+
+python -m tests.fuzz.expressions --seconds 60
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from contextlib import suppress
+
+from pipros.safe import guarded
+from pipros.safe.expr import ExpressionError, arithmetic, evaluate
+from tests.fuzz import mutation
+
+WORDS = [
+    *(
+        b"(",
+        b")",
+        b"[",
+        b"]",
+        b"{",
+        b"}",
+        b", ",
+        b": ",
+        b" + ",
+        b" * ",
+        b" ** ",
+        b" % ",
+        b" << ",
+        b" // ",
+        b" - ",
+    ),
+    *(
+        b" in ",
+        b" == ",
+        b" < ",
+        b" and ",
+        b" or ",
+        b"not ",
+        b" if ",
+        b" else ",
+        b"[:]",
+        b"f'{",
+        b"}'",
+        b"'",
+        b"%s",
+    ),
+    *(
+        b"9**9",
+        b"1000",
+        b"2305843009213693951",
+        b"range(1000)",
+        b"[0] * 1000",
+        b"'a' * 1000",
+        b"1e308",
+        b"True",
+    ),
+    *(
+        f"{name}(".encode()
+        for name in sorted({*guarded.FUNCTIONS, "dict", "pow", "prod", "range", "set", "sum"})
+    ),
+    *(b"lambda: ", b"for x in ", b"x := ", b"a", b"xs", b"s", b".__class__", b"*a", b"**a"),
+]
+NAMES = {"a": 3, "s": "text", "xs": [1, 2.5, "x"], "d": {"k": [1]}}
+
+
+def target(data: bytes) -> None:
+    text = data.decode("utf-8", "replace")
+    with suppress(ExpressionError):
+        evaluate(text, names=NAMES)
+    with suppress(ExpressionError):
+        arithmetic(text)
+
+
+if __name__ == "__main__":
+    warnings.simplefilter("ignore")  # of Python's parser, on `1if x`
+    sys.exit(mutation.main(target, "expressions", WORDS))

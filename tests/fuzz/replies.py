@@ -1,0 +1,117 @@
+"""What a service server says to a client: header and replies, or the promised errors; nothing else.
+
+An input is all that the server sends on one connection.
+
+python -m tests.fuzz.replies --seconds 60
+"""
+
+from __future__ import annotations
+
+import socket
+import sys
+import threading
+import tracemalloc
+from contextlib import suppress
+
+from std_msgs.msg import Empty
+
+from pipros.limits import Limits
+from pipros.node.service_client import CallTimeout, ServiceFailed, ServiceLink
+from pipros.wire.handshake import WireType
+from tests.fuzz import mutation
+
+WORDS = [
+    *(
+        b"\x01",
+        b"\0",
+        b"\x05\0\0\0hello",
+        b"\xff\xff\xff\xff",
+        b"\xff\xff\xff\x3f",
+        b"callerid=/x",
+        b"error=no",
+    ),
+    *(
+        b"md5sum=*",
+        b"type=std_srvs/Empty",
+        b"\x0a\0\0\0",
+        b"request_type=",
+        b"persistent=1",
+        b"=",
+        b"\x1b[31m",
+    ),
+]
+LIMITS = Limits(header_bytes=10_000, frame_bytes=1_000_000_000, handshake_s=5.0)
+MEMORY_BYTES = 6 << 20
+"""A client asks the system for 4 MiB at most of what was announced."""
+
+MEMORY_PER_BYTE = 10
+
+
+class Server:
+    """Says the same to each client, whatever it asks, and closes when the client does."""
+
+    def __init__(self) -> None:
+        self.said = b""
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.uri = f"rosrpc://127.0.0.1:{self._listener.getsockname()[1]}"
+        threading.Thread(target=self._serve, daemon=True).start()
+
+    def _serve(self) -> None:
+        while True:
+            try:
+                client, _ = self._listener.accept()
+            except OSError:
+                return
+            with client, suppress(OSError):
+                client.sendall(self.said)
+                client.shutdown(socket.SHUT_WR)
+                while client.recv(65536):
+                    pass
+
+    def close(self) -> None:
+        self._listener.shutdown(socket.SHUT_RDWR)
+        self._listener.close()
+
+
+class Replies:
+    """The target; `close` ends its server."""
+
+    def __init__(self) -> None:
+        self._server = Server()
+
+    def __call__(self, data: bytes) -> None:
+        self._server.said = data
+        tracemalloc.start()
+        try:
+            self._call_twice()
+        finally:
+            peak = tracemalloc.get_traced_memory()[1]
+            tracemalloc.stop()
+        assert peak < MEMORY_BYTES + MEMORY_PER_BYTE * len(data), f"{peak} bytes for {len(data)}"
+
+    def _call_twice(self) -> None:
+        link = None
+        try:
+            link = ServiceLink(
+                self._server.uri,
+                "/service",
+                "/fuzz",
+                WireType("*", "*"),
+                deadline=None,
+                persistent=True,
+                limits=LIMITS,
+            )
+            for _ in range(2):
+                assert isinstance(link.call("/service", Empty(), None), bytes)
+        except (ServiceFailed, CallTimeout):
+            pass
+        finally:
+            if link is not None:
+                link.close()
+
+    def close(self) -> None:
+        self._server.close()
+
+
+if __name__ == "__main__":
+    sys.exit(mutation.main(Replies(), "replies", WORDS, longer=(20_000,)))

@@ -1,0 +1,83 @@
+"""The fuzz targets on their corpus and on some mutations of it, the same in every run; `rpc` is beside."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import pytest
+
+from tests.fuzz import (
+    cmake,
+    definitions,
+    expressions,
+    listings,
+    messages,
+    replies,
+    strange_messages,
+    yaml_texts,
+)
+from tests.fuzz.mutation import Target, TooSlow, bounded, corpus, mutations
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A target as a test has it: how to make it and what to end, and how many mutations are tried."""
+
+    make: Callable[[], Target]
+    words: Sequence[bytes]
+    count: int
+
+
+SUBJECTS = {
+    "definitions": Subject(lambda: definitions.target, definitions.WORDS, 700),
+    "messages": Subject(lambda: messages.target, (), 1500),
+    "strange_messages": Subject(lambda: strange_messages.target, strange_messages.WORDS, 200),
+    "yaml_texts": Subject(lambda: yaml_texts.target, yaml_texts.WORDS, 500),
+    "expressions": Subject(lambda: expressions.target, expressions.WORDS, 1500),
+    "cmake": Subject(lambda: cmake.target, cmake.WORDS, 500),
+    "replies": Subject(replies.Replies, replies.WORDS, 500),
+    "listings": Subject(listings.Listings, listings.WORDS, 40),
+}
+
+
+@pytest.fixture(params=SUBJECTS)
+def name(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture
+def target(name: str) -> Iterator[Target]:
+    made = SUBJECTS[name].make()
+    yield made
+    if isinstance(made, (replies.Replies, listings.Listings)):
+        made.close()
+
+
+def test_what_was_once_found_stays_fixed(name: str, target: Target) -> None:
+    inputs = corpus(name)
+    assert inputs
+    for data in inputs:
+        with bounded():
+            target(data)
+
+
+@pytest.mark.filterwarnings("ignore::SyntaxWarning")  # of Python's parser, on `1if x`
+def test_mutations_meet_the_promised_errors_only(name: str, target: Target) -> None:
+    subject = SUBJECTS[name]
+    for data in itertools.islice(mutations(corpus(name), seed=1, words=subject.words), subject.count):
+        with bounded():
+            target(data)
+
+
+def test_an_input_that_takes_too_long_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tests.fuzz.mutation.SECONDS_FOR_ONE", 0.05)
+
+    def run_for_ever(_: bytes) -> None:
+        with bounded():
+            while True:
+                pass
+
+    with pytest.raises(TooSlow):
+        run_for_ever(b"")

@@ -1,0 +1,62 @@
+"""YAML from a stranger: a value within limits, or a YamlError; nothing else.
+
+python -m tests.fuzz.yaml_texts --seconds 60
+"""
+
+from __future__ import annotations
+
+import sys
+
+from pipros.limits import Limits
+from pipros.safe.yaml import YamlError, load_all
+from tests.fuzz import mutation
+
+WORDS = [
+    *(b"[", b"]", b"{", b"}", b"- ", b"? ", b": ", b", ", b"\n", b"  ", b"---\n", b"...\n", b"#", b"'", b'"'),
+    *(b"&a ", b"*a", b"&b ", b"*b", b"<<: *a\n", b"<<: [*a, *b]", b"{<<: *a}", b"=: ", b"[*a, *a, *b]"),
+    *(b"!!int ", b"!!float ", b"!!bool ", b"!!binary ", b"!!timestamp ", b"!!set ", b"!!omap ", b"!!pairs "),
+    *(b"!!python/name:os.system ", b"!!merge ", b"!!null ", b"!degrees ", b"!radians ", b"rad(", b"deg(pi)"),
+    *(
+        b"1:30:00",
+        b":59",
+        b"0x1f",
+        b"0b1",
+        b"0o7",
+        b".inf",
+        b".nan",
+        b"1e400",
+        b"2001-12-14t21:59:43.10-05:00",
+    ),
+    *(b"|\n", b">-\n", b"%TAG !a! x:\n", b"%YAML 1.1\n", b"\xff\xfe", b"\xef\xbb\xbf", b"\t", "ü".encode()),
+]
+LONGER = (5000,)
+LIMITS = Limits(yaml_values=5000)
+
+
+def target(data: bytes) -> None:
+    contents: list[str | bytes] = [data, data.decode("utf-8", "replace")]
+    for content in contents:
+        for angles in (True, False):
+            try:
+                documents = load_all(content, angles=angles, limits=LIMITS)
+            except YamlError:
+                continue
+            assert values_in(documents) <= LIMITS.yaml_values + 1  # the list of documents
+
+
+def values_in(value: object) -> int:
+    """Counts as the wire would, where no alias exists; ends soon behind the limit."""
+    count = 0
+    waiting = [value]
+    while waiting and count <= LIMITS.yaml_values + 1:
+        count += 1
+        part = waiting.pop()
+        if isinstance(part, dict):
+            waiting += [each for pair in part.items() for each in pair]
+        elif isinstance(part, (list, set)):
+            waiting += part
+    return count
+
+
+if __name__ == "__main__":
+    sys.exit(mutation.main(target, "yaml_texts", WORDS, LONGER))

@@ -1,0 +1,31 @@
+"""What the examine_*.py scripts share. Knows neither genuine ROS nor pipros.
+
+One JSON object a line: `{"label": ..., "result": ...}` or `{"label": ..., "error": [type, text]}`.
+"""
+
+import json
+import threading
+
+
+def examine(label, function):
+    """Prints what came of calling the function."""
+    try:
+        record = {"label": label, "result": repr(function())}
+    except Exception as error:
+        kind = ValueError if isinstance(error, ValueError) else type(error)
+        record = {"label": label, "error": [kind.__name__, str(error)]}
+    print("@@" + json.dumps(record), flush=True)
+
+
+def begin(part):
+    """The labels from here on belong to this part."""
+    print("@@" + json.dumps({"label": f"-- {part}"}), flush=True)
+
+
+def wait_for(condition):
+    pause = threading.Event()
+    for _ in range(1000):
+        if condition():
+            return
+        pause.wait(0.01)
+    raise SystemExit("what was waited for did not happen")

@@ -1,0 +1,26 @@
+"""What functions of rospy and rostopic do while no master listens."""
+
+from examination import begin, examine
+
+import rospy
+import rostopic
+
+
+def refused(function):
+    try:
+        return function()
+    except ConnectionRefusedError:
+        return "refused"
+
+
+begin("no master")
+for label, call in (
+    ("get_param", lambda: rospy.get_param("/x")),
+    ("get_param default", lambda: rospy.get_param("/x", 1)),
+    ("set_param", lambda: rospy.set_param("/x", 1)),
+    ("has_param", lambda: rospy.has_param("/x")),
+    ("get_published_topics", lambda: rospy.get_published_topics()),
+    ("getPid", lambda: rospy.get_master().getPid()),
+    ("get_topic_list", lambda: rostopic.get_topic_list()),
+):
+    examine(label, lambda: refused(call))

@@ -1,0 +1,92 @@
+"""A `CMakeLists.txt` that asks for too much: its package fails, with file and line; the others are built."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from pipros.cmake.interpreter import Interpreter
+from pipros.cmake.language import CMakeError
+from pipros.cmake.scope import Scope
+from pipros.limits import Limits
+from tests.support.workspaces import Workspace
+
+_LONG = "string(REPEAT x 4000000 long)"
+HOSTILE = {
+    "character beyond all": "string(ASCII 99999999999 x)",
+    "half a character": "string(ASCII 55296 x)\nmessage(${x})",
+    "value that doubles": 'set(x xx)\nforeach(i RANGE 40)\n  set(x "${x}${x}")\nendforeach()',
+    "value that grows": f'{_LONG}\nforeach(i RANGE 9)\n  string(APPEND x "${{long}}")\nendforeach()',
+    "many large values": f'{_LONG}\nforeach(i RANGE 999)\n  set(x${{i}} "${{i}}${{long}}")\nendforeach()',
+    "long arguments": f'{_LONG}\nmessage("${{long}}${{long}}")',
+    "condition of long arguments": f'{_LONG}\nif("${{long}}${{long}}" STREQUAL "")\nendif()',
+    "replacement": f'{_LONG}\nstring(REPLACE x "${{long}}" y xxxxxxxx)',
+    "replacement by expression": f'{_LONG}\nstring(REGEX REPLACE . "${{long}}" y xxxxxxxx)',
+    "joined texts": f'{_LONG}\nstring(JOIN "${{long}}" y a b c d)',
+    "joined list": f'{_LONG}\nset(l a b c d)\nlist(JOIN l "${{long}}" y)',
+    "changed list": f'{_LONG}\nset(l a b c d)\nlist(TRANSFORM l APPEND "${{long}}")',
+    "selected places": "set(l a b)\nlist(TRANSFORM l TOUPPER FOR 0 9999999999999 REGEX)",
+    "configured text": f'{_LONG}\nstring(CONFIGURE "@long@@long@" y)',
+    "repeated text": "string(REPEAT x 9999999999 y)",
+    "random text": "string(RANDOM LENGTH 9999999999 x)",
+    "copied device": "configure_file(/dev/zero x)",
+    "read device": "file(READ /dev/zero x)",
+    "lines of a device": "file(STRINGS /dev/zero x)",
+    "input of a program": "execute_process(COMMAND true INPUT_FILE /dev/zero)",
+    "file without an end": "include(${CMAKE_CURRENT_SOURCE_DIR}/pipe)",
+    "loop without an end": "while(1)\nendwhile()",
+    "expression": "math(EXPR x 1/0)",
+    "arguments of a macro": f"macro(m)\nendmacro()\n{_LONG}\nm(${{long}} ${{long}})",
+    "element of a loop": f"foreach(i {'x' * 4_200_000})\nendforeach()",
+    "number of digits": "foreach(i RANGE 99999999999999999999999)\nendforeach()",
+}
+
+
+@pytest.fixture
+def workspace(tmp_path: Path) -> Workspace:
+    return Workspace(tmp_path)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="needs /dev/zero")
+@pytest.mark.parametrize("cmake", HOSTILE.values(), ids=HOSTILE)
+def test_a_package_that_asks_for_too_much_fails_alone(workspace: Workspace, cmake: str) -> None:
+    folder = workspace.add("bad", cmake)
+    os.mkfifo(folder / "pipe")
+    workspace.add("good")
+
+    result = workspace.build()
+
+    assert result.built == ["good"]
+    [error] = result.errors
+    assert "bad/CMakeLists.txt:" in error
+    assert len(error) < 1_000
+
+
+def test_loops_in_loops_end(tmp_path: Path) -> None:
+    scope = Scope({}, {}, {}, Limits(cmake_steps=1_000))
+    interpreter = Interpreter(
+        scope, {}, check=lambda _command: None, on_unsupported=lambda _command, _what: None
+    )
+    text = "foreach(i RANGE 99)\nforeach(j RANGE 99)\nset(x ${j})\nendforeach()\nendforeach()"
+
+    with pytest.raises(CMakeError, match="more than 1000 commands were carried out"):
+        interpreter.run_text(text, str(tmp_path / "CMakeLists.txt"))
+
+
+def test_what_a_function_had_is_forgotten_when_sizes_are_added_up() -> None:
+    scope = Scope({}, {}, {}, Limits(cmake_characters=1_000))
+    interpreter = Interpreter(
+        scope, {}, check=lambda _command: None, on_unsupported=lambda _command, _what: None
+    )
+
+    interpreter.run_text(
+        "function(f)\n  string(REPEAT x 200 local)\n  string(REPEAT y 10 mine)\n"
+        "  set(result ${mine} PARENT_SCOPE)\nendfunction()\n"
+        "foreach(i RANGE 20)\n  f()\nendforeach()\n"
+        "foreach(i RANGE 20)\n  string(REPEAT x 200 again)\n  unset(again)\nendforeach()",
+        "CMakeLists.txt",
+    )
+
+    assert scope.values["result"] == "y" * 10

@@ -1,0 +1,276 @@
+"""Ctrl-C ends a node at once, whatever it waits for: peers that say nothing, and names that nobody knows."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import closing, suppress
+from pathlib import Path
+
+import pytest
+
+from pipros.master.master import Master
+from pipros.net.master_client import MasterClient
+from tests.support.network import LoneNetwork, needs_network
+from tests.support.ports import ClaimedPort
+from tests.support.processes import Process, Processes
+from tests.support.waiting import wait_until
+
+#: Half a second is promised; what is looked for here are waits of many seconds.
+AT_ONCE_S = 4.0
+
+#: The answers for such names never come.
+SILENT_NAMES = """
+import socket, time
+known = socket.getaddrinfo
+def getaddrinfo(host, *args, **options):
+    if str(host).endswith('.silent') and not options.get('flags', 0) & socket.AI_NUMERICHOST:
+        print('looking up', host, flush=True)
+        time.sleep(60)
+    return known(host, *args, **options)
+socket.getaddrinfo = getaddrinfo
+"""
+
+HEAD = f"""
+{SILENT_NAMES}
+import threading, sys
+import rospy
+from std_msgs.msg import String
+from std_srvs.srv import Empty
+def init():
+    rospy.init_node('node')
+    print('ready', flush=True)
+"""
+
+CALL = "init()\nrospy.ServiceProxy('/mute', Empty)()"
+PERSISTENT_CALL = "init()\nrospy.ServiceProxy('/mute', Empty, persistent=True)()"
+WAIT = "init()\nrospy.wait_for_service('/mute')"
+SUBSCRIBE = "init()\nrospy.Subscriber('/mute', String)\nrospy.spin()"
+LISTENER = """
+class Listener(rospy.SubscribeListener):
+    def peer_subscribe(self, *_):
+        print('blocked', flush=True)
+        time.sleep(60)
+init()
+publisher = rospy.Publisher('/chat', String, subscriber_listener=Listener(), queue_size=1)
+rospy.Subscriber('/chat', String)
+rospy.spin()
+"""
+HOOK = """
+init()
+worker = threading.Thread(target=lambda: rospy.ServiceProxy('/mute', Empty)())
+worker.start()
+rospy.on_shutdown(worker.join)
+rospy.spin()
+"""
+ASYNC_CALL = """
+import asyncio
+from pipros.node import Node
+async def main():
+    async with Node('node') as node:
+        print('ready', flush=True)
+        await node.call('/mute', Empty, Empty._request_class())
+asyncio.run(main())
+"""
+
+
+@pytest.fixture
+def mute() -> Iterator[socket.socket]:
+    """A server that accepts nobody: peers connect, and hear nothing."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server.settimeout(20)
+        yield server
+
+
+@pytest.fixture
+def full(mute: socket.socket) -> Iterator[socket.socket]:
+    """A server that takes no further connections: they get no answer."""
+    mute.listen(0)
+    waiting = [socket.socket() for _ in range(8)]
+    for sock in waiting:
+        sock.setblocking(False)
+        sock.connect_ex(mute.getsockname())
+    yield mute
+    for sock in waiting:
+        sock.close()
+
+
+def port_of(server: socket.socket) -> int:
+    return int(server.getsockname()[1])
+
+
+def start(processes: Processes, tmp_path: Path, uri: str, code: str) -> Process:
+    script = tmp_path / "node.py"
+    script.write_text(code)
+    return processes.start(sys.executable, script, environment={"ROS_MASTER_URI": uri})
+
+
+def assert_ends_at_once(process: Process) -> None:
+    began = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    process.wait(30)
+    took_s = time.monotonic() - began
+    assert took_s < AT_ONCE_S, process.output
+
+
+def offer(master: Master, service: str, uri: str) -> None:
+    with closing(MasterClient(master.uri, "/mute_node")) as client:
+        client.register_service(service, uri, "http://127.0.0.1:9/")
+
+
+@pytest.mark.parametrize("body", [CALL, PERSISTENT_CALL, WAIT, HOOK, ASYNC_CALL])
+def test_with_a_service_that_accepts_and_says_nothing(
+    processes: Processes, tmp_path: Path, master: Master, mute: socket.socket, body: str
+) -> None:
+    offer(master, "/mute", f"rosrpc://127.0.0.1:{port_of(mute)}")
+    node = start(processes, tmp_path, master.uri, HEAD + body)
+    with mute.accept()[0] as connection:
+        connection.recv(1024)
+        assert_ends_at_once(node)
+
+
+@pytest.mark.parametrize("body", [CALL, WAIT, ASYNC_CALL])
+def test_with_a_service_that_does_not_even_accept(
+    processes: Processes, tmp_path: Path, master: Master, full: socket.socket, body: str
+) -> None:
+    offer(master, "/mute", f"rosrpc://127.0.0.1:{port_of(full)}")
+    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node.wait_for("ready")
+    wait_until(lambda: "SYN_SENT" in states_of_connections_to(port_of(full), node.pid))
+    assert_ends_at_once(node)
+
+
+@pytest.mark.parametrize("body", [CALL, PERSISTENT_CALL, WAIT, ASYNC_CALL])
+def test_with_a_service_at_a_host_whose_name_nobody_knows(
+    processes: Processes, tmp_path: Path, master: Master, body: str
+) -> None:
+    offer(master, "/mute", "rosrpc://host.silent:1234")
+    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node.wait_for("looking up host.silent")
+    assert_ends_at_once(node)
+
+
+def test_with_a_publisher_at_a_host_whose_name_nobody_knows(
+    processes: Processes, tmp_path: Path, master: Master
+) -> None:
+    with closing(MasterClient(master.uri, "/mute_node")) as client:
+        client.register_publisher("/mute", "std_msgs/String", "http://host.silent:1234/")
+    node = start(processes, tmp_path, master.uri, HEAD + SUBSCRIBE)
+    node.wait_for("looking up host.silent")
+    assert_ends_at_once(node)
+
+
+def test_with_a_publisher_that_accepts_and_says_nothing(
+    processes: Processes, tmp_path: Path, master: Master, mute: socket.socket
+) -> None:
+    with closing(MasterClient(master.uri, "/mute_node")) as client:
+        client.register_publisher("/mute", "std_msgs/String", f"http://127.0.0.1:{port_of(mute)}/")
+    node = start(processes, tmp_path, master.uri, HEAD + SUBSCRIBE)
+    with mute.accept()[0]:
+        assert_ends_at_once(node)
+
+
+def test_with_a_master_whose_name_nobody_knows(processes: Processes, tmp_path: Path) -> None:
+    node = start(processes, tmp_path, "http://host.silent:11311", HEAD + "init()")
+    node.wait_for("looking up host.silent")
+    assert_ends_at_once(node)
+
+
+def test_a_tool_with_a_master_whose_name_nobody_knows(processes: Processes, tmp_path: Path) -> None:
+    code = f"{SILENT_NAMES}\nfrom pipros.cli.rostopic import main\nmain(['list'])"
+    tool = start(processes, tmp_path, "http://host.silent:11311", code)
+    tool.wait_for("looking up host.silent")
+    assert_ends_at_once(tool)
+
+
+@pytest.mark.parametrize("server", ["mute", "full"])
+def test_with_a_master_that_says_nothing(
+    processes: Processes, tmp_path: Path, server: str, request: pytest.FixtureRequest
+) -> None:
+    port = port_of(request.getfixturevalue(server))
+    node = start(processes, tmp_path, f"http://127.0.0.1:{port}", HEAD + "print('start', flush=True)\ninit()")
+    node.wait_for("start")
+    wait_until(lambda: states_of_connections_to(port, node.pid))
+    assert_ends_at_once(node)
+
+
+def test_with_a_master_that_has_stopped(
+    processes: Processes, tmp_path: Path, claimed_port: ClaimedPort
+) -> None:
+    uri = f"http://127.0.0.1:{claimed_port.number}/"
+    code = "import sys\nfrom pipros.cli.rosmaster import main\nmain(['--core', '-p', sys.argv[1]])"
+    master = processes.start(sys.executable, "-c", code, str(claimed_port.number))
+    node = start(processes, tmp_path, uri, HEAD + "init()\nrospy.spin()")
+    node.wait_for("ready")
+    master.send_signal(signal.SIGSTOP)
+    try:
+        assert_ends_at_once(node)
+    finally:
+        master.send_signal(signal.SIGCONT)
+
+
+def test_with_a_subscribe_listener_that_never_returns(
+    processes: Processes, tmp_path: Path, master: Master
+) -> None:
+    node = start(processes, tmp_path, master.uri, HEAD + LISTENER)
+    node.wait_for("blocked")
+    assert_ends_at_once(node)
+
+
+def test_a_master_that_looks_up_a_name_that_nobody_knows(
+    processes: Processes, tmp_path: Path, claimed_port: ClaimedPort
+) -> None:
+    port = claimed_port.number
+    uri = f"http://127.0.0.1:{port}/"
+    script = tmp_path / "rosmaster.py"
+    script.write_text(
+        f"{SILENT_NAMES}\nfrom pipros.cli.rosmaster import main\nimport sys\n"
+        f"sys.exit(main(['--core', '-p', '{port}']))\n"
+    )
+    process = processes.start(sys.executable, script, environment={"ROS_MASTER_URI": uri})
+    with closing(MasterClient(uri, "/mute_node")) as client:
+        wait_until(lambda: answers(client))
+        client.register_subscriber("/chat", "std_msgs/String", "http://host.silent:1234/")
+        client.register_publisher("/chat", "std_msgs/String", "http://127.0.0.1:9/")
+        process.wait_for("looking up host.silent")
+    assert_ends_at_once(process)
+
+
+def answers(client: MasterClient) -> bool:
+    try:
+        client.get_pid()
+    except ConnectionError:
+        return False
+    return True
+
+
+def states_of_connections_to(port: int, pid: int) -> list[str]:
+    """What Linux says of the TCP connections of a process to a port of this machine."""
+    names = {"01": "ESTABLISHED", "02": "SYN_SENT"}
+    files = []
+    for descriptor in Path(f"/proc/{pid}/fd").iterdir():
+        with suppress(FileNotFoundError):  # closed meanwhile
+            files.append(str(descriptor.readlink()))
+    lines = [line.split() for line in Path(f"/proc/{pid}/net/tcp").read_text().splitlines()[1:]]
+    ours = [line for line in lines if f"socket:[{line[9]}]" in files and line[2] == f"0100007F:{port:04X}"]
+    return [names.get(line[3], line[3]) for line in ours]
+
+
+@needs_network
+def test_where_name_servers_swallow_every_question(processes: Processes, tmp_path: Path) -> None:
+    network = LoneNetwork("127.0.0.1 localhost\n", nameserver="192.0.2.1")
+    try:
+        script = tmp_path / "node.py"
+        script.write_text("print('start', flush=True)\nimport rospy\nrospy.init_node('node')\n")
+        node = processes.start(
+            *network.command(sys.executable, str(script)),
+            environment={"ROS_MASTER_URI": "http://host.example:11311"},
+        )
+        node.wait_for("start")
+        wait_until(lambda: ":0035 " in Path(f"/proc/{node.pid}/net/udp").read_text(), what="a question")
+        assert_ends_at_once(node)
+    finally:
+        network.close()

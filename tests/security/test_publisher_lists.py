@@ -1,0 +1,182 @@
+"""Lists of publishers that a peer or a master makes up: the good ones among them are heard."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from pipros.limits import Limits
+from pipros.master.master import Master
+from pipros.msg import load_message_class
+from pipros.net.rpc_client import RpcClient
+from pipros.node import Node
+from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
+from tests.support.waiting import wait_until
+
+String: Any = load_message_class("std_msgs/String")
+
+
+class SilentHost:
+    """Accepts connections, counts those that are open at a time, and never says anything."""
+
+    def __init__(self) -> None:
+        self.listener = socket.create_server(("127.0.0.1", 0), backlog=1000)
+        self.port = self.listener.getsockname()[1]
+        self.peers: list[socket.socket] = []
+        self.thread = threading.Thread(target=self.accept, daemon=True)
+        self.thread.start()
+
+    def accept(self) -> None:
+        while True:
+            try:
+                peer, _ = self.listener.accept()
+            except OSError:
+                return
+            self.peers.append(peer)
+
+    def close(self) -> None:
+        self.listener.shutdown(socket.SHUT_RDWR)
+        self.listener.close()
+        self.thread.join(10)
+        for peer in self.peers:
+            peer.close()
+
+
+@pytest.fixture
+def silent() -> Iterator[SilentHost]:
+    host = SilentHost()
+    yield host
+    host.close()
+
+
+def tell(node: Node, uris: list[Any]) -> None:
+    with RpcClient(node.uri, timeout_s=30) as peer:
+        assert peer.call("publisherUpdate", "/master", "/chat", uris)[0] == 1
+
+
+def attempts_under_way(node: Node) -> int:
+    return node.endpoints.attempts.under_way
+
+
+def test_thousands_of_dead_publishers_are_tried_a_few_at_a_time_and_named_once(make_node: MakeNode) -> None:
+    log, lines = listening_log()
+    listener, talker = make_node("listener", log=log), make_node("talker")
+    subscriber = listener.subscribe("chat", String, Inbox())
+    most = [0]
+
+    tell(listener, [f"http://127.0.0.1:1/{number}" for number in range(10_000)])
+    while subscriber.subscription.attempts < 200:
+        most[0] = max(most[0], attempts_under_way(listener))
+    tell(listener, [*(f"http://127.0.0.1:1/{number}" for number in range(1_000)), talker.uri])
+    talker.advertise("chat", String)
+
+    wait_until_connected(subscriber)
+    assert most[0] <= 20
+    assert len([line for line in lines if "cannot receive" in line or "publishers" in line]) <= 4
+    with RpcClient(listener.uri, timeout_s=10) as peer:
+        assert peer.call("getPid", "/friend")[0] == 1
+
+
+def test_hosts_that_do_not_answer_keep_no_publisher_waiting(make_node: MakeNode, silent: SilentHost) -> None:
+    listener, talker = make_node("listener", limits=Limits(connection_attempts=4)), make_node("talker")
+    subscriber = listener.subscribe("chat", String, Inbox())
+    hang = [f"http://127.0.0.1:{silent.port}/{number}" for number in range(40)]
+
+    tell(listener, hang)
+    wait_until(lambda: len(silent.peers) >= 4)
+    talker.advertise("chat", String)
+    tell(listener, [*hang, talker.uri])
+
+    wait_until_connected(subscriber)
+    assert attempts_under_way(listener) <= 4 + 40
+
+
+def test_publishers_beyond_the_limit_are_left_out_with_a_word(make_node: MakeNode) -> None:
+    log, lines = listening_log()
+    listener = make_node("listener", log=log, limits=Limits(publishers_per_topic=5))
+    talker = make_node("talker")
+    talker.advertise("chat", String)
+    subscriber = listener.subscribe("chat", String, Inbox())
+    wait_until_connected(subscriber)
+
+    tell(listener, [*(f"http://127.0.0.1:1/{number}" for number in range(50)), talker.uri])
+
+    assert "[/chat] has 51 publishers; the limit publishers_per_topic is 5" in lines
+    assert subscriber.connection_count == 1
+
+
+def test_links_beyond_the_limit_are_not_made(make_node: MakeNode) -> None:
+    log, lines = listening_log()
+    listener = make_node("listener", log=log, limits=Limits(incoming_links=2))
+    talkers = [make_node(f"talker_{number}") for number in range(3)]
+    for talker in talkers:
+        talker.advertise("chat", String)
+    subscriber = listener.subscribe("chat", String, Inbox())
+    wait_until_connected(subscriber, 2)
+    wait_until(lambda: any("as many connections as its limits allow" in line for line in lines))
+    assert subscriber.connection_count == 2
+
+    linked = {peer.uri for peer in subscriber.subscription.links}
+    next(talker for talker in talkers if talker.uri in linked).shutdown("room for another")
+    wait_until(lambda: {peer.uri for peer in subscriber.subscription.links} - linked)
+
+
+@pytest.mark.parametrize("value", [[1, 2.5, None, ["http://127.0.0.1:1/"], {"a": 1}], [""], ["http://[::1"]])
+def test_what_is_no_list_of_uris_ends_nothing(make_node: MakeNode, value: list[Any]) -> None:
+    listener, inbox = make_node("listener"), Inbox()
+    subscription = listener.subscribe("chat", String, inbox).subscription
+    loop_failures: list[Any] = []
+    listener._loop.asyncio.set_exception_handler(lambda _, context: loop_failures.append(context))
+    listener._loop.call(subscription.update_publishers, value)
+    publisher = make_node("talker").advertise("chat", String)
+    wait_until_connected(publisher)
+    publisher.publish(String("good"))
+    assert inbox.wait()[0].data == "good"
+    assert loop_failures == []
+
+
+def test_a_failure_that_nobody_thought_of_is_logged(
+    make_node: MakeNode, master: Master, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log, lines = listening_log()
+    listener = make_node("listener", log=log)
+    subscription = listener.subscribe("chat", String, Inbox()).subscription
+
+    async def fail(_: str) -> Any:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(subscription, "_request", fail)
+    tell(listener, ["http://127.0.0.1:1/"])
+    wait_until(lambda: "following a publisher of [/chat] failed" in lines)
+
+
+@pytest.mark.parametrize(("stamp", "seq"), [(2**32 - 1, 2), (0, 2**31 + 5), (1, 2**32 - 1)])
+def test_stamps_and_numbers_of_a_publisher_do_not_end_the_link_that_is_measured(
+    make_node: MakeNode, stamp: int, seq: int
+) -> None:
+    header_type: Any = load_message_class("std_msgs/Header")
+    pose: Any = load_message_class("geometry_msgs/PoseStamped")
+    log, lines = listening_log()
+    listener, watcher, inbox, figures = make_node("listener", log=log), make_node("watcher"), Inbox(), Inbox()
+    listener.enable_statistics()
+    watcher.subscribe("/statistics", load_message_class("rosgraph_msgs/TopicStatistics"), figures)
+    listener.subscribe("chat", pose, inbox)
+    publisher = make_node("talker").advertise("chat", pose)
+    wait_until_connected(publisher)
+    sequence = [1]
+
+    def publish() -> list[Any]:
+        publisher.publication._sequence = (sequence[0] - 1) % 2**32
+        message = pose(header=header_type())
+        message.header.stamp.secs = stamp
+        publisher.publish(message)
+        sequence[0] = seq if sequence[0] == 1 else 1
+        return figures.messages
+
+    wait_until(publish, timeout_s=20)
+    assert publisher.connection_count == 1
+    assert lines == []

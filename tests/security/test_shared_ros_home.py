@@ -1,0 +1,306 @@
+"""Caches in a folder where other users can write: what they could have put there is not used."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from pipros.cache_files import CacheFolder
+from pipros.master.store import Store, StoreUntrusted
+from pipros.msg.importing.library import Library
+from pipros.workspace.index import PackageIndex
+from tests.support.environments import VENV_BIN
+from tests.support.ros import RosSystem
+from tests.support.users import give_away, needs_other_users
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no owner here")
+
+
+@pytest.fixture
+def shared_home(tmp_path: Path) -> Path:
+    """A ROS_HOME in which everybody may make and rename files."""
+    home = tmp_path / "shared"
+    home.mkdir()
+    home.chmod(0o777)
+    return home
+
+
+@pytest.fixture
+def cache(shared_home: Path) -> CacheFolder:
+    cache = CacheFolder(str(shared_home / "pipros" / "things"))
+    cache.write("thing", b"mine")
+    assert cache.read("thing") == b"mine"
+    return cache
+
+
+def things(home: Path) -> Path:
+    return home / "pipros" / "things"
+
+
+def link_to_a_file_of_mine(home: Path) -> None:
+    (home / "download").write_bytes(b"chosen by a stranger")
+    (things(home) / "thing").unlink()
+    (things(home) / "thing").symlink_to(home / "download")
+
+
+def second_name_of_a_file_of_mine(home: Path) -> None:
+    (home / "download").write_bytes(b"chosen by a stranger")
+    (things(home) / "thing").unlink()
+    (things(home) / "thing").hardlink_to(home / "download")
+
+
+def link_to_a_folder_of_mine(home: Path) -> None:
+    things(home).rename(home / "unpacked")
+    things(home).symlink_to(home / "unpacked")
+
+
+def link_to_a_folder_above(home: Path) -> None:
+    (home / "pipros").rename(home / "unpacked")
+    (home / "pipros").symlink_to(home / "unpacked")
+
+
+def pipe(home: Path) -> None:
+    (things(home) / "thing").unlink()
+    os.mkfifo(things(home) / "thing", 0o600)
+
+
+PLANTED: dict[str, Callable[[Path], object]] = {
+    "link": link_to_a_file_of_mine,
+    "hard link": second_name_of_a_file_of_mine,
+    "link to a folder": link_to_a_folder_of_mine,
+    "link to the folder above": link_to_a_folder_above,
+    "pipe": pipe,
+    "file that the group may write": lambda home: (things(home) / "thing").chmod(0o620),
+    "file that all may write": lambda home: (things(home) / "thing").chmod(0o602),
+    "folder that the group may write": lambda home: things(home).chmod(0o770),
+    "folder above that all may write": lambda home: (home / "pipros").chmod(0o777),
+}
+GIVEN_AWAY: dict[str, Callable[[Path], object]] = {
+    "file": lambda home: give_away(things(home) / "thing"),
+    "folder": lambda home: give_away(things(home)),
+    "folder above": lambda home: give_away(home / "pipros"),
+}
+
+
+@pytest.mark.parametrize("plant", PLANTED.values(), ids=PLANTED)
+def test_what_others_could_have_written_is_not_read(
+    cache: CacheFolder, shared_home: Path, plant: Callable[[Path], object]
+) -> None:
+    plant(shared_home)
+
+    assert cache.read("thing") is None
+
+
+@needs_other_users
+@pytest.mark.parametrize("give", GIVEN_AWAY.values(), ids=GIVEN_AWAY)
+def test_what_belongs_to_others_is_not_read(
+    cache: CacheFolder, shared_home: Path, give: Callable[[Path], object]
+) -> None:
+    give(shared_home)
+
+    assert cache.read("thing") is None
+
+
+def test_nothing_is_written_through_a_link(cache: CacheFolder, shared_home: Path) -> None:
+    link_to_a_file_of_mine(shared_home)
+    link = things(shared_home) / "thing"
+
+    cache.write("thing", b"mine again")
+
+    assert (shared_home / "download").read_bytes() == b"chosen by a stranger"
+    assert not link.is_symlink()
+    assert cache.read("thing") == b"mine again"
+
+
+@pytest.mark.parametrize("plant", [link_to_a_folder_of_mine, link_to_a_folder_above])
+def test_nothing_is_written_through_a_linked_folder(
+    cache: CacheFolder, shared_home: Path, plant: Callable[[Path], object]
+) -> None:
+    plant(shared_home)
+
+    cache.write("another", b"mine")
+
+    assert list(shared_home.rglob("another")) == []
+
+
+def test_folders_and_files_of_a_cache_are_for_this_user_only(tmp_path: Path) -> None:
+    before = os.umask(0)
+    try:
+        CacheFolder(str(tmp_path / "home" / "pipros" / "things")).write("thing", b"mine")
+    finally:
+        os.umask(before)
+
+    modes = {path.name: stat.S_IMODE(path.stat().st_mode) for path in tmp_path.rglob("*")}
+    assert modes == {"home": 0o700, "pipros": 0o700, "things": 0o700, "thing": 0o600}
+
+
+def test_a_link_of_the_user_to_ros_home_is_followed(cache: CacheFolder, shared_home: Path) -> None:
+    link = shared_home.with_name("link")
+    link.symlink_to(shared_home)
+
+    assert CacheFolder(str(link / "pipros" / "things")).read("thing") == b"mine"
+
+
+@needs_other_users
+def test_nothing_is_left_in_the_home_of_another_user(shared_home: Path) -> None:
+    """As after `sudo -E`: the owner could not use a cache of root's, nor replace it."""
+    give_away(shared_home)
+
+    CacheFolder(str(shared_home / "pipros" / "things")).write("thing", b"mine")
+
+    assert list(shared_home.iterdir()) == []
+
+
+def test_that_a_cache_is_not_used_is_said_once(
+    cache: CacheFolder, shared_home: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    things(shared_home).chmod(0o777)
+
+    for _ in range(3):
+        cache.read("thing")
+        cache.write("thing", b"mine")
+
+    [line] = capfd.readouterr().err.splitlines()
+    assert f"{things(shared_home)} is writable for other users" in line
+    assert "set ROS_HOME" in line
+
+
+def test_a_cache_that_is_not_there_is_not_worth_a_word(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert CacheFolder(str(tmp_path / "pipros" / "things")).read("thing") is None
+    assert capfd.readouterr().err == ""
+
+
+def test_code_behind_a_link_is_not_run_as_a_message(tmp_path: Path) -> None:
+    definition = tmp_path / "src" / "robot" / "msg" / "Arm.msg"
+    definition.parent.mkdir(parents=True)
+    definition.write_text("int8 hand\n")
+    cache = tmp_path / "home" / "messages"
+
+    def find(name: str) -> str:
+        return str(tmp_path / "src" / name)
+
+    compiled = Library(find, str(cache)).code("msg", "robot/Arm")
+    [entry] = (path for path in cache.rglob("*") if path.is_file())
+    chosen = tmp_path / "download"
+    chosen.write_bytes(entry.read_bytes().replace(b"hand", b"bomb"))
+    entry.unlink()
+    entry.symlink_to(chosen)
+
+    assert Library(find, str(cache)).code("msg", "robot/Arm") == compiled
+
+
+@needs_other_users
+def test_rosrun_does_not_run_a_program_that_another_user_chose(tmp_path: Path, shared_home: Path) -> None:
+    source = tmp_path / "src"
+    for number in range(50):
+        package = source / f"p{number}"
+        package.mkdir(parents=True)
+        (package / "package.xml").write_text(f"<package><name>p{number}</name></package>")
+    listed = [source, *source.rglob("*")]
+    for path in listed:
+        os.utime(path, (1_000_000_000, 1_000_000_000))
+    list(PackageIndex([source], cache_folder=shared_home / "pipros" / "packages"))
+    [entry] = (shared_home / "pipros" / "packages").iterdir()
+    evil = shared_home / "evil"
+    shutil.copytree(source / "p7", evil)
+    entry.write_bytes(entry.read_bytes().replace(f"{source}/p7\t".encode(), f"{evil}\t".encode()))
+    give_away(shared_home)
+    shared_home.chmod(0o777)
+    for path in tmp_path.rglob("*"):
+        path.chmod(path.stat().st_mode | 0o055)
+
+    variables = {"ROS_HOME": str(shared_home), "ROS_PACKAGE_PATH": str(source), "PATH": "/usr/bin:/bin"}
+    found = subprocess.run(
+        [VENV_BIN / "rospack", "find", "p7"], env=variables, capture_output=True, text=True, check=False
+    )
+
+    assert (found.returncode, found.stdout) == (0, f"{source / 'p7'}\n")
+    assert f"{shared_home / 'pipros'} belongs to another user" in found.stderr
+
+
+def test_parameters_that_a_master_keeps_are_for_its_user_only(tmp_path: Path) -> None:
+    before = os.umask(0)
+    try:
+        store = Store(tmp_path / "pipros" / "master.sqlite")
+        store.param_set("/password/", "secret")
+        modes = {path.name: stat.S_IMODE(path.stat().st_mode) for path in (tmp_path / "pipros").rglob("*")}
+        store.close()
+    finally:
+        os.umask(before)
+
+    assert "master.sqlite-wal" in modes
+    assert set(modes.values()) == {0o600}
+    assert stat.S_IMODE((tmp_path / "pipros").stat().st_mode) == 0o700
+
+
+def test_a_store_that_all_could_read_is_so_no_longer(tmp_path: Path) -> None:
+    Store(tmp_path / "master.sqlite").close()
+    (tmp_path / "master.sqlite").chmod(0o644)
+
+    Store(tmp_path / "master.sqlite").close()
+
+    assert stat.S_IMODE((tmp_path / "master.sqlite").stat().st_mode) == 0o600
+
+
+def linked(file: Path) -> Path:
+    file.rename(f"{file}2")
+    file.symlink_to(f"{file}2")
+    return file
+
+
+def test_a_store_behind_a_link_of_the_user_is_restored(tmp_path: Path) -> None:
+    file = tmp_path / "master.sqlite"
+    store = Store(file)
+    store.param_set("/speed/", 99)
+    store.close()
+    linked(file)
+
+    store = Store(file)
+    store.close()
+
+    assert store.restored.parameters == (("/speed/", 99),)
+
+
+STORES: dict[str, Callable[[Path], object]] = {
+    "file of another user": lambda file: give_away(file),
+    "link of another user": lambda file: give_away(linked(file)),
+    "folder of another user": lambda file: give_away(file.parent),
+    "folder that all may write": lambda file: file.parent.chmod(0o777),
+    "file that all may write": lambda file: file.chmod(0o666),
+}
+
+
+@needs_other_users
+@pytest.mark.parametrize("plant", STORES.values(), ids=STORES)
+def test_parameters_that_another_user_could_have_written_are_not_restored(
+    tmp_path: Path, plant: Callable[[Path], object]
+) -> None:
+    file = tmp_path / "pipros" / "master.sqlite"
+    store = Store(file)
+    store.param_set("/speed/", 99)
+    store.close()
+    plant(file)
+
+    with pytest.raises(StoreUntrusted, match="set ROS_HOME to a folder of your own"):
+        Store(file)
+
+
+@needs_other_users
+def test_roscore_says_that_it_does_not_resume(ros: RosSystem) -> None:
+    folder = Path(ros.pipros.environment["ROS_HOME"]) / "pipros"
+    folder.mkdir(parents=True)
+    folder.chmod(0o777)
+
+    ran = ros.pipros.run("roscore", "-p", str(ros.port), "--resume")
+
+    assert ran.returncode == 1
+    assert f"{folder} is writable for other users" in ran.output
+    assert "Traceback" not in ran.output

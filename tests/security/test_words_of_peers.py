@@ -1,0 +1,198 @@
+"""What peers say and how they call themselves, on terminals and in logs: one line, no escape sequences."""
+
+from __future__ import annotations
+
+import re
+import socket
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Thread
+from typing import Any
+from xmlrpc.client import ServerProxy
+from xmlrpc.server import SimpleXMLRPCServer
+
+import pytest
+
+from pipros.net.master_client import MasterClient
+from pipros.wire.header import encode_header
+from tests.support.ros import RosSystem
+
+# Master and XML carry no ESC; the one-character CSI of terminals, line breaks and an override they do.
+HOSTILE = "\x9b31m\nforged line\u202e"
+WRITTEN_OUT = r"\x9b31m\nforged line\u202e".replace(" ", "_")
+NAME = HOSTILE.replace(" ", "_")
+API = "http://127.0.0.1:9/"
+PLAIN = re.compile(r"[\t -~\xa1-\xac\xae-\xff]*")
+
+NODE = """
+import rospy
+from std_msgs.msg import String
+rospy.init_node("victim")
+publisher = rospy.Publisher("/said", String, queue_size=1)
+rospy.Subscriber("/heard", String, print)
+rospy.spin()
+"""
+
+SPEAKER = r"""
+import rospy
+rospy.init_node("speaker")
+rospy.sleep(0.5)
+rospy.loginfo("first\n2.000000000 FATAL /other [f:1(f)] [topics: ] forged\n\tindented \x1b]0;OWNED\x07\rend")
+rospy.sleep(0.5)
+"""
+
+
+class LyingNode(SimpleXMLRPCServer):
+    """A node that answers with control characters."""
+
+    def __init__(self) -> None:
+        super().__init__(("127.0.0.1", 0), logRequests=False)
+        self.api = f"http://127.0.0.1:{self.server_address[1]}/"
+        self.register_function(lambda caller: [1, "", 4711], "getPid")
+        self.register_function(self.bus_info, "getBusInfo")
+        self.register_function(lambda *_: [0, HOSTILE, 0], "requestTopic")
+
+    def bus_info(self, caller: str) -> list[Any]:
+        return [1, "", [[1, HOSTILE, "i", HOSTILE, HOSTILE, True], [2], 3, [4, 5, [6], {}, 7]]]
+
+
+@pytest.fixture
+def lying_node() -> Iterator[LyingNode]:
+    server = LyingNode()
+    thread = Thread(target=server.serve_forever, args=(0.02,))
+    thread.start()
+    yield server
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+def assert_plain(text: str) -> None:
+    """Only characters that a terminal shows, and no line that somebody else wrote."""
+    for line in text.split("\n"):
+        assert PLAIN.fullmatch(line), repr(line)
+        assert not line.startswith("forged")
+
+
+def test_listings_show_names_written_out(ros: RosSystem, lying_node: LyingNode) -> None:
+    ros.pipros.start_master()
+    peer = MasterClient(ros.master_uri, "/node" + NAME)
+    peer.register_publisher("/topic" + NAME, "evil/Type" + NAME, lying_node.api)
+    peer.register_service("/service" + NAME, "rosrpc://127.0.0.1:9/" + NAME, lying_node.api)
+    peer.set_param("/param" + NAME, "value" + HOSTILE)
+    other = MasterClient(ros.master_uri, "/other")
+    other.register_subscriber("/plain_topic", "std_msgs/String", API + NAME)
+    peer.register_publisher("/plain_topic", "std_msgs/String", lying_node.api)
+    peer.close()
+    other.close()
+    shown = WRITTEN_OUT
+    for line, expected in {
+        "rosnode list": ["/node" + shown],
+        "rosnode list -u": [API + shown],
+        "rosnode list -a": ["/node" + shown, API + shown],
+        "rosnode info -q /other": ["/plain_topic"],
+        "rosnode machine": ["127.0.0.1"],
+        "rosnode ping -a": ["/node" + shown],
+        "rosnode cleanup": ["/other"],
+        "rosnode kill": ["/node" + shown],
+        "rostopic list": ["/topic" + shown, "/plain_topic"],
+        "rostopic list -v": [f"/topic{shown} [evil/Type{shown}] 1 publisher"],
+        "rostopic list --host": ["/topic" + shown],
+        "rostopic info /plain_topic": [f" * /node{shown} ({lying_node.api})", f" * /other ({API}{shown})"],
+        "rostopic find std_msgs/String": ["/plain_topic"],
+        "rosservice list": ["/service" + shown],
+        "rosservice list -n": [f"/service{shown} /node{shown}"],
+        "rosservice find x/Y": [],
+        "rosparam list": ["/param" + shown],
+        "rosparam get -p /": [f"param{shown}:"],
+        "rosparam dump": ["param"],
+    }.items():
+        ended = ros.pipros.run(*line.split())
+        for text in expected:
+            assert text in ended.output, (line, ended.output)
+        lines = ended.output if line != "rosparam get -p /" else ended.output.replace("  forged", "")
+        assert_plain(lines)
+    said = ros.pipros.run("rosnode", "info", "/node" + NAME).output
+    assert r"    * transport: \x9b31m\nforged line\u202e" in said
+    assert "Traceback" not in said
+
+
+def test_long_names_are_listed_whole(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    client = MasterClient(ros.master_uri, "/n")
+    client.register_publisher("/" + "t" * 500, "std_msgs/String", API)
+    client.close()
+    assert "/" + "t" * 500 in ros.pipros.run("rostopic", "list").stdout
+
+
+def test_rows_of_echo_cannot_be_forged(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    said = 'a,b "c"\n0,forged\x1b[31m'
+    script = (
+        "import rospy; from std_msgs.msg import String; rospy.init_node('p'); "
+        f"p = rospy.Publisher('/said', String, latch=True, queue_size=1); p.publish({said!r}); rospy.spin()"
+    )
+    ros.pipros.start(sys.executable, "-c", script)
+    ended = ros.pipros.run("rostopic", "echo", "-p", "-n1", "/said")
+    assert len(ended.stdout) == 2
+    assert ended.stdout[1].partition(",")[2] == r'"a,b ""c""\n0,forged\x1b[31m"'
+
+
+def test_a_line_of_rosout_log_cannot_be_forged(ros: RosSystem) -> None:
+    core = ros.pipros.start_master()
+    assert ros.pipros.run(sys.executable, "-c", SPEAKER).returncode == 0
+    [file] = [
+        path for path in (ros.home / ".ros" / "log").glob("*/rosout.log") if not path.parent.is_symlink()
+    ]
+    lines = [
+        line
+        for line in file.read_text().split("\n")
+        if "/speaker" in line or "forged" in line or "OWN" in line
+    ]
+    assert lines[-3].endswith("[topics: /rosout] first")
+    assert lines[-2:] == [
+        "\t2.000000000 FATAL /other [f:1(f)] [topics: ] forged",
+        "\t\tindented \\x1b]0;OWNED\\x07\\rend",
+    ]
+    core.press_ctrl_c()
+
+
+def test_the_log_of_a_node_shows_what_peers_say_on_one_line(
+    ros: RosSystem, lying_node: LyingNode, tmp_path: Path
+) -> None:
+    ros.pipros.start_master()
+    node = ros.pipros.start(sys.executable, "-c", NODE)
+    ros.wait_for_subscriber("/heard")
+    api = MasterClient(ros.master_uri, "/me").lookup_node("/victim")
+    proxy: Any = ServerProxy(api)
+    _, _, (_, host, port) = proxy.requestTopic("/me", "/said", [["TCPROS"]])
+    header = {
+        "topic": "/said",
+        "callerid": "/evil\x1b]0;OWNED\x07\nforged",
+        "md5sum": "0" * 32,
+        "type": "x\ny",
+    }
+    with socket.create_connection((host, port)) as link:
+        link.sendall(encode_header(header))
+        assert link.recv(1000)
+    node.wait_for(r"wants topic")
+    peer = MasterClient(ros.master_uri, "/liar")
+    peer.register_publisher("/heard", "std_msgs/String", lying_node.api)
+    peer.close()
+    node.wait_for(r"cannot receive \[/heard\]")
+    proxy.shutdown("/evil" + HOSTILE, "reason" + HOSTILE)
+    proxy("close")()
+    node.wait()
+    assert_plain(node.output)
+    assert any("shutdown request: reason\\x9b31m\\nforged line\\u202e" in line for line in node.lines)
+    for file in (ros.home / ".ros" / "log").glob("**/victim*.log"):
+        assert_plain(file.read_text())
+
+
+def test_what_users_log_themselves_keeps_its_lines(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    script = r"import rospy; rospy.init_node('n'); rospy.loginfo('one\ntwo\x1b[1m')"
+    ended = ros.pipros.run(sys.executable, "-c", script)
+    assert ended.stdout[0].endswith(": one")
+    assert ended.stdout[1] == "two\x1b[1m"

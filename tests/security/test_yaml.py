@@ -1,0 +1,81 @@
+"""YAML of strangers that would crash the process, or take its memory or time, is refused beforehand."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from pipros.safe.yaml import YamlError, load
+from tests.support.ros import RosSystem
+
+MODULUS = (1 << 61) - 1
+"""Python gives all multiples of it the same hash."""
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[" * 40_000, "{a: " * 40_000, "- " * 40_000, "? " * 40_000, "[" * 40_000 + "]" * 40_000],
+    ids=["lists", "mappings", "lines", "keys", "closed lists"],
+)
+def test_deep_nesting_does_not_crash_the_process(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "deep.yaml"
+    file.write_text(text)
+    code = f"from pipros.safe.yaml import load; load(open({str(file)!r}), 'deep.yaml')"
+
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+
+    assert done.returncode == 1, done.returncode
+    assert "YamlError: deep.yaml:1:" in done.stderr
+    assert "nested more than 100 deep" in done.stderr
+
+
+def test_roslaunch_refuses_a_file_that_is_nested_too_deep(ros: RosSystem, tmp_path: Path) -> None:
+    (tmp_path / "deep.yaml").write_text("[" * 40_000)
+    launch = tmp_path / "deep.launch"
+    launch.write_text(f'<launch><rosparam file="{tmp_path}/deep.yaml"/></launch>')
+
+    run = ros.pipros.run("roslaunch", "--dump-params", launch)
+
+    assert run.returncode == 1
+    assert "nested more than 100 deep" in run.output
+
+
+def test_mappings_that_merge_each_other_do_not_double_without_end() -> None:
+    lines = ["a0: &a0 {x: 1}", *(f"a{n}: &a{n} {{<<: [*a{n - 1}, *a{n - 1}]}}" for n in range(1, 60))]
+
+    with quick(), pytest.raises(YamlError, match="expands to more than 1000000 values"):
+        load("\n".join(lines))
+
+
+def test_keys_with_one_hash_are_refused() -> None:
+    text = "".join(f"{MODULUS * (n + 1)}: 0\n" for n in range(20_000))
+
+    with quick(), pytest.raises(YamlError, match="more than 1000 numbers are longer than 20 digits"):
+        load(text)
+
+
+def test_numbers_in_sixties_are_not_computed_without_end() -> None:
+    with quick(), pytest.raises(YamlError, match="longer than 4300 digits"):
+        load("1" + ":1" * 300_000)
+
+
+def test_directives_are_not_compared_without_end() -> None:
+    text = "".join(f"%TAG !{n}! x:\n" for n in range(60_000)) + "--- 1\n"
+
+    for content in (text, text.encode(), text.encode("utf-16")):
+        with quick(), pytest.raises(YamlError, match="more than 100 %TAG directives"):
+            load(content)
+
+
+@contextmanager
+def quick() -> Iterator[None]:
+    """What is inside takes far less than ten seconds: it would take minutes if it were not refused."""
+    began = time.monotonic()
+    yield
+    assert time.monotonic() - began < 10

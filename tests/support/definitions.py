@@ -1,0 +1,25 @@
+"""Packages of message definitions in a folder of a test."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipros.msg.language.definition_files import DefinitionFiles
+from pipros.msg.language.definitions import Definitions
+
+
+class Packages:
+    """Packages below a folder, and what is read from their definition files."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.definitions = Definitions(DefinitionFiles(self.find))
+
+    def write(self, path: str, text: str | bytes) -> Path:
+        file = self.folder / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(text.encode() if isinstance(text, str) else text)
+        return file
+
+    def find(self, name: str) -> Path | None:
+        return self.folder / name if (self.folder / name).is_dir() else None

@@ -1,0 +1,35 @@
+"""A client of a master that is only a table of answers, for tests without sockets."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from pipros.errors import Refused
+from pipros.net.master_client import MasterClient
+
+Answers = Mapping[tuple[Any, ...], Any]
+
+
+class TableMaster(MasterClient):
+    """Answers each call from a table: `{("lookupNode", "/a"): "http://…"}`. Other calls are refused.
+
+    Attributes:
+        calls: the calls so far, each as method and parameters.
+    """
+
+    def __init__(self, answers: Answers, accepts: Collection[str] = ()) -> None:
+        """`accepts` names methods that succeed with any parameters."""
+        super().__init__("http://127.0.0.1:1/", "/test")
+        self._answers = answers
+        self._accepts = accepts
+        self.calls: list[tuple[Any, ...]] = []
+
+    def call(self, method: str, *params: Any, timeout_s: float | None = None) -> Any:
+        call = (method, *params)
+        self.calls.append(call)
+        if method in self._accepts:
+            return 1
+        if call not in self._answers:
+            raise Refused("the table", -1, f"no answer to {method}{params}")
+        return self._answers[call]

@@ -1,0 +1,34 @@
+"""Other users of this machine: their files, and programs that run as one of them. It takes root."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+STRANGER = 23456
+"""A user number that no account has."""
+
+needs_other_users = pytest.mark.skipif(
+    not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can act for other users"
+)
+
+
+def give_away(path: Path, owner: int = STRANGER) -> None:
+    """Makes a file, a link, or a folder with all that is in it, the property of another user."""
+    for entry in [path, *(path.rglob("*") if path.is_dir() and not path.is_symlink() else ())]:
+        os.chown(entry, owner, owner, follow_symlinks=False)
+
+
+def _can_be_nobody() -> bool:
+    made = subprocess.run([*NOBODY, "true"], capture_output=True, check=False) if NOBODY[0] else None
+    return made is not None and made.returncode == 0
+
+
+NOBODY = (shutil.which("unshare") or "", "--user", f"--map-user={STRANGER}", f"--map-group={STRANGER}")
+"""Put before a command: it runs as a user without an account, who may read what the tests may read."""
+
+needs_nobody = pytest.mark.skipif(not _can_be_nobody(), reason="needs user namespaces of Linux")

@@ -1,0 +1,65 @@
+"""A Python that lacks what Windows and macOS lack of Linux: modules, and names in modules."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+from tests.support.environments import REPOSITORY
+
+PACKAGES = sorted(
+    folder.name for folder in (REPOSITORY / "src").iterdir() if (folder / "__init__.py").exists()
+)
+"""The packages of pipros, whose imports of the modules fail. Python's own library may need them on Linux."""
+
+_BEGINNING = """
+import asyncio, builtins, concurrent.futures, logging.handlers, multiprocessing, optparse, os, pathlib
+import platform, random, secrets, select, selectors, shutil, signal, socket, socketserver, subprocess
+import tarfile, tempfile, threading, uuid, webbrowser, xml.dom.minidom, xml.sax, yaml, zipfile
+
+MODULES = {"fcntl", "grp", "posix", "pty", "pwd", "readline", "resource", "termios", "tty"}
+NAMES = {
+    os: "chown fork forkpty geteuid getgid getloadavg getpgid getuid initgroups killpg mkfifo posix_spawn "
+    "register_at_fork sched_getaffinity setgid setpgid setpgrp setsid setuid sysconf uname wait4 waitid "
+    "WNOHANG WIFEXITED WIFSIGNALED O_CLOEXEC O_DIRECTORY O_NOFOLLOW O_NONBLOCK",
+    signal: "SIGKILL SIGHUP SIGUSR1 SIGUSR2 SIGCHLD SIGALRM SIGPIPE SIGQUIT SIGSTOP SIGCONT SIGTSTP alarm "
+    "pthread_kill pthread_sigmask setitimer siginterrupt sigwait",
+    socket: "AF_NETLINK AF_PACKET SCM_RIGHTS SO_REUSEPORT SO_BINDTODEVICE TCP_QUICKACK "
+    "TCP_USER_TIMEOUT TCP_DEFER_ACCEPT MSG_DONTWAIT MSG_NOSIGNAL send_fds recv_fds sethostname",
+    select: "epoll poll kqueue",
+}
+for module, names in NAMES.items():
+    for name in names.split():
+        vars(module).pop(name, None)
+python_import = builtins.__import__
+
+def import_without_posix(name, globals=None, locals=None, fromlist=(), level=0):
+    importer = str((globals or {}).get("__name__", ""))
+    if importer.partition(".")[0] in OURS and not level and name.partition(".")[0] in MODULES:
+        raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+    return python_import(name, globals, locals, fromlist, level)
+
+builtins.__import__ = import_without_posix
+for line in ("import fcntl", "from termios import tcgetattr", "from os import fork", "signal.SIGKILL"):
+    try:
+        exec(line, {"__name__": "pipros.probe", "signal": signal})
+    except (ImportError, AttributeError):
+        continue
+    raise SystemExit(f"[{line}] works, and nothing below would prove anything")
+"""
+
+
+def run_without_posix(code: str) -> str:
+    """What the code prints.
+
+    Raises:
+        AssertionError: with what it says on standard error, when it fails.
+    """
+    ended = subprocess.run(
+        [sys.executable, "-c", f"OURS = {set(PACKAGES)!r}\n{_BEGINNING}\n{code}"],
+        capture_output=True,
+        text=True,
+        timeout=50,
+    )
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout

@@ -1,0 +1,156 @@
+"""The wheel in a fresh virtual environment, as `pip install` leaves it, without the source tree."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import re
+import subprocess
+import sys
+import venv
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from pipros.master.master import Master
+from tests.support.environments import REPOSITORY
+from tests.support.ports import ClaimedPort
+from tests.support.processes import Processes
+
+SHARE = REPOSITORY / "src" / "pipros" / "share"
+
+FIND = """
+import os, sys, rospkg
+packs = rospkg.RosPack()
+print([os.path.basename(packs.get_path(name)) for name in ("rospy", "std_msgs", "mine")])
+print("mine" in packs.list(), "rospy" in packs.list())
+"""
+MANIFEST = """<package format="2"><name>mine</name><version>0.0.0</version><description>d</description>
+<maintainer email="a@example.com">a</maintainer><license>none</license>
+<exec_depend>rospy</exec_depend></package>"""
+
+
+def requirements(name: str) -> Iterator[str]:
+    """The distributions that one needs, without those of its extras."""
+    for line in importlib.metadata.requires(name) or ():
+        if "extra ==" not in line and (found := re.match(r"[\w.-]+", line)):
+            yield found[0]
+
+
+def link(name: str, folder: Path) -> None:
+    """Puts an installed distribution and all that it needs into another environment."""
+    try:
+        files = importlib.metadata.files(name)
+    except importlib.metadata.PackageNotFoundError:
+        return  # for another Python or system
+    for top in {file.parts[0] for file in files or () if ".." not in file.parts}:
+        place = folder / top
+        if not place.exists():
+            place.symlink_to(Path(str(importlib.metadata.distribution(name).locate_file(top))))
+    for needed in requirements(name):
+        link(needed, folder)
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
+    subprocess.run(build, cwd=REPOSITORY, check=True, capture_output=True)
+    (made,) = folder.glob("*.whl")
+    return made
+
+
+@pytest.fixture(scope="module")
+def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the programs of an environment with the wheel in it."""
+    folder = tmp_path_factory.mktemp("installed")
+    venv.create(folder, with_pip=False, symlinks=True)
+    programs = folder / "bin"
+    command = [sys.executable, "-m", "pip", "--python", str(programs / "python"), "install", "--quiet"]
+    offline = ["--no-deps", "--no-index", "--disable-pip-version-check", "--no-compile"]
+    subprocess.run([*command, *offline, str(wheel)], check=True)
+    (site,) = folder.glob("lib/python*/site-packages")
+    for needed in requirements("pipros"):
+        link(needed, site)
+    return programs
+
+
+@pytest.fixture
+def shell(installed: Path, tmp_path: Path) -> Iterator[Processes]:
+    """Programs of that environment, with nothing but the user's workspace on the package path."""
+    workspace = tmp_path / "src"
+    (workspace / "mine").mkdir(parents=True)
+    (workspace / "mine" / "package.xml").write_text(MANIFEST)
+    find = workspace / "mine" / "find.py"
+    find.write_text(f"#!/usr/bin/env python3\n{FIND}")
+    find.chmod(0o755)
+    port = ClaimedPort()
+    environment = {
+        "PATH": f"{installed}{os.pathsep}/usr/bin{os.pathsep}/bin",
+        "HOME": str(tmp_path),
+        "ROS_PACKAGE_PATH": str(workspace),
+        "ROS_MASTER_URI": f"http://127.0.0.1:{port.number}",
+    }
+    processes = Processes(environment, tmp_path)
+    yield processes
+    processes.end_all()
+    port.release()
+
+
+FOUND = ["['rospy', 'std_msgs', 'mine']", "True True"]
+
+
+def test_the_wheel_has_every_file_of_the_packages_that_ship(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+    files = [file for file in SHARE.rglob("*") if file.is_file() and "__pycache__" not in file.parts]
+    assert [
+        str(file) for file in files if f"pipros/share/{file.relative_to(SHARE).as_posix()}" not in names
+    ] == []
+
+
+def test_the_python_modules_of_packages_are_there(shell: Processes) -> None:
+    ended = shell.run("python3", "-c", "from sensor_msgs import point_cloud2 as p; print(p.__file__)")
+    assert ended.returncode == 0, ended.output
+    assert ended.stdout[0].endswith("share/sensor_msgs/src/sensor_msgs/point_cloud2.py")
+
+
+def test_rospkg_finds_the_packages_that_ship_in_plain_python(shell: Processes) -> None:
+    assert shell.run("python3", "-c", FIND).stdout == FOUND
+    alone = shell.run(
+        "python3",
+        "-c",
+        "import rospkg; print(rospkg.RosPack().get_path('rospy')[-5:])",
+        environment={"ROS_PACKAGE_PATH": ""},
+    )
+    assert alone.stdout == ["rospy"], alone.output
+
+
+def test_rospkg_finds_the_packages_that_ship_in_nodes(shell: Processes, tmp_path: Path) -> None:
+    assert shell.run("rosrun", "mine", "find.py").stdout == FOUND
+    (tmp_path / "find.launch").write_text(
+        '<launch><node name="find" pkg="mine" type="find.py" output="screen" required="true"/></launch>'
+    )
+    with Master(port=int(shell.environment["ROS_MASTER_URI"].rpartition(":")[2])):
+        launched = shell.run("roslaunch", "find.launch")
+    assert [line for line in launched.stdout if line in FOUND] == FOUND, launched.output
+
+
+def test_tools_are_programs_of_their_packages(shell: Processes, tmp_path: Path) -> None:
+    for package in ("rostopic", "rosservice", "rosgraph", "rosnode", "rosparam", "rosmsg", "rosout"):
+        assert shell.run("rospack", "find", package).returncode == 0
+    usage = shell.run("rosrun", "rostopic", "rostopic").stdout
+    assert usage[0] == "rostopic is a command-line tool for printing information about ROS Topics."
+    (tmp_path / "talk.launch").write_text(
+        '<launch><node name="talker" pkg="rostopic" type="rostopic" '
+        "args=\"pub -r 20 /chatter std_msgs/String 'data: hello'\"/></launch>"
+    )
+    launch = shell.start(
+        "roslaunch", "-p", shell.environment["ROS_MASTER_URI"].rpartition(":")[2], "talk.launch"
+    )
+    launch.wait_for("process.*started")
+    assert shell.run("rostopic", "echo", "-n", "1", "/chatter").stdout[0] == 'data: "hello"'
+    launch.press_ctrl_c()
+    assert launch.wait() == 0

@@ -1,0 +1,123 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipros.cmake.condition import is_true
+from pipros.cmake.language import Argument, CMakeError, expand, parse
+
+
+def words(text: str, **variables: str) -> list[str]:
+    (command,) = parse(text, "CMakeLists.txt")
+    return expand(command.arguments, variables, {"HOME": "/home/ada"}, 1_000)
+
+
+def test_commands_have_names_arguments_and_lines() -> None:
+    commands = parse(
+        "# a comment\nProject(x)\n\nadd_message_files(\n  FILES\n  A.msg # one\n  B.msg\n)\n", "f"
+    )
+    assert [(command.name, command.written_name, command.line) for command in commands] == [
+        ("project", "Project", 2),
+        ("add_message_files", "add_message_files", 4),
+    ]
+    assert commands[1].arguments == (Argument("FILES"), Argument("A.msg"), Argument("B.msg"))
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("f(a b\tc)", ["a", "b", "c"]),
+        ('f("a b" c)', ["a b", "c"]),
+        ('f("say \\"x\\"")', ['say "x"']),
+        ("f(a;b;;c)", ["a", "b", "c"]),
+        ('f("a;b")', ["a;b"]),
+        ("f(${V}/x)", ["v/x"]),
+        ("f(${L})", ["1", "2"]),
+        ('f("${L}")', ["1;2"]),
+        ("f(${NOPE}x ${NOPE})", ["x"]),
+        ("f($ENV{HOME}/x)", ["/home/ada/x"]),
+        ("f(${A_${V}})", ["nested"]),
+        ("f([[raw ${V} ;]])", ["raw ${V} ;"]),
+        ("f([=[a]]b]=])", ["a]]b"]),
+        ("f(a #[[ block\n comment ]] b)", ["a", "b"]),
+        ("f(a # to the end\n b)", ["a", "b"]),
+        ("f((a) b)", ["(", "a", ")", "b"]),
+        ('f(-DX="a b")', ['-DX="a b"']),
+        ("f(a\\ b)", ["a b"]),
+        ("f()", []),
+    ],
+)
+def test_arguments_are_read_as_cmake_reads_them(text: str, expected: list[str]) -> None:
+    assert words(text, V="v", L="1;2", A_v="nested") == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("f(a", "CMakeLists.txt:1 (f)"),
+        ("\n\nf(a\n", "CMakeLists.txt:3 (f)"),
+        ("f\n", "CMakeLists.txt:1 (f)"),
+        ("f() )", "CMakeLists.txt:1"),
+        ("f()\n 5x()", "CMakeLists.txt:2"),
+        ('f("open)', "CMakeLists.txt:1"),
+    ],
+)
+def test_what_is_malformed_is_named_with_its_line(text: str, place: str) -> None:
+    with pytest.raises(CMakeError) as error:
+        parse(text, "CMakeLists.txt")
+    assert str(error.value).startswith(f"CMake Error at {place}")
+
+
+@given(st.text(alphabet='ab()"\\#[]=${}; \n', max_size=60))
+def test_no_text_does_anything_but_parse_or_be_refused(text: str) -> None:
+    try:
+        commands = parse(text, "f")
+    except CMakeError:
+        return
+    for command in commands:
+        expand(command.arguments, {}, {}, 1_000)
+
+
+@pytest.mark.parametrize(
+    ("condition", "expected"),
+    [
+        ("ON", True),
+        ("0", False),
+        ("2", True),
+        ("SET", True),
+        ("UNSET", False),
+        ("OFFVAR", False),
+        ("x-NOTFOUND", False),
+        ('"SET"', False),
+        ("NOT UNSET", True),
+        ("SET AND UNSET", False),
+        ("SET OR UNSET AND UNSET", True),
+        ("( SET OR UNSET ) AND UNSET", False),
+        ("DEFINED SET", True),
+        ("DEFINED NOPE", False),
+        ("COMMAND add_rostest", True),
+        ("EXISTS /", True),
+        ("IS_DIRECTORY /nope", False),
+        ("SET STREQUAL value", True),
+        ('"SET" STREQUAL "value"', False),
+        ("NUMBER GREATER 3", True),
+        ("NUMBER LESS_EQUAL 3", False),
+        ("SET EQUAL 3", False),
+        ("VERSION VERSION_GREATER_EQUAL 3.2", True),
+        ("VERSION VERSION_LESS 3.10", True),
+        ("a IN_LIST LIST", True),
+        ("z IN_LIST LIST", False),
+        ("SET MATCHES ^va", True),
+    ],
+)
+def test_conditions_hold_as_in_cmake(condition: str, expected: bool) -> None:
+    variables = {"SET": "value", "OFFVAR": "OFF", "NUMBER": "7", "VERSION": "3.2.0", "LIST": "a;b"}
+    written = [(word.strip('"'), word.startswith('"')) for word in condition.split()]
+    assert is_true(written, variables, {"add_rostest"}) is expected
+
+
+@pytest.mark.parametrize("condition", ["( SET", "SET SET", "SET STREQUAL", "NOT", ""])
+def test_what_is_no_condition_is_refused(condition: str) -> None:
+    with pytest.raises(ValueError, match="condition"):
+        is_true([(word, False) for word in condition.split()], {})

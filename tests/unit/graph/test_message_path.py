@@ -1,0 +1,96 @@
+from __future__ import annotations
+
+import pytest
+
+from pipros.errors import NotFound
+from pipros.graph.message_path import InvalidIndex, Step, describe_path, extract, has_field, parse_path
+from pipros.msg import load_message_class
+
+LaserScan = load_message_class("sensor_msgs/LaserScan")
+DiagnosticArray = load_message_class("diagnostic_msgs/DiagnosticArray")
+DiagnosticStatus = load_message_class("diagnostic_msgs/DiagnosticStatus")
+
+
+@pytest.mark.parametrize(
+    ("text", "steps"),
+    [
+        ("", []),
+        ("/header/stamp", [Step("header", "header"), Step("stamp", "stamp")]),
+        ("/ranges[2]", [Step("ranges[2]", "ranges", 2)]),
+        ("/ranges[-1]", [Step("ranges[-1]", "ranges", -1)]),
+        ("/ranges[1:]", [Step("ranges[1:]", "ranges", slice(1, None))]),
+        ("/ranges[::2]", [Step("ranges[::2]", "ranges", slice(None, None, 2))]),
+    ],
+)
+def test_a_path_is_fields_with_indices_and_slices(text: str, steps: list[Step]) -> None:
+    assert parse_path(text) == steps
+
+
+@pytest.mark.parametrize(
+    "text", ["/ranges[x]", "/ranges[]", "/ranges[1:2:3:4]", "/ranges[1", "/ranges]1[", "/a[1][2]"]
+)
+def test_malformed_brackets_are_named(text: str) -> None:
+    with pytest.raises(InvalidIndex, match=r"ranges|a\[1\]"):
+        parse_path(text)
+
+
+@pytest.mark.parametrize("text", ["", "/header", "/header/stamp/secs", "/ranges[1:3]", "/ranges[0]"])
+def test_a_path_reads_as_it_was_written(text: str) -> None:
+    assert describe_path(parse_path(text)) == text
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "type_name"),
+    [
+        ("/ranges", (1.0, 2.0, 3.0), "float32[]"),
+        ("/ranges[1]", 2.0, "float32"),
+        ("/ranges[1:]", (2.0, 3.0), "float32[]"),
+        ("/header/frame_id", "laser", "string"),
+        ("/header/stamp/secs", 7, "int32"),
+    ],
+)
+def test_a_part_comes_with_its_type(path: str, value: object, type_name: str) -> None:
+    message = LaserScan(ranges=(1.0, 2.0, 3.0))
+    message.header.frame_id = "laser"
+    message.header.stamp.secs = 7
+    part = extract(message, parse_path(path))
+    assert (part.value, part.type_name) == (value, type_name)
+
+
+def test_a_field_behind_a_slice_is_taken_of_each_element() -> None:
+    message = DiagnosticArray(status=[DiagnosticStatus(name="a"), DiagnosticStatus(name="b")])
+    part = extract(message, parse_path("/status[:]/name"))
+    assert (part.value, part.type_name) == (["a", "b"], "string[]")
+    assert extract(message, parse_path("/status[1]/name")).value == "b"
+
+
+@pytest.mark.parametrize(
+    "path", ["/nothing", "/header/nothing", "/ranges/length", "/header/stamp/to_sec", "/_type"]
+)
+def test_only_declared_fields_are_found(path: str) -> None:
+    with pytest.raises(NotFound, match="no field named"):
+        extract(LaserScan(), parse_path(path))
+
+
+def test_an_index_beyond_the_array_is_an_index_error() -> None:
+    with pytest.raises(IndexError):
+        extract(LaserScan(), parse_path("/ranges[0]"))
+
+
+@pytest.mark.parametrize(
+    ("path", "exists"),
+    [
+        ("/header/stamp/nsecs", True),
+        ("/ranges[100]", True),
+        ("", True),
+        ("/header/nope", False),
+        ("/ranges/x", False),
+    ],
+)
+def test_a_class_knows_which_paths_lead_somewhere(path: str, exists: bool) -> None:
+    assert has_field(LaserScan, parse_path(path)) is exists
+
+
+def test_a_class_looks_into_elements_of_arrays() -> None:
+    assert has_field(DiagnosticArray, parse_path("/status[0]/values[:]/key"))
+    assert not has_field(DiagnosticArray, parse_path("/status/name"))

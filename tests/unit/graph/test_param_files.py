@@ -1,0 +1,92 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipros.graph.errors import GraphError
+from pipros.graph.param_files import read_file, read_text
+from pipros.graph.param_text import as_document, as_pretty_text, as_shown
+from pipros.graph.params import leaves
+from pipros.safe.yaml import YamlError
+
+
+def test_each_document_comes_with_its_namespace() -> None:
+    text = "a: 1\n---\n_ns: inner\nb: 2\n---\n_ns: /global\nc: 3\n"
+    assert read_text(text, "file", "/robot") == [
+        ({"a": 1}, "/robot"),
+        ({"b": 2}, "/robot/inner"),
+        ({"c": 3}, "/global"),
+    ]
+
+
+def test_an_empty_file_has_no_parameters(tmp_path: Path) -> None:
+    file = tmp_path / "empty.yaml"
+    file.write_text("")
+    assert read_file(str(file), "/") == []
+
+
+def test_a_missing_file_is_named() -> None:
+    with pytest.raises(GraphError, match=r"file \[/nowhere.yaml\] does not exist"):
+        read_file("/nowhere.yaml", "/")
+
+
+def test_a_private_namespace_is_refused() -> None:
+    with pytest.raises(GraphError, match="private"):
+        read_text("_ns: ~x\na: 1\n", "file", "/")
+
+
+@pytest.mark.parametrize("text", ["a: !!python/object/apply:os.getpid []", "a: deg(exit)", "a: rad(2;3)"])
+def test_a_parameter_file_runs_nothing(text: str) -> None:
+    with pytest.raises(YamlError):
+        read_text(text, "file", "/")
+
+
+def test_what_only_looks_like_an_angle_is_text() -> None:
+    text = "deg(__import__('os').getpid())"
+    assert read_text(f"a: {text}", "file", "/") == [({"a": text}, "/")]
+
+
+def test_dictionaries_are_namespaces() -> None:
+    assert list(leaves("/", {"a": {"b": 1, "c": [{"d": 2}]}, "e": {}})) == [("/a/b", 1), ("/a/c", [{"d": 2}])]
+
+
+def test_keys_that_are_no_text_are_refused() -> None:
+    with pytest.raises(GraphError, match="must have string keys"):
+        list(leaves("/", {"a": {1: 2}}))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (3, "3\n"),
+        (True, "true\n"),
+        ("hello", "hello\n"),
+        ("", "''\n\n"),
+        ("3", "'3'\n\n"),
+        ([], "[]\n\n"),
+        ({"b": [1], "a": 2.5}, "a: 2.5\nb:\n- 1\n\n"),
+    ],
+)
+def test_values_are_shown_as_noetic_shows_them(value: object, text: str) -> None:
+    assert as_shown(value) == text
+
+
+@pytest.mark.parametrize("value", [0, -7, True, False, 2**31 - 1])
+def test_numbers_are_written_as_yaml_would(value: object) -> None:
+    assert as_document(value) == yaml.safe_dump(value)
+
+
+@given(
+    st.text("abenoyxNUYE0159_./-: #'~\n", max_size=70)
+    | st.sampled_from(["yes", "No", "TRUE", "off", "null", "NULL", "y", "N", ".inf", "1e3", "0x1", "=", "<<"])
+)
+def test_texts_are_written_as_yaml_would(text: str) -> None:
+    assert as_document(text) == yaml.safe_dump(text)
+
+
+def test_pretty_text_leaves_quotes_out() -> None:
+    assert as_pretty_text({"b": {"c": "3"}, "a": "x\ny"}) == "a: |\n  x\n  y\nb:\n  c: 3\n"

@@ -1,0 +1,128 @@
+"""Topics, services, nodes and parameters of a system, from a master that is a table of answers."""
+
+from __future__ import annotations
+
+import pytest
+
+from pipros.errors import NotFound
+from pipros.graph.errors import GraphError
+from pipros.graph.node_info import describe_registrations
+from pipros.graph.nodes import UNKNOWN_API, kill, listing, machines, node_names
+from pipros.graph.params import delete, names_below, read, write
+from pipros.graph.services import nodes_by_service, service_class_of, uri_of
+from pipros.graph.topics import describe_topic, field_type, topic_type, topics_of_type
+from tests.support.table_master import Answers, TableMaster
+
+STATE = [
+    [["/chatter", ["/talker", "/ns/other"]]],
+    [["/chatter", ["/listener"]], ["/odd", ["/listener"]]],
+    [["/add", ["/talker"]], ["/empty", []]],
+]
+TYPES = [["/chatter", "std_msgs/String"], ["/chatter/extra", "std_msgs/Int32"], ["/odd", "*"]]
+ANSWERS: Answers = {
+    ("getSystemState",): STATE,
+    ("getTopicTypes",): TYPES,
+    ("getPublishedTopics", ""): TYPES[:1],
+    ("lookupNode", "/talker"): "http://one:1/",
+    ("lookupNode", "/listener"): "http://two:2/",
+    ("lookupService", "/add"): "rosrpc://one:3",
+}
+
+
+@pytest.fixture
+def master() -> TableMaster:
+    return TableMaster(ANSWERS)
+
+
+@pytest.mark.parametrize(
+    ("name", "found"),
+    [
+        ("/chatter", ("std_msgs/String", "/chatter")),
+        ("/chatter/data", ("std_msgs/String", "/chatter")),
+        ("/chatter/extra/data", ("std_msgs/Int32", "/chatter/extra")),
+        ("/odd", (None, "/odd")),
+        ("/nothing/here", (None, "/nothing/here")),
+    ],
+)
+def test_a_field_belongs_to_the_longest_topic(
+    master: TableMaster, name: str, found: tuple[str | None, str]
+) -> None:
+    assert topic_type(master, name) == found
+
+
+def test_a_topic_is_described_with_the_addresses_of_its_nodes(master: TableMaster) -> None:
+    assert describe_topic(master, "/chatter") == (
+        "Type: std_msgs/String\n\nPublishers: \n * /talker (http://one:1/)\n * /ns/other (unknown)\n\n"
+        "Subscribers: \n * /listener (http://two:2/)\n\n"
+    )
+    with pytest.raises(GraphError, match="Unknown topic /nothing"):
+        describe_topic(master, "/nothing")
+
+
+def test_topics_are_found_by_their_type(master: TableMaster) -> None:
+    assert topics_of_type(master, "std_msgs/String") == ["/chatter"]
+
+
+def test_nested_fields_have_types() -> None:
+    assert field_type("std_msgs/Header", ["stamp", "secs"]) == "int32"
+    with pytest.raises(NotFound, match=r"no field \[nope\]"):
+        field_type("std_msgs/Header", ["nope"])
+
+
+def test_nodes_are_listed_by_namespace(master: TableMaster) -> None:
+    assert node_names(master) == ["/listener", "/ns/other", "/talker"]
+    assert listing(master, "/ns") == ["/ns/other"]
+    assert listing(master, "/", uris=True) == ["http://two:2/", UNKNOWN_API, "http://one:1/"]
+    assert listing(master, "/talker", both=True) == ["http://one:1/ \t/talker"]
+
+
+def test_machines_are_the_hosts_of_the_addresses(master: TableMaster) -> None:
+    assert machines(master) == ["one", "two"]
+
+
+def test_an_unknown_node_is_not_killed(master: TableMaster) -> None:
+    killed, failed = kill(master, ["/nobody"])
+
+    assert (killed, list(failed)) == ([], ["/nobody"])
+
+
+def test_the_registrations_of_a_node_are_described(master: TableMaster) -> None:
+    assert describe_registrations(master, "/listener") == (
+        "Node [/listener]\nPublications: None\n\nSubscriptions: \n * /chatter [std_msgs/String]\n"
+        " * /odd [unknown type]\n\nServices: None\n"
+    )
+
+
+def test_services_are_those_with_a_node(master: TableMaster) -> None:
+    assert nodes_by_service(master) == {"/add": "/talker"}
+    assert (uri_of(master, "/add"), uri_of(master, "/nothing")) == ("rosrpc://one:3", None)
+    with pytest.raises(GraphError, match=r"Service \[/nothing\] is not available"):
+        service_class_of(master, "/nothing")
+
+
+def test_a_dictionary_is_written_leaf_by_leaf() -> None:
+    master = TableMaster({}, accepts=("setParam",))
+
+    assert write(master, "/a", {"b": 1, "c": {"d": [2]}}) == [("/a/b", 1), ("/a/c/d", [2])]
+    assert master.calls == [("setParam", "/a/b", 1), ("setParam", "/a/c/d", [2])]
+
+
+def test_what_is_not_set_is_named() -> None:
+    nothing = TableMaster({})
+    for action in (read, delete):
+        with pytest.raises(GraphError, match=r"\[/a\] is not set"):
+            action(nothing, "/a")
+
+
+def test_the_root_is_emptied_as_it_cannot_be_deleted() -> None:
+    master = TableMaster({}, accepts=("setParam",))
+
+    delete(master, "/")
+
+    assert master.calls == [("setParam", "/", {})]
+
+
+def test_parameters_of_a_namespace_are_sorted() -> None:
+    master = TableMaster({("getParamNames",): ["/b/x", "/ab", "/a/y", "/a/b"]})
+
+    assert names_below(master, "/a") == ["/a/b", "/a/y"]

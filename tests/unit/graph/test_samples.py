@@ -1,0 +1,109 @@
+from __future__ import annotations
+
+import pytest
+
+from pipros.graph.measurements import NO_NEWS, Rates, as_bytes
+from pipros.graph.samples import BandwidthWindow, RateWindow, Samples
+
+
+def test_figures_of_samples() -> None:
+    samples = Samples()
+    for value in (1.0, 2.0, 3.0):
+        samples.add(value)
+    figures = samples.figures()
+    assert figures is not None
+    assert (figures.mean, figures.minimum, figures.maximum, figures.count) == (2.0, 1.0, 3.0, 3)
+    assert figures.deviation == pytest.approx((2 / 3) ** 0.5)
+
+
+def test_only_the_newest_samples_count() -> None:
+    samples = Samples(window=2)
+    for value in (100.0, 1.0, 3.0):
+        samples.add(value)
+    figures = samples.figures()
+    assert figures is not None
+    assert figures.mean == 2.0
+
+
+def test_without_samples_there_are_no_figures() -> None:
+    assert Samples().figures() is None
+    assert RateWindow().figures() is None
+    assert BandwidthWindow().figures(1.0) is None
+
+
+def test_a_rate_needs_two_moments_and_counts_moments() -> None:
+    rate = RateWindow()
+    rate.add(10.0)
+    assert rate.figures() is None
+    rate.add(10.5)
+    figures = rate.figures()
+    assert figures is not None
+    assert (figures.mean, figures.count) == (0.5, 2)
+
+
+def test_a_rate_with_a_window_of_one_never_has_figures() -> None:
+    rate = RateWindow(window=1)
+    rate.add(1.0)
+    rate.add(2.0)
+    assert rate.figures() is None
+
+
+def test_a_rate_begins_anew_when_time_goes_back() -> None:
+    rate = RateWindow()
+    for moment in (100.0, 101.0):
+        assert rate.add(moment)
+    assert not rate.add(1.0)
+    rate.add(1.5)
+    figures = rate.figures()
+    assert figures is not None
+    assert (figures.mean, figures.count) == (0.5, 2)
+
+
+def test_bandwidth_is_bytes_until_now_by_the_time_since_the_first() -> None:
+    bandwidth = BandwidthWindow(window=10)
+    bandwidth.add(0.0, 100)
+    assert bandwidth.figures(1.0) is None
+    bandwidth.add(1.0, 300)
+    found = bandwidth.figures(2.0)
+    assert found is not None
+    per_second, sizes = found
+    assert (per_second, sizes.mean, sizes.minimum, sizes.maximum) == (200.0, 200.0, 100, 300)
+
+
+@pytest.mark.parametrize(
+    ("size", "text"),
+    [(9, "9.00B"), (999, "999.00B"), (3004, "3.00KB"), (120_004, "0.12MB"), (2_410_000, "2.41MB")],
+)
+def test_sizes_are_printed_as_ros_prints_them(size: float, text: str) -> None:
+    assert as_bytes(size) == text
+
+
+def test_a_report_of_one_topic() -> None:
+    rates = Rates(["/a"], say=print)
+    assert rates.report() == NO_NEWS
+    for moment in (0.0, 0.05, 0.1):
+        rates.add("/a", moment)
+    assert rates.has_news()
+    assert rates.report() == ("average rate: 20.000\n\tmin: 0.050s max: 0.050s std dev: 0.00000s window: 3")
+    assert rates.report() == NO_NEWS
+
+
+def test_a_report_of_several_topics_is_a_table_of_those_with_news() -> None:
+    rates = Rates(["/fast", "/stamped", "/silent"], say=print)
+    for moment in (0.0, 0.05, 0.1):
+        rates.add("/fast", moment)
+    for moment in (0.0, 0.2, 0.3996):
+        rates.add("/stamped", moment)
+    assert rates.report() == (
+        " topic      rate   min_delta   max_delta   std_dev   window\n"
+        "===========================================================\n"
+        "/fast      20.0    0.05        0.05        0.0       3     \n"
+        "/stamped   5.005   0.1996      0.2         0.0002    3     \n"
+    )
+
+
+def test_time_that_goes_back_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    rates = Rates(["/a"], say=print)
+    rates.add("/a", 5.0)
+    rates.add("/a", 4.0)
+    assert capsys.readouterr().out == "time has reset, resetting counters\n"

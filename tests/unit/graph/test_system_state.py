@@ -1,0 +1,43 @@
+from __future__ import annotations
+
+import pytest
+
+from pipros.graph.system_state import SystemState, is_below, of_node
+
+STATE = [
+    [["/chatter", ["/talker", "/other"]], ["/rosout", ["/talker"]]],
+    [["/chatter", ["/listener"]], ["/odd", []]],
+    [["/add", ["/server"]]],
+]
+
+
+def test_a_picture_is_read_from_the_masters_answer() -> None:
+    picture = SystemState.from_state(STATE)
+    assert picture.publishers == {"/chatter": ["/talker", "/other"], "/rosout": ["/talker"]}
+    assert picture.subscribers == {"/chatter": ["/listener"], "/odd": []}
+    assert picture.services == {"/add": ["/server"]}
+
+
+def test_topics_and_nodes_are_sorted_and_named_once() -> None:
+    picture = SystemState.from_state(STATE)
+    assert picture.topics() == ["/chatter", "/odd", "/rosout"]
+    assert picture.nodes() == ["/listener", "/other", "/server", "/talker"]
+
+
+def test_what_a_node_is_registered_with() -> None:
+    assert of_node("/talker", SystemState.from_state(STATE).publishers) == ["/chatter", "/rosout"]
+
+
+@pytest.mark.parametrize(
+    ("name", "ns", "is_in"),
+    [
+        ("/a/b", "/a", True),
+        ("/a", "/a", True),
+        ("/ab", "/a", False),
+        ("/a/b", "/", True),
+        ("/a/b", "/a/", True),
+        ("/a", "/a/b", False),
+    ],
+)
+def test_namespaces_end_at_a_slash(name: str, ns: str, is_in: bool) -> None:
+    assert is_below(name, ns) is is_in

@@ -1,0 +1,56 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipros.launch.find_launch_files import NoSuchFiles, resolve_files
+from pipros.launch.model import LaunchError
+from pipros.workspace.index import PackageIndex
+
+
+@pytest.fixture
+def index(tmp_path: Path) -> PackageIndex:
+    package = tmp_path / "talkers"
+    for path in ("launch/a.launch", "launch/twice.launch", "more/twice.launch", ".git/hidden.launch"):
+        (package / path).parent.mkdir(parents=True, exist_ok=True)
+        (package / path).touch()
+    (package / "package.xml").write_text("<package><name>talkers</name></package>")
+    return PackageIndex([tmp_path])
+
+
+def test_launch_files_are_found_by_package_and_by_path(index: PackageIndex, tmp_path: Path) -> None:
+    found = str(tmp_path / "talkers" / "launch" / "a.launch")
+    assert resolve_files(["talkers", "a.launch"], index) == [found]
+    assert resolve_files(["talkers", "launch/a.launch"], index) == [found]
+    assert resolve_files([found], index) == [found]
+    assert resolve_files([found, found], index) == [found, found]
+    assert resolve_files(["talkers", "a.launch", found], index) == [found, found]
+    assert resolve_files(["-"], index) == ["-"]
+    assert resolve_files([], index) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["nope.launch"], r"^\[nope.launch\] is not a launch file name"),
+        (
+            ["talkers", "nope.launch"],
+            r"^\[nope.launch\] is neither a launch file in package \[talkers\] nor is \[talkers\] a launch",
+        ),
+        (["nope", "a.launch"], r"^\[a.launch\] is neither a launch file in package \[nope\]"),
+        (["talkers", "hidden.launch"], "is neither"),
+        (["talkers", "twice.launch"], r"^multiple files named \[twice.launch\] in package \[talkers\]:\n- "),
+    ],
+)
+def test_launch_files_that_are_not_found_are_refused_in_noetics_words(
+    index: PackageIndex, words: list[str], complaint: str
+) -> None:
+    with pytest.raises(LaunchError, match=complaint):
+        resolve_files(words, index)
+
+
+def test_all_missing_files_are_named(index: PackageIndex) -> None:
+    with pytest.raises(NoSuchFiles) as error:
+        resolve_files(["talkers", "a.launch", "x", "y"], index)
+    assert error.value.files == ("x", "y")

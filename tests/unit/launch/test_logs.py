@@ -1,0 +1,31 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipros.env import Environment
+from pipros.launch.logs import LogFolder, LogFolderUnusable, disk_usage_report
+
+
+def test_each_run_has_a_log_folder_and_latest_points_to_the_newest(tmp_path: Path) -> None:
+    environment = Environment(log_dir=tmp_path / "log")
+    LogFolder.of_run(environment, "one")
+    second = LogFolder.of_run(environment, "two")
+    assert (tmp_path / "log" / "latest").resolve() == second.path
+    assert second.stem("g/h/n-2") == str(tmp_path / "log" / "two" / "g-h-n-2")
+    second.check_writable()
+    assert list(second.path.iterdir()) == []
+
+
+def test_a_log_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(LogFolderUnusable, match="set ROS_LOG_DIR to another folder"):
+        LogFolder.of_run(Environment(log_dir=tmp_path / "file" / "log"), "run")
+
+
+def test_a_large_log_folder_is_warned_about(tmp_path: Path) -> None:
+    assert disk_usage_report(tmp_path) == "Done checking log file disk usage. Usage is <1GB."
+    with (tmp_path / "large").open("wb") as file:
+        file.truncate(1_000_000_001)
+    assert disk_usage_report(tmp_path).startswith(f"WARNING: disk usage in log directory [{tmp_path}]")

@@ -1,0 +1,23 @@
+from __future__ import annotations
+
+import pytest
+
+from pipros.master.admission import AllowedNetworks
+from pipros.net.this_machine import Caller
+
+ALLOWED = AllowedNetworks(["10.0.0.0/8", "192.168.1.7"])
+
+
+@pytest.mark.parametrize("peer", ["10.1.2.3", "192.168.1.7", "127.0.0.1", "::1"])
+def test_allowed_networks_and_this_computer_may_connect(peer: str) -> None:
+    assert ALLOWED.admits(Caller(peer))
+
+
+@pytest.mark.parametrize("peer", ["11.0.0.1", "192.168.1.8", "fe80::1%eth0", "nonsense"])
+def test_others_may_not(peer: str) -> None:
+    assert not ALLOWED.admits(Caller(peer))
+
+
+def test_what_is_not_a_network_is_refused() -> None:
+    with pytest.raises(ValueError, match="nonsense"):
+        AllowedNetworks(["nonsense"])

@@ -1,0 +1,154 @@
+"""What a master holds in all: counted as it changes, and bounded."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipros.limits import Limits
+from pipros.master.api import MasterApi
+from pipros.master.param_weight import is_small, weigh
+from pipros.master.params import NotSet, ParamsFull, ParamTree
+from pipros.master.registry import Registry, RegistryFull, Role
+
+KEYS = st.lists(st.sampled_from(["a", "b", "é"]), max_size=3).map(lambda parts: "/" + "/".join(parts))
+VALUES = st.recursive(
+    st.one_of(st.integers(0, 9), st.booleans(), st.text(max_size=3), st.floats(allow_nan=False)),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=3), st.dictionaries(st.sampled_from(["a", "b"]), inner, max_size=2)
+    ),
+    max_leaves=6,
+)
+
+
+@given(st.lists(st.tuples(KEYS, st.none() | VALUES), max_size=20))
+def test_the_weight_of_all_parameters_is_always_that_of_the_tree(changes: list[tuple[str, Any]]) -> None:
+    tree = ParamTree(limit_bytes=1_000_000)
+    for key, value in changes:
+        try:
+            if value is None:
+                tree.delete(key)
+            elif key != "/" or isinstance(value, dict):
+                tree.set(key, value)
+        except NotSet:
+            continue
+        assert tree.held_bytes == weigh(tree.get("/"))
+
+
+def test_what_would_be_too_much_is_refused_and_changes_nothing() -> None:
+    tree = ParamTree(limit_bytes=1000)
+    tree.set("/a", "x" * 500)
+    with pytest.raises(ParamsFull, match=r"/b would bring the parameters to 1162 bytes; the limit is 1000"):
+        tree.set("/b", "y" * 500)
+    assert tree.get("/") == {"a": "x" * 500}
+    tree.set("/a", "x" * 800)  # in the place of the other one there is room
+    tree.set("/a", 1)
+    tree.set("/b", "y" * 500)
+
+
+def test_parameters_above_the_limit_can_become_fewer() -> None:
+    tree = ParamTree({"a": "x" * 2000, "b": "y" * 2000}, limit_bytes=1000)
+    tree.set("/a", "x" * 1500)
+    tree.delete("/b")
+    tree.set("/a", "")
+    assert tree.get("/") == {"a": ""}
+
+
+def test_only_small_values_are_weighed_at_once() -> None:
+    assert is_small("x" * 1_000_000)
+    assert is_small([[1] * 100, {"a": 2}])
+    assert not is_small([[1] * 1000] * 3)
+    assert not is_small({"a": {"b": [0] * 3000}})
+
+
+def test_a_caller_hears_which_limit_its_parameter_is_above() -> None:
+    api = MasterApi(
+        Registry(), ParamTree(limit_bytes=500), notify=lambda _: None, shutdown=lambda _: True
+    )  # fmt: skip
+    said = "Error: invalid arguments: /a would bring the parameters to 597 bytes; the limit is 500"
+    assert api.methods["setParam"]("/me", "/a", "x" * 500) == [-1, said, 0]
+
+
+def held(books: Registry) -> int:
+    """What the books hold, counted anew."""
+    registrations = sum(
+        256 + len(entry.name) + len(entry.api) + len(key)
+        for entry in books.nodes.values()
+        for names in entry.names.values()
+        for key in names
+    )
+    services = sum(len(books.service_api_of(service) or "") for service in books.keys_of(Role.SERVICE))
+    return registrations + services + sum(map(len, books.topic_types.values()))
+
+
+NODES = st.sampled_from(["/n", "/node"])
+APIS = st.sampled_from(["http://a:1/", "http://bb:22/"])
+TOPICS = st.sampled_from(["/t", "/topic", "/x"])
+TYPES = st.sampled_from(["*", "a/B", "pkg/Type"])
+
+
+@given(
+    st.lists(
+        st.one_of(
+            st.tuples(st.just("register_publisher"), NODES, TOPICS, TYPES, APIS),
+            st.tuples(st.just("register_subscriber"), NODES, TOPICS, TYPES, APIS),
+            st.tuples(st.just("register_service"), NODES, TOPICS, APIS, APIS),
+            st.tuples(st.just("subscribe_param"), NODES, TOPICS, APIS),
+            st.tuples(st.just("unregister"), st.sampled_from(Role), NODES, TOPICS, APIS),
+            st.tuples(st.just("remove_node"), NODES),
+        ),
+        max_size=30,
+    )
+)
+def test_what_registrations_hold_is_always_what_there_is(changes: list[tuple[Any, ...]]) -> None:
+    books = Registry(Limits(topic_types=1))
+    for method, *arguments in changes:
+        for notice in getattr(books, method)(*arguments) if method != "unregister" else ():
+            books.notice_done(notice)
+        if method == "unregister" and arguments[0] is not Role.SERVICE:
+            books.unregister(*arguments)
+        assert books.held_bytes == held(books)
+        in_use = {*books.keys_of(Role.PUBLISHER), *books.keys_of(Role.SUBSCRIBER)}
+        assert len(books.topic_types.keys() - in_use) <= 1
+
+
+def test_a_registration_that_would_be_too_much_is_refused_and_changes_nothing() -> None:
+    books = Registry(Limits(registration_bytes=600))
+    books.register_publisher("/n", "/t", "x/Y", "http://a:1/")
+    for register in (
+        lambda: books.register_publisher("/n", "/t2", "x/Y" * 100, "http://a:1/"),
+        lambda: books.register_publisher("/n", "/t", "x/Y" * 200, "http://a:1/"),
+        lambda: books.register_subscriber("/n", "/t" * 200, "x/Y", "http://a:1/"),
+        lambda: books.register_service("/n", "/s", "rosrpc://" + "a" * 300, "http://a:1/"),
+        lambda: books.subscribe_param("/n", "/p" * 200, "http://a:1/"),
+        lambda: books.register_publisher("/n", "/t" * 200, "x/Y", "http://elsewhere:1/"),
+    ):
+        with pytest.raises(RegistryFull, match=r"bring the registrations .* bytes; the limit is 600"):
+            register()
+    assert books.topic_types == {"/t": "x/Y"}
+    assert books.api_of("/n") == "http://a:1/"
+    assert [books.table(role) for role in Role] == [[["/t", ["/n"]]], [], [], []]
+    assert books.register_publisher("/n", "/t", "x/Y", "http://a:1/") == []
+
+
+def test_the_types_that_were_unused_longest_are_forgotten() -> None:
+    books = Registry(Limits(topic_types=2))
+    for topic in ("/a", "/b", "/c", "/used"):
+        books.register_publisher("/n", topic, "x/Y", "http://a:1/")
+    for topic in ("/b", "/a", "/c"):
+        books.unregister(Role.PUBLISHER, "/n", topic, "http://a:1/")
+    assert list(books.topic_types) == ["/a", "/c", "/used"]
+    books.register_subscriber("/m", "/a", "*", "http://b:1/")  # /a is in use again
+    books.unregister(Role.PUBLISHER, "/n", "/used", "http://a:1/")
+    assert books.topic_types == {"/a": "x/Y", "/c": "x/Y", "/used": "x/Y"}
+
+
+def test_long_names_leave_room_for_fewer_types() -> None:
+    books = Registry(Limits(topic_type_bytes=100))
+    for name in ("/" + "a" * 60, "/" + "b" * 60, "/c"):
+        books.register_publisher("/n", name, "x/Y", "http://a:1/")
+        books.unregister(Role.PUBLISHER, "/n", name, "http://a:1/")
+    assert [topic[:2] for topic in books.topic_types] == ["/b", "/c"]

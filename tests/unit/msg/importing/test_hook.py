@@ -1,0 +1,281 @@
+"""Importing messages straight from definition files, each in a fresh Python process."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from pipros.msg.importing import hook
+
+IMPORTED = "import sys; print(sorted(name for name in sys.modules if name.startswith('pipros')))"
+MANIFEST = "<package><name>{}</name><version>0.0.1</version></package>"
+
+
+def is_new_enough(python: str) -> bool:
+    asked = "import sys; sys.exit(sys.version_info < (3, 10))"
+    return Path(python).exists() and subprocess.run([python, "-c", asked]).returncode == 0
+
+
+class Workspace:
+    """ROS packages in a folder, and Python processes that see them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.source = folder / "src"
+        self.home = folder / "home"
+        self.working_folder = folder
+        self.python = Path(sys.executable)
+
+    def package(self, name: str, **files: str) -> Path:
+        folder = self.source / name
+        files["package.xml"] = MANIFEST.format(name)
+        for path, text in files.items():
+            file = folder / path
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text)
+        return folder
+
+    def run(self, code: str, **variables: str) -> subprocess.CompletedProcess[str]:
+        environment = {
+            key: value for key, value in os.environ.items() if not key.startswith(("ROS_", "PYTHON"))
+        }
+        environment |= {"ROS_PACKAGE_PATH": str(self.source), "ROS_HOME": str(self.home), **variables}
+        return subprocess.run(
+            [self.python, "-c", code],
+            cwd=self.working_folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+        )
+
+    def shows(self, code: str, **variables: str) -> str:
+        result = self.run(code, **variables)
+        assert result.returncode == 0, result.stderr
+        return result.stdout.strip()
+
+    def fails(self, code: str) -> str:
+        result = self.run(code)
+        assert result.returncode == 1
+        return result.stderr.strip().splitlines()[-1]
+
+
+@pytest.fixture
+def workspace(tmp_path: Path) -> Workspace:
+    return Workspace(tmp_path)
+
+
+def test_what_ships_needs_no_setting_at_all(workspace: Workspace) -> None:
+    code = "from std_msgs.msg import String; from std_srvs.srv import Empty; print(String('hi'), Empty._type)"
+    assert workspace.shows(code, ROS_PACKAGE_PATH="") == 'data: "hi" std_srvs/Empty'
+
+
+def test_a_package_of_definitions_is_a_python_package(workspace: Workspace) -> None:
+    workspace.package("robot", **{"msg/Arm.msg": "Hand left\nHand right", "msg/Hand.msg": "int8[5] fingers"})
+    code = "from robot.msg import Arm, Hand; print(Arm(left=Hand([1] * 5)).left.fingers)"
+    assert workspace.shows(code) == "[1, 1, 1, 1, 1]"
+
+
+def test_messages_may_embed_those_of_other_packages(workspace: Workspace) -> None:
+    workspace.package("first", **{"msg/A.msg": "std_msgs/Header h\nsecond/B b"})
+    workspace.package("second", **{"msg/B.msg": "geometry_msgs/Point[] points"})
+    code = "from first.msg import A; from second.msg import B; print(type(A().b) is B, A().b.points)"
+    assert workspace.shows(code) == "True []"
+
+
+def test_services_have_their_halves(workspace: Workspace) -> None:
+    workspace.package("robot", **{"srv/Ask.srv": "string what\n---\nint32 answer"})
+    code = (
+        "from robot.srv import Ask, AskRequest as Q, AskResponse as R; print(Ask._request_class is Q, R(42))"
+    )
+    assert workspace.shows(code) == "True answer: 42"
+
+
+def test_actions_are_messages(workspace: Workspace) -> None:
+    workspace.package("robot", **{"action/Walk.action": "float32 far\n---\n---\nfloat32 done"})
+    code = "from robot.msg import WalkAction, WalkGoal; print(WalkGoal(2.5), WalkAction.__slots__)"
+    assert workspace.shows(code) == "far: 2.5 ['action_goal', 'action_result', 'action_feedback']"
+
+
+def test_a_package_may_have_python_modules_and_messages(workspace: Workspace) -> None:
+    files = {
+        "msg/A.msg": "int32 x",
+        "src/robot/__init__.py": "",
+        "src/robot/tools.py": "from robot.msg import A\nmade = A(3)",
+    }
+    workspace.package("robot", **files)
+    assert workspace.shows("from robot.tools import made; print(made)") == "x: 3"
+
+
+def test_a_package_with_modules_looks_as_one_that_python_found_itself(workspace: Workspace) -> None:
+    folder = workspace.package("robot", **{"msg/A.msg": "int32 x", "src/robot/__init__.py": ""})
+    shown = "print(robot.__file__, list(robot.__path__), robot.__spec__.cached)"
+
+    found = workspace.shows(f"import robot; {shown}")
+
+    assert found == workspace.shows(
+        f"import robot; {shown}", ROS_PACKAGE_PATH="", PYTHONPATH=str(folder / "src")
+    )
+
+
+def test_a_working_folder_full_of_packages_does_not_get_in_the_way(workspace: Workspace) -> None:
+    workspace.package("robot", **{"msg/A.msg": "int32 x"})
+    workspace.working_folder = workspace.source
+    assert workspace.shows("from robot.msg import A; print(A(3))") == "x: 3"
+
+
+def test_a_python_package_that_genpy_generated_wins(workspace: Workspace) -> None:
+    workspace.package("robot", **{"msg/A.msg": "int32 x"})
+    generated = workspace.working_folder / "devel" / "robot" / "msg"
+    generated.mkdir(parents=True)
+    (generated.parent / "__init__.py").touch()
+    (generated / "__init__.py").write_text("A = 'generated'")
+    code = "from robot.msg import A; print(A)"
+    assert workspace.shows(code, PYTHONPATH=str(workspace.working_folder / "devel")) == "generated"
+
+
+def test_a_star_import_gives_all_types(workspace: Workspace) -> None:
+    workspace.package("robot", **{"msg/A.msg": "int32 x", "msg/B.msg": "A a", "srv/S.srv": "---"})
+    code = (
+        "from robot.msg import *; from robot.srv import *; print(A.__name__, B.__name__, SRequest.__name__)"
+    )
+    assert workspace.shows(code) == "A B SRequest"
+
+
+def test_an_editor_is_told_the_names(workspace: Workspace) -> None:
+    workspace.package("robot", **{"msg/A.msg": "int32 x", "msg/Broken.msg": "int32"})
+    assert (
+        workspace.shows("import robot.msg as m; print([n for n in dir(m) if n[0] != '_'])")
+        == "['A', 'Broken']"
+    )
+
+
+def test_classes_live_where_those_of_genpy_live_so_that_pickles_travel(workspace: Workspace) -> None:
+    from std_msgs.msg import String
+
+    assert String.__module__ == "std_msgs.msg._String"
+    code = f"import pickle; print(pickle.loads({pickle.dumps(String('hi'))!r}))"
+    assert workspace.shows(code, ROS_PACKAGE_PATH="") == 'data: "hi"'
+
+
+def test_a_mistake_is_found_when_the_type_is_first_used(workspace: Workspace) -> None:
+    folder = workspace.package("robot", **{"msg/A.msg": "int32 x", "msg/B.msg": "int32 x\n\nint32 a b"})
+    assert workspace.shows("from robot.msg import A; print(A())") == "x: 0"
+    assert workspace.fails("from robot.msg import B") == (
+        f"pipros.msg.language.spec.DefinitionError: {folder}/msg/B.msg:3:1: "
+        "expected a type and a name, got [int32 a b]"
+    )
+
+
+def test_an_unknown_name_is_an_import_error(workspace: Workspace) -> None:
+    workspace.package("robot", **{"msg/A.msg": "int32 x"})
+    assert workspace.fails("from robot.msg import C").startswith(
+        "ImportError: cannot import name 'C' from 'robot.msg'"
+    )
+    assert workspace.fails("import no_robot") == "ModuleNotFoundError: No module named 'no_robot'"
+    assert workspace.fails("import robot.srv") == "ModuleNotFoundError: No module named 'robot.srv'"
+
+
+def test_an_unknown_embedded_type_is_named_with_the_place_that_wants_it(workspace: Workspace) -> None:
+    folder = workspace.package("robot", **{"msg/A.msg": "no_such_package/B b"})
+    said = workspace.fails("from robot.msg import A")
+    assert said.startswith(
+        f"pipros.msg.language.spec.UnknownType: {folder}/msg/A.msg:1:1: unknown type [no_such_package/B]"
+    )
+    assert "ROS_PACKAGE_PATH is" in said
+
+
+def test_starting_python_imports_next_to_nothing(workspace: Workspace) -> None:
+    assert (
+        workspace.shows(IMPORTED)
+        == "['pipros', 'pipros.msg', 'pipros.msg.importing', 'pipros.msg.importing.hook', 'pipros.startup']"
+    )
+
+
+@pytest.fixture(params=[path for path in ("/usr/bin/python3", sys.executable) if is_new_enough(path)])
+def environment_of_its_own(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    """A virtual environment with pipros: of Debian's Python with its `sitecustomize`, and of this one."""
+    folder = tmp_path / "environment"
+    subprocess.run([request.param, "-m", "venv", "--without-pip", folder], check=True)
+    (site_packages,) = folder.glob("lib/python*/site-packages")
+    source = Path(hook.__file__).parents[3]
+    (site_packages / "pipros.pth").write_text(f"{source}\n{(source / 'pipros.pth').read_text()}")
+    return folder / "bin" / "python"
+
+
+def test_what_runs_at_every_start_of_python_looks_for_no_package_in_vain(
+    workspace: Workspace, environment_of_its_own: Path
+) -> None:
+    (workspace.working_folder / "sitecustomize.py").write_text(
+        "try:\n    import no_such_module\nexcept ImportError:\n    tried = True\n"
+    )
+    workspace.python = environment_of_its_own
+    at_start = (
+        "['pipros', 'pipros.msg', 'pipros.msg.importing', 'pipros.msg.importing.hook', 'pipros.startup']"
+    )
+    assert workspace.shows(IMPORTED) == at_start
+    customized = f"{IMPORTED}; import sitecustomize; assert sitecustomize.tried"
+    assert workspace.shows(customized, PYTHONPATH=str(workspace.working_folder)) == at_start
+
+
+def test_the_hook_can_be_switched_off_and_comes_with_rospy_then(
+    workspace: Workspace, environment_of_its_own: Path
+) -> None:
+    workspace.python = environment_of_its_own
+    assert workspace.shows(IMPORTED, PIPROS_NO_IMPORT_HOOK="1") == "[]"
+    assert workspace.shows(IMPORTED, PIPROS_NO_IMPORT_HOOK="") != "[]"
+    alone = "try:\n    import std_msgs.msg\nexcept ImportError as error:\n    print(error)"
+    assert workspace.shows(alone, PIPROS_NO_IMPORT_HOOK="1") == "No module named 'std_msgs'"
+    modules = str(Path(yaml.__file__).parents[1])
+    for first in ("rospy", "roslib", "pipros.startup", "pipros.msg.importing.load"):
+        code = f"import {first}; from std_msgs.msg import String; print(String('hi'))"
+        assert workspace.shows(code, PIPROS_NO_IMPORT_HOOK="1", PYTHONPATH=modules) == 'data: "hi"'
+
+
+@pytest.mark.parametrize("modules", [{}, {"src/robot/__init__.py": ""}], ids=["messages", "and modules"])
+def test_a_message_from_the_cache_is_imported_without_the_large_modules_of_python(
+    workspace: Workspace, modules: dict[str, str]
+) -> None:
+    workspace.package("robot", **{"msg/One.msg": "string text\n", **modules})
+    large = {"contextlib", "dataclasses", "functools", "logging", "pathlib", "re", "typing"}
+    code = f"""
+import sys
+before = set(sys.modules)
+from robot.msg import One
+print(sorted({large} & (set(sys.modules) - before)))
+"""
+    workspace.shows(code)
+    assert workspace.shows(code) == "[]"
+
+
+def test_an_import_that_fails_does_not_look_for_packages_when_there_is_no_path(workspace: Workspace) -> None:
+    code = """
+import sys
+try:
+    import no_such_module
+except ImportError:
+    print("pipros.packages.package_folders" in sys.modules)
+"""
+    assert workspace.shows(code, ROS_PACKAGE_PATH="") == "False"
+
+
+def test_a_package_that_has_left_the_path_has_no_further_types(workspace: Workspace) -> None:
+    workspace.package("robot", **{"msg/One.msg": "", "msg/Two.msg": ""})
+    shown = workspace.shows(
+        "import os; from robot import msg; msg.One; os.environ['ROS_PACKAGE_PATH'] = '/dev/null'; "
+        "print(hasattr(msg, 'One'), hasattr(msg, 'Two'), 'Two' in dir(msg))"
+    )
+    assert shown == "True False False"
+
+
+def test_classes_are_found_by_type_name(workspace: Workspace) -> None:
+    workspace.package("robot", **{"msg/A.msg": "int32 x"})
+    load = "from pipros.msg import load_message_class as load;"
+    assert workspace.shows(f"{load} from robot.msg import A; print(load('robot/A') is A)") == "True"
+    for name in ("robot/B", "no_robot/A"):
+        said = workspace.fails(f"{load} load('{name}')")
+        assert said.startswith("pipros.errors.NotFound: there is no ")

@@ -1,0 +1,113 @@
+"""What every message can do, whichever its type."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from typing import Any
+
+import pytest
+from geometry_msgs.msg import Point, Polygon, PoseStamped, Twist
+from std_msgs.msg import Empty, Header, String
+
+from pipros.msg.base import Message
+from pipros.msg.compile.mistakes import find_mistakes
+from pipros.msg.errors import SerializationError
+from pipros.msg.importing.library import Library
+from pipros.msg.language.definition_files import DefinitionFiles
+from pipros.msg.language.definitions import Definitions
+from pipros.msg.language.spec import DefinitionError
+
+
+def test_values_are_given_in_order_or_by_name() -> None:
+    assert Point(1.0, 2.0, 3.0) == Point(z=3.0, y=2.0, x=1.0)
+    assert (Point(x=1.0).y, Point().z) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "kind", "words"),
+    [
+        (lambda: Point(1.0, y=2.0), TypeError, "may only use args OR keywords, not both"),
+        (lambda: Point(1.0, 2.0), TypeError, "Invalid number of arguments, args should be"),
+        (lambda: Point(w=1.0), AttributeError, "w is not an attribute of Point"),
+    ],
+    ids=["both", "too few", "unknown"],
+)
+def test_values_that_do_not_fit_are_refused(make: Any, kind: type[Exception], words: str) -> None:
+    with pytest.raises(kind, match=words):
+        make()
+
+
+def test_messages_are_equal_by_class_and_fields() -> None:
+    assert Point(1.0, 2.0, 3.0) != Point(1.0, 2.0, 4.0)
+    assert Point() != Twist()
+    assert Polygon(points=[]) == Polygon(points=())
+    unfinished = Point()
+    del unfinished.x
+    assert unfinished != Point()
+
+
+def test_messages_are_no_keys_as_they_change() -> None:
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(Point())
+
+
+def test_copies_and_pickles_are_messages_of_their_own() -> None:
+    message = PoseStamped()
+    message.pose.position.x = 1.5
+    for made in (copy.deepcopy(message), pickle.loads(pickle.dumps(message))):  # noqa: S301
+        assert made == message
+        assert made.pose is not message.pose
+    shallow = copy.copy(message)
+    assert (shallow, shallow.pose is message.pose) == (message, True)
+
+
+def test_a_message_of_no_fields_is_no_bytes() -> None:
+    assert b"".join(Empty()._to_buffers()) == b""
+    assert Empty._from_bytes(b"") == Empty()
+
+
+def test_a_class_made_by_hand_has_what_messages_have() -> None:
+    class Nothing(Message):
+        __slots__: list[str] = []  # as genpy's classes have it
+        _slot_types: list[str] = []  # noqa: RUF012
+
+    message = Nothing()
+    assert message.deserialize(b"anything") is message
+    assert message.deserialize_numpy(b"anything", None) is message
+    message.serialize_numpy(None, None)  # type: ignore[arg-type]
+    assert Nothing._from_bytes(b"").__getstate__() == []
+    with pytest.raises(SerializationError, match="a reason of its own"):
+        message._check_types(ValueError("a reason of its own"))
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        (String(data=5), "field data must be of type"),
+        (PoseStamped(header=Point()), r"field header must be of type \[?std_msgs/Header"),
+        (Polygon(points=[Point()]), r"field points\[\] must be of type geometry_msgs/Point32 instead of"),
+        (Polygon(points=5), "field points must be a list or tuple type"),
+        (Header(stamp=5), "field stamp must be"),
+    ],
+    ids=["string", "header", "element", "array", "time"],
+)
+def test_the_field_that_does_not_fit_is_named(message: Any, words: str) -> None:
+    with pytest.raises(SerializationError, match=words):
+        message._check_types()
+
+
+def test_a_service_is_compiled_from_its_definition(tmp_path: Any) -> None:
+    (tmp_path / "robot/srv").mkdir(parents=True)
+    (tmp_path / "robot/srv/Grip.srv").write_text("int8 hand\n---\nbool success\n")
+    (tmp_path / "robot/srv/Broken.srv").write_text("int8\n---\n")
+
+    def find(name: str) -> str | None:
+        return str(tmp_path / name) if name == "robot" else None
+
+    code, embedded = Library(find, None).code("srv", "robot/Grip")
+    assert ("GripRequest" in code.co_names, embedded) == (True, {})
+    with pytest.raises(DefinitionError, match=r"Broken\.srv:1:1"):
+        Library(find, None).code("srv", "robot/Broken")
+    mistakes = find_mistakes("robot", Definitions(DefinitionFiles(find)))
+    assert [str(mistake).partition("srv/")[2][:14] for mistake in mistakes] == ["Broken.srv:1:1"]

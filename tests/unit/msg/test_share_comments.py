@@ -1,0 +1,76 @@
+"""The definitions that ship say what they mean, and say it so that every parser takes it for a comment."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from pipros.msg.language.comments import comments_of
+from pipros.msg.language.definition_files import DefinitionFiles
+from pipros.msg.language.definitions import Definitions
+from pipros.msg.language.parse import SECTION_MARK
+from pipros.msg.language.spec import MessageSpec
+from pipros.workspace.index import SHARED_PACKAGES
+
+FILES = sorted(SHARED_PACKAGES.glob("*/msg/*.msg"))
+FILES += sorted(SHARED_PACKAGES.glob("*/srv/*.srv"))
+FILES += sorted(SHARED_PACKAGES.glob("*/action/*.action"))
+PACKAGES = sorted({file.parts[-3] for file in FILES})
+LONGEST_LINE = 110
+
+
+def parts(file: Path, definitions: Definitions) -> list[MessageSpec]:
+    """The message of a file, or the parts of its service or action."""
+    type_name = f"{file.parts[-3]}/{file.stem}"
+    if file.suffix == ".msg":
+        return [definitions.message(type_name)]
+    if file.suffix == ".srv":
+        service = definitions.service(type_name)
+        return [service.request, service.response]
+    return list(definitions.action(type_name).messages[:3])
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_type_field_and_constant_that_ships_has_a_comment(package: str) -> None:
+    definitions = Definitions(DefinitionFiles(lambda name: str(SHARED_PACKAGES / name)))
+    without: list[str] = []
+    for file in (file for file in FILES if file.parts[-3] == package):
+        specs = parts(file, definitions)
+        if not comments_of(specs[0].text).head:
+            without.append(f"{file.name}: the whole")
+        for spec in specs:
+            of = comments_of(spec.text).of
+            named = [*spec.constants, *spec.fields]
+            without += [f"{file.name}: {item.name}" for item in named if not of.get(item.name)]
+    assert without == []
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_what_is_about_the_whole_stands_apart_from_the_first_declaration(package: str) -> None:
+    for file in (file for file in FILES if file.parts[-3] == package):
+        before, _, after = file.read_text().partition("\n\n")
+        assert all(line.startswith("# ") for line in before.splitlines()), file
+        assert after or all(line.startswith("#") for line in file.read_text().splitlines()), file
+
+
+def test_no_comment_stands_behind_a_string_constant_of_whose_value_it_would_be_a_part() -> None:
+    constants = [
+        line
+        for file in FILES
+        for line in file.read_text().splitlines()
+        if re.match(r"\s*string [^#]*=", line)
+    ]
+    assert constants == ["string DISABLE_HEARTBEAT_TIMEOUT_PARAM=/bond_disable_heartbeat_timeout"]
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_comments_hold_nothing_that_a_generator_of_code_could_stumble_over(package: str) -> None:
+    for file in (file for file in FILES if file.parts[-3] == package):
+        text = file.read_text()
+        assert text.isascii(), file
+        assert not re.search(r'["\\\t=]', "".join(re.findall("#.*", text))), file
+        assert max(map(len, text.splitlines())) <= LONGEST_LINE, file
+        sections = {".msg": 0, ".srv": 1, ".action": 2}[file.suffix]
+        assert len(re.findall(f"^{SECTION_MARK}", text, re.MULTILINE)) == sections, file

@@ -1,0 +1,125 @@
+"""Type stubs: what an editor reads, for each kind of field and definition."""
+
+from __future__ import annotations
+
+import ast
+import itertools
+from pathlib import Path
+
+import pytest
+
+from pipros.errors import NotFound
+from pipros.msg.language.definition_files import DefinitionFiles
+from pipros.msg.language.definitions import Definitions
+from pipros.msg.stubs import write_stubs
+
+FILES = {
+    "robot/msg/Arm.msg": (
+        "float64 REACH=1e999\nstring NAME=arm\nstd_msgs/Header header\nHand[] hands\ntime since\n"
+        "duration[2] spans\nuint8[] image\nfloat32[] angles\nbool[] switches\nstring class\n"
+    ),
+    "robot/msg/Hand.msg": "int8 fingers\n",
+    "robot/msg/Eye.msg": (
+        '# Sees.\n#\n# Always """open"""; \\n, \x00.\n\nuint8 OPEN=1  # wide\n'
+        "uint8 state  # how\n# one byte\n# a pixel\nuint8[] pixels\n"
+    ),
+    "robot/srv/Grip.srv": "# Closes a hand.\n\nHand hand\n---\nbool success\n",
+    "std_msgs/msg/Header.msg": "uint32 seq\ntime stamp\nstring frame_id\n",
+    "empty/package.xml": "<package/>",
+}
+
+
+@pytest.fixture
+def packages(tmp_path: Path) -> Path:
+    for path, text in FILES.items():
+        file = tmp_path / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+    return tmp_path
+
+
+def stubs(packages: Path, *names: str, suffix: str = "") -> dict[str, str]:
+    """The stubs of those packages, by their paths."""
+
+    def find(name: str) -> str | None:
+        return str(packages / name) if (packages / name).is_dir() else None
+
+    folder = packages / "stubs"
+    files = write_stubs(names, folder, Definitions(DefinitionFiles(find)), suffix=suffix)
+    return {file.relative_to(folder).as_posix(): file.read_text() for file in files}
+
+
+def test_a_package_has_one_module_a_kind_and_one_that_joins_them(packages: Path) -> None:
+    assert set(stubs(packages, "robot", suffix="-stubs")) == {
+        "robot-stubs/__init__.pyi",
+        "robot-stubs/msg/__init__.pyi",
+        "robot-stubs/srv/__init__.pyi",
+    }
+
+
+def test_every_kind_of_field_has_its_type(packages: Path) -> None:
+    text = stubs(packages, "robot")["robot/msg/__init__.pyi"]
+    for line in (
+        "import std_msgs.msg",
+        "class Arm(_base.Message):",
+        "    REACH: _Final = 1e999",
+        "    NAME: _Final = 'arm'",
+        "    header: std_msgs.msg.Header",
+        "    hands: list[Hand]",
+        "    since: _time.Time",
+        "    spans: list[_time.Duration]",
+        "    def image(self) -> bytes: ...",
+        "    def image(self, value: _types.Octets) -> None: ...",
+        "    def angles(self) -> _Sequence[float]: ...",
+        "    def angles(self, value: _types.Array[float]) -> None: ...",
+        "    switches: list[bool]",
+        "    fingers: int",
+    ):
+        assert line in text.splitlines()
+    compile(text, "stub", "exec")
+
+
+def test_a_service_names_its_halves(packages: Path) -> None:
+    text = stubs(packages, "robot")["robot/srv/__init__.pyi"]
+    for line in (
+        "import robot.msg",
+        "class GripRequest(_base.Message):",
+        "    hand: robot.msg.Hand",
+        "class GripResponse(_base.Message):",
+        "    success: bool",
+        "class Grip:",
+        "    _request_class: _ClassVar[type[GripRequest]]",
+        "    _response_class: _ClassVar[type[GripResponse]]",
+    ):
+        assert line in text.splitlines()
+    compile(text, "stub", "exec")
+
+
+def test_comments_are_docstrings(packages: Path) -> None:
+    module = ast.parse(stubs(packages, "robot")["robot/msg/__init__.pyi"])
+    (eye,) = (node for node in module.body if isinstance(node, ast.ClassDef) and node.name == "Eye")
+    documented = {
+        ast.unparse(before).partition(":")[0]: after.value.value
+        for before, after in itertools.pairwise(eye.body)
+        if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant)
+    }
+    (pixels, *_) = (node for node in eye.body if isinstance(node, ast.FunctionDef))
+
+    assert ast.get_docstring(eye) == 'Sees.\n\nAlways """open"""; \\n, \\x00.'
+    assert documented == {"OPEN": "wide", "state": "how"}
+    assert ast.get_docstring(pixels) == "one byte\na pixel"
+
+
+def test_the_comment_on_a_service_is_on_its_class_and_its_request(packages: Path) -> None:
+    module = ast.parse(stubs(packages, "robot")["robot/srv/__init__.pyi"])
+    classes = {node.name: ast.get_docstring(node) for node in module.body if isinstance(node, ast.ClassDef)}
+    assert classes == {"GripRequest": "Closes a hand.", "GripResponse": None, "Grip": "Closes a hand."}
+
+
+def test_a_package_without_definitions_has_none(packages: Path) -> None:
+    assert stubs(packages, "empty") == {}
+
+
+def test_an_unknown_package_is_an_error(packages: Path) -> None:
+    with pytest.raises(NotFound, match="no_robot"):
+        stubs(packages, "no_robot")

@@ -1,0 +1,72 @@
+from __future__ import annotations
+
+import pytest
+
+from pipros.net.backlog import Backlog, Frame
+
+MANY = 1_000_000
+
+
+def backlog_of(*frames: Frame) -> Backlog:
+    backlog = Backlog()
+    for frame in frames:
+        backlog.append(frame, sum(map(len, frame)))
+    return backlog
+
+
+def contents(backlog: Backlog) -> bytes:
+    return b"".join(backlog.next_buffers())
+
+
+@pytest.mark.parametrize("step", [1, 2, 3, 5, 11])
+def test_frames_go_out_in_order_however_they_are_cut(step: int) -> None:
+    backlog = backlog_of((b"ab", b"cde"), (b"f",), (b"", b"ghijk"))
+    out, frames = b"", 0
+    while backlog:
+        sent = contents(backlog)[:step]
+        out += sent
+        frames += backlog.forget(len(sent))
+    assert (out, frames) == (b"abcdefghijk", 3)
+
+
+def test_the_oldest_are_dropped_and_never_one_that_is_partly_out() -> None:
+    backlog = backlog_of((b"abc",), (b"def",), (b"ghi",), (b"jkl",))
+    backlog.forget(1)
+
+    assert backlog.drop_oldest(1, MANY) == 2
+    assert contents(backlog) == b"bcjkl"
+
+
+def test_no_more_bytes_wait_than_the_limit_but_the_newest_frame_always_does() -> None:
+    backlog = backlog_of((b"abc",), (b"def",), (b"ghi",))
+
+    assert backlog.drop_oldest(None, 6) == 1
+    assert contents(backlog) == b"defghi"
+    assert backlog.drop_oldest(0, 1) == 1
+    assert contents(backlog) == b"ghi"
+
+
+def test_room_that_was_made_can_be_used_again() -> None:
+    backlog = backlog_of((b"abc",), (b"def",))
+    backlog.forget(6)
+    backlog.append((b"ghijkl",), 6)
+
+    assert backlog.drop_oldest(None, 6) == 0
+    assert contents(backlog) == b"ghijkl"
+
+
+def test_what_is_left_of_a_frame_comes_first() -> None:
+    backlog = Backlog()
+    backlog.append_rest((b"abc", b"def"), 4)
+    backlog.append((b"g",), 1)
+
+    assert contents(backlog) == b"efg"
+    assert (backlog.forget(3), bool(backlog)) == (2, False)
+
+
+def test_buffers_that_the_publisher_may_change_are_copied() -> None:
+    data = bytearray(b"abc")
+    backlog = backlog_of((memoryview(data),))
+    data[:] = b"xyz"
+
+    assert contents(backlog) == b"abc"

@@ -1,0 +1,116 @@
+"""Looking at a socket for a moment before sleeping in it."""
+
+import socket
+import threading
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from pipros.net import busy_poll
+from pipros.net.busy_poll import PollingReceiver
+
+
+@pytest.fixture
+def ends() -> Iterator[tuple[socket.socket, socket.socket]]:
+    here, there = socket.socketpair()
+    with here, there:
+        yield here, there
+
+
+ONE_LOOK = -1.0  # a time that is over after the first
+
+
+class SleepySocket:
+    """Has nothing for whoever looks, and something for whoever sleeps; notes which it was."""
+
+    def __init__(self) -> None:
+        self.waits: list[str] = []
+
+    def recv_into(self, _room: memoryview, _most: int = 0, flags: int = 0) -> int:
+        if flags:
+            self.waits.append("looked")
+            raise BlockingIOError
+        self.waits.append("slept")
+        return 1
+
+
+@pytest.fixture
+def sleepy(monkeypatch: pytest.MonkeyPatch) -> SleepySocket:
+    """On a system where one may look."""
+    monkeypatch.setattr(busy_poll, "_DONTWAIT", 0x40)
+    monkeypatch.setattr(busy_poll, "_MAY_POLL", True)
+    return SleepySocket()
+
+
+def wait_on(one: PollingReceiver, sock: SleepySocket) -> None:
+    one.receive_into(sock, memoryview(b""))  # type: ignore[arg-type]
+
+
+def test_what_is_there_is_received(ends: tuple[socket.socket, socket.socket]) -> None:
+    here, there = ends
+    room = bytearray(8)
+    there.sendall(b"12345")
+    assert PollingReceiver().receive_into(here, memoryview(room)) == 5
+    assert room[:5] == b"12345"
+    there.sendall(b"12345")
+    assert PollingReceiver().receive(here, 3) == b"123"
+
+
+def test_what_comes_later_is_waited_for(ends: tuple[socket.socket, socket.socket]) -> None:
+    here, there = ends
+    timer = threading.Timer(20 * busy_poll.STREAM_POLL_S, there.sendall, (b"late",))
+    timer.start()
+    assert PollingReceiver().receive(here, 100) == b"late"
+    timer.join()
+
+
+def test_the_end_of_the_stream_is_nothing(ends: tuple[socket.socket, socket.socket]) -> None:
+    here, there = ends
+    there.close()
+    assert PollingReceiver().receive(here, 100) == b""
+    assert PollingReceiver().receive_into(here, memoryview(bytearray(1))) == 0
+
+
+def test_a_deadline_ends_the_wait(ends: tuple[socket.socket, socket.socket]) -> None:
+    with pytest.raises(TimeoutError):
+        PollingReceiver().receive(ends[0], 100, deadline=time.monotonic() + 0.01)
+
+
+def test_a_deadline_holds_for_a_peer_that_trickles(ends: tuple[socket.socket, socket.socket]) -> None:
+    ends[1].sendall(b"more")
+    with pytest.raises(TimeoutError):
+        PollingReceiver().receive(ends[0], 1, deadline=time.monotonic() - 1)
+
+
+def test_looks_in_vain_become_rare(monkeypatch: pytest.MonkeyPatch, sleepy: SleepySocket) -> None:
+    monkeypatch.setattr(busy_poll, "LONGEST_PAUSE", 4)
+    one = PollingReceiver(ONE_LOOK)
+    polled_waits = []
+    for wait in range(22):
+        before = len(sleepy.waits)
+        wait_on(one, sleepy)
+        if "looked" in sleepy.waits[before:]:
+            polled_waits.append(wait)
+    assert polled_waits == [0, 2, 5, 10, 15, 20], "after one, two, four, four ... without"
+    assert sleepy.waits.count("slept") == 22, "no wait ends without bytes"
+
+
+def test_a_look_that_pays_is_repeated(
+    sleepy: SleepySocket, ends: tuple[socket.socket, socket.socket]
+) -> None:
+    one = PollingReceiver(ONE_LOOK)
+    for _ in range(5):  # looks, passes, looks, passes twice
+        wait_on(one, sleepy)
+    ends[1].sendall(b"here")
+    assert one.receive(ends[0], 100) == b"here"
+    sleepy.waits.clear()
+    wait_on(one, sleepy)
+    wait_on(one, sleepy)
+    assert sleepy.waits == ["looked", "slept", "slept"], "the pause is one again"
+
+
+def test_where_looking_is_of_no_use_it_sleeps(monkeypatch: pytest.MonkeyPatch, sleepy: SleepySocket) -> None:
+    monkeypatch.setattr(busy_poll, "_MAY_POLL", False)
+    wait_on(PollingReceiver(), sleepy)
+    assert sleepy.waits == ["slept"]

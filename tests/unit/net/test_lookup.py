@@ -1,0 +1,127 @@
+from __future__ import annotations
+
+import os
+import socket
+import threading
+import time
+from typing import Any
+
+import pytest
+
+from pipros.errors import Interrupted
+from pipros.net.lookup import FAILED_S, FOUND_S, Lookups
+from tests.support.waiting import wait_until
+
+
+class Resolver:
+    """Names and their addresses; the answers for others never come, until the test ends."""
+
+    def __init__(self, **known: str) -> None:
+        self.known = known
+        self.asked: list[str] = []
+        self.end = threading.Event()
+
+    def __call__(self, host: str, _port: None, **_wanted: int) -> list[Any]:
+        self.asked.append(host)
+        if host == "unknown":
+            raise socket.gaierror(socket.EAI_NONAME, "not known")
+        if host not in self.known:
+            self.end.wait(60)
+        return [(socket.AF_INET, socket.SOCK_STREAM, 6, "", (self.known.get(host, "127.0.0.9"), 0))]
+
+
+@pytest.fixture
+def resolver() -> Any:
+    resolver = Resolver(robot="127.0.0.2", arm="127.0.0.3")
+    yield resolver
+    resolver.end.set()
+    wait_until(lambda: not any(thread.name == "look-up" for thread in threading.enumerate()))
+
+
+def addresses(found: list[Any]) -> list[Any]:
+    return [where for *_, where in found]
+
+
+def test_a_name_is_found_with_the_port_that_was_asked_for(resolver: Resolver) -> None:
+    lookups = Lookups(2, resolve=resolver)
+
+    assert addresses(lookups.find("robot", 80)) == [("127.0.0.2", 80)]
+    assert addresses(lookups.find("robot", 81)) == [("127.0.0.2", 81)]
+    assert resolver.asked == ["robot"]
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1", "::1", "fe80::1"])
+def test_an_address_is_not_looked_up(resolver: Resolver, address: str) -> None:
+    found = Lookups(2, resolve=resolver).find(address, 80, type=socket.SOCK_STREAM)
+
+    assert found == socket.getaddrinfo(address, 80, type=socket.SOCK_STREAM)
+    assert resolver.asked == []
+
+
+@pytest.mark.parametrize("host", ["unknown", "a" * 70 + ".b", "\udcff"])
+def test_a_name_that_means_nothing_is_an_error(host: str) -> None:
+    def resolve(host: str, _port: None, **_wanted: int) -> list[Any]:
+        host.encode("idna")
+        raise socket.gaierror(socket.EAI_NONAME, "not known")
+
+    with pytest.raises(socket.gaierror):
+        Lookups(2, resolve=resolve).find(host, 80)
+
+
+def test_what_was_found_and_what_was_not_is_remembered_for_a_while(resolver: Resolver) -> None:
+    now = [0.0]
+    lookups = Lookups(2, resolve=resolver, now=lambda: now[0])
+
+    def look_up_both() -> None:
+        lookups.find("robot", 1)
+        with pytest.raises(socket.gaierror, match="not known"):
+            lookups.find("unknown", 1)
+
+    look_up_both()
+    look_up_both()
+    assert resolver.asked == ["robot", "unknown"]
+    now[0] = FAILED_S
+    look_up_both()
+    assert resolver.asked == ["robot", "unknown", "unknown"]
+    now[0] = FOUND_S
+    look_up_both()
+    assert resolver.asked == ["robot", "unknown", "unknown", "robot", "unknown"]
+
+
+def test_the_wait_for_an_answer_that_never_comes_ends_when_it_should(resolver: Resolver) -> None:
+    lookups = Lookups(1, resolve=resolver)
+
+    with pytest.raises(TimeoutError):
+        lookups.find("silent", 1, deadline=time.monotonic() + 0.01)
+    with pytest.raises(Interrupted):
+        lookups.find("silent", 1, is_given_up=lambda: True)
+    assert resolver.asked == ["silent"]  # who asks again joins in
+
+
+def test_no_more_look_ups_than_the_limit_are_under_way_and_the_next_follow(resolver: Resolver) -> None:
+    lookups = Lookups(2, resolve=resolver)
+    answers = [lookups.ask(f"silent{number}") for number in range(5)]
+    wait_until(lambda: len(resolver.asked) == 2)
+    assert addresses(lookups.find("robot", 1)) == [("127.0.0.2", 1)]  # a blocking call does not wait for them
+
+    resolver.end.set()
+
+    assert all(answer.wait(10) for answer in answers)
+    assert sorted(resolver.asked) == ["robot", *(f"silent{number}" for number in range(5))]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
+def test_a_forked_child_does_not_wait_for_the_look_ups_of_its_parent(resolver: Resolver) -> None:
+    lookups = Lookups(1, resolve=resolver)
+    lookups.ask("late", urgent=True)
+    wait_until(lambda: resolver.asked == ["late"])
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        resolver.known["late"] = "127.0.0.4"
+        os.write(writing, lookups.find("late", 1)[0][4][0].encode())
+        os._exit(0)
+    os.close(writing)
+    with open(reading, "rb") as answer:
+        assert answer.read() == b"127.0.0.4"
+    os.waitpid(child, 0)

@@ -1,0 +1,98 @@
+from __future__ import annotations
+
+import asyncio
+import errno
+import os
+import socket
+import threading
+from typing import Any
+
+import pytest
+
+from pipros.net.lookup import Lookups
+from pipros.net.loop import BackgroundLoop, in_daemon_thread
+
+
+class Silence:
+    """A resolver whose answers never come, until the test ends."""
+
+    def __init__(self) -> None:
+        self.end = threading.Event()
+        self.thread: threading.Thread | None = None
+
+    def __call__(self, host: str, _port: None, **_wanted: int) -> list[Any]:
+        self.thread = threading.current_thread()
+        if host != "robot":
+            self.end.wait(60)
+        return [(socket.AF_INET, socket.SOCK_STREAM, 6, "", ("127.0.0.1", 0))]
+
+
+@pytest.fixture
+def silence() -> Any:
+    silence = Silence()
+    yield silence
+    silence.end.set()
+
+
+def test_a_connection_by_name_is_made_by_way_of_the_look_ups(silence: Silence) -> None:
+    loop = BackgroundLoop("test", Lookups(2, resolve=silence))
+    loop.start()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+
+        async def connect() -> None:
+            _, writer = await asyncio.open_connection("robot", port)
+            writer.close()
+
+        loop.run(connect(), 10)
+    loop.stop()
+
+
+def test_the_end_of_the_loop_waits_for_no_look_up(silence: Silence) -> None:
+    loop = BackgroundLoop("test", Lookups(2, resolve=silence))
+    loop.start()
+    looking = threading.Event()
+
+    async def look_up() -> None:
+        looking.set()
+        await asyncio.get_running_loop().getaddrinfo("silent", 80)
+
+    loop.spawn(look_up())
+    assert looking.wait(10)
+    loop.stop()
+    assert silence.thread is not None
+    assert silence.thread.daemon
+    assert silence.thread.is_alive()
+
+
+def test_what_blocks_runs_in_daemon_threads_and_its_outcome_comes_back() -> None:
+    loop = BackgroundLoop("test")
+    loop.start()
+
+    def fail() -> None:
+        raise ValueError("no")
+
+    async def outcomes() -> list[Any]:
+        running = asyncio.get_running_loop()
+        return [
+            await running.run_in_executor(None, threading.current_thread),
+            await asyncio.to_thread(threading.current_thread),
+            await in_daemon_thread(threading.current_thread),
+            *await asyncio.gather(
+                running.run_in_executor(None, fail), in_daemon_thread(fail), return_exceptions=True
+            ),
+        ]
+
+    *threads, first, second = loop.run(outcomes(), 10)
+    loop.stop()
+    assert [thread.daemon for thread in threads] == [True, True, True]
+    assert [str(first), str(second)] == ["no", "no"]
+
+
+def test_a_loop_that_cannot_be_made_is_an_error_and_no_endless_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*args: object) -> None:
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    monkeypatch.setattr(socket, "socketpair", refuse)
+    with pytest.raises(OSError, match="Too many open files"):
+        BackgroundLoop("mine").start()

@@ -1,0 +1,267 @@
+"""The sending end of a link, with a socket in memory: what it writes, keeps, drops and waits for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pipros.limits import Limits
+from pipros.net import sockets
+from pipros.net.outgoing import CHECK_STALLED_INTERVAL_S, OutgoingLink
+
+SIZE = 10
+
+
+class Socket:
+    """Takes `room` bytes, then no more until it is given room again."""
+
+    def __init__(self) -> None:
+        self.room = 0
+        self.sent = b""
+        self.is_reset = False
+        self.is_closed = False
+        self.incoming: list[bytes] = []
+
+    def send(self, data: bytes | memoryview) -> int:
+        if self.is_reset:
+            raise ConnectionResetError
+        count = min(len(data), self.room)
+        if not count:
+            raise BlockingIOError
+        self.sent += bytes(data[:count])
+        self.room -= count
+        return count
+
+    def sendmsg(self, buffers: list[bytes | memoryview]) -> int:
+        return self.send(b"".join(buffers))
+
+    def recv(self, _most: int) -> bytes:
+        if not self.incoming:
+            raise BlockingIOError
+        return self.incoming.pop(0)
+
+    def getpeername(self) -> tuple[str, int]:
+        return "10.0.0.9", 4711
+
+    def setblocking(self, _flag: bool) -> None:
+        pass
+
+    def shutdown(self, _how: int) -> None:
+        pass
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+class Timer:
+    def cancel(self) -> None:
+        pass
+
+
+class Loop:
+    """A background loop that the test runs: `call` and the timers and watches of asyncio."""
+
+    def __init__(self) -> None:
+        self.asyncio = self
+        self.soon: list[Callable[[], object]] = []
+        self.timers: list[tuple[float, Callable[[], object]]] = []
+        self.reader: Callable[[], object] | None = None
+        self.writer: Callable[[], object] | None = None
+
+    def call(self, function: Callable[..., object], *args: object) -> None:
+        self.soon.append(lambda: function(*args))
+
+    def call_later(self, delay_s: float, function: Callable[[], object]) -> Timer:
+        self.timers.append((delay_s, function))
+        return Timer()
+
+    def add_reader(self, _sock: object, function: Callable[[], object]) -> None:
+        self.reader = function
+
+    def add_writer(self, _sock: object, function: Callable[[], object]) -> None:
+        self.writer = function
+
+    def remove_reader(self, _sock: object) -> None:
+        self.reader = None
+
+    def remove_writer(self, _sock: object) -> None:
+        self.writer = None
+
+    def run(self) -> None:
+        while self.soon:
+            self.soon.pop(0)()
+
+    def fire(self, delay_s: float) -> None:
+        """Calls the timers of one kind once."""
+        due = [function for delay, function in self.timers if delay == delay_s]
+        self.timers = [timer for timer in self.timers if timer[0] != delay_s]
+        for function in due:
+            function()
+
+
+class Subscriber:
+    """A link, and the socket and the loop that it has."""
+
+    def __init__(self, queue_size: int | None, limits: Limits | None = None) -> None:
+        self.sock, self.loop = Socket(), Loop()
+        self.ended: list[OutgoingLink] = []
+        sock: Any = self.sock
+        loop: Any = self.loop
+        self.link = OutgoingLink(
+            sock, loop, queue_size=queue_size, limits=limits or Limits(), on_closed=self.ended.append
+        )
+        self.loop.run()
+
+    def send(self, *numbers: int) -> None:
+        for number in numbers:
+            self.link.send((str(number).encode() * SIZE,), SIZE)
+
+    def make_room(self, room: int) -> None:
+        """The subscriber reads, and the loop finds that the socket has room."""
+        self.sock.room = room
+        if self.loop.writer:
+            self.loop.writer()
+
+    @property
+    def frames(self) -> str:
+        """The digits of the frames that went out, one for each whole frame."""
+        sent = self.sock.sent.decode()
+        return "".join(sent[start] for start in range(0, len(sent) - SIZE + 1, SIZE))
+
+
+@pytest.fixture(autouse=True)
+def drained(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """What the system says of the sockets here; a test may empty the list: not drained yet."""
+    answers = [True]
+    monkeypatch.setattr(sockets, "is_nearly_drained", lambda _sock: bool(answers))
+    monkeypatch.setattr(sockets, "is_unanswered", lambda _sock, _limit_s: False)
+    return answers
+
+
+def test_a_frame_is_written_at_once_while_the_socket_has_room() -> None:
+    subscriber = Subscriber(10)
+    subscriber.sock.room = 100
+    subscriber.send(1, 2)
+    assert subscriber.frames == "12"
+    assert not subscriber.link.is_behind
+    assert (subscriber.link.statistics.frames, subscriber.link.statistics.bytes) == (2, 2 * SIZE)
+
+
+def test_with_a_full_socket_the_newest_frames_wait_and_the_oldest_are_dropped() -> None:
+    subscriber = Subscriber(2)
+    subscriber.send(1, 2, 3, 4)
+    subscriber.link.queue_for_loop()
+    subscriber.loop.run()
+    subscriber.make_room(100)
+    assert subscriber.frames == "34"
+    assert (subscriber.link.statistics.frames, subscriber.link.statistics.dropped) == (2, 2)
+    assert subscriber.loop.writer is None, "nothing waits, so the socket is not watched"
+
+
+def test_the_rest_of_a_frame_follows_whatever_is_dropped_behind_it() -> None:
+    subscriber = Subscriber(1)
+    subscriber.sock.room = 4
+    subscriber.send(1, 2, 3)
+    subscriber.link.queue_for_loop()
+    subscriber.loop.run()
+    subscriber.make_room(3)
+    subscriber.make_room(100)
+    assert subscriber.sock.sent == b"1" * SIZE + b"3" * SIZE
+    assert subscriber.link.statistics.dropped == 1
+
+
+def test_a_queue_size_of_zero_keeps_every_frame_up_to_the_limit_in_bytes() -> None:
+    subscriber = Subscriber(0, Limits(queue_bytes=3 * SIZE))
+    subscriber.send(*range(9))
+    assert subscriber.link.statistics.dropped == 6
+    subscriber.sock.room = 100
+    assert subscriber.link.flush()
+    assert subscriber.frames == "678"
+
+
+def test_a_frame_larger_than_the_limit_waits_all_the_same() -> None:
+    subscriber = Subscriber(0, Limits(queue_bytes=1))
+    subscriber.send(1)
+    subscriber.sock.room = 100
+    subscriber.link.flush()
+    assert subscriber.frames == "1"
+
+
+def test_without_a_queue_a_link_that_was_waited_for_in_vain_has_stalled() -> None:
+    subscriber = Subscriber(None)
+    subscriber.send(1, 2, 3)
+    assert subscriber.link.is_waited_for
+    assert subscriber.link.statistics.dropped == 0
+    subscriber.link.wait_no_more()
+    assert not subscriber.link.is_waited_for
+    assert subscriber.link.statistics.dropped == 2, "as with queue_size=1"
+
+
+def test_one_that_stalled_is_waited_for_again_when_it_has_caught_up(drained: list[bool]) -> None:
+    subscriber = Subscriber(None)
+    subscriber.send(1)
+    subscriber.link.wait_no_more()
+    subscriber.link.queue_for_loop()
+    subscriber.loop.run()
+    subscriber.loop.fire(CHECK_STALLED_INTERVAL_S)
+    assert not subscriber.link.is_waited_for, "it has not read anything yet"
+    subscriber.make_room(100)
+    drained.clear()
+    subscriber.loop.fire(CHECK_STALLED_INTERVAL_S)
+    assert not subscriber.link.is_waited_for, "the system still holds the bytes"
+    drained.append(True)
+    subscriber.loop.fire(CHECK_STALLED_INTERVAL_S)
+    assert subscriber.link.is_waited_for
+
+
+@pytest.mark.parametrize("queue_size", [None, 0, 10])
+def test_a_reset_ends_the_link_once(queue_size: int | None) -> None:
+    subscriber = Subscriber(queue_size)
+    subscriber.sock.is_reset = True
+    subscriber.send(1, 2)
+    subscriber.link.close()
+    subscriber.loop.run()
+    assert subscriber.ended == [subscriber.link]
+    assert subscriber.sock.is_closed
+    assert not subscriber.link.is_behind
+
+
+def test_a_subscriber_that_closes_ends_the_link() -> None:
+    subscriber = Subscriber(10)
+    subscriber.sock.incoming = [b""]
+    assert subscriber.loop.reader
+    subscriber.loop.reader()
+    subscriber.loop.run()
+    assert subscriber.ended == [subscriber.link]
+    assert subscriber.link.end_reason == ""
+
+
+def test_one_that_sends_too_much_loses_the_link_with_a_reason() -> None:
+    subscriber = Subscriber(10, Limits(subscriber_bytes=10))
+    for data, is_closed in ((b"x" * 10, False), (b"x", True)):
+        subscriber.sock.incoming = [data]
+        assert subscriber.loop.reader
+        subscriber.loop.reader()
+        assert subscriber.link.is_closed is is_closed
+    assert subscriber.link.end_reason == "it sent more than 10 bytes after its header"
+
+
+def test_the_header_is_sent_first_and_is_not_counted() -> None:
+    subscriber = Subscriber(10)
+    subscriber.sock.room = 100
+    subscriber.link.greet(b"header")
+    subscriber.send(1)
+    assert subscriber.sock.sent == b"header" + b"1" * SIZE
+    assert subscriber.link.statistics.frames == 1
+
+
+def test_the_frames_of_a_publisher_that_reuses_its_message_are_kept_as_they_were() -> None:
+    subscriber = Subscriber(10)
+    message = bytearray(b"1" * SIZE)
+    subscriber.link.send((memoryview(message),), SIZE)
+    message[:] = b"2" * SIZE
+    subscriber.sock.room = 100
+    subscriber.link.flush()
+    assert subscriber.frames == "1"

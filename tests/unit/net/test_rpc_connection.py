@@ -1,0 +1,261 @@
+"""A connection of the RPC server, fed by hand: a transport in memory, a loop whose turns the test takes."""
+
+from __future__ import annotations
+
+import asyncio
+import heapq
+import itertools
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from typing import Any
+
+import pytest
+
+from pipros.limits import Limits
+from pipros.net.connections import Connections, HeldBytes, Refusals
+from pipros.net.rpc_connection import RpcConnection
+from pipros.net.this_machine import Caller
+from pipros.wire.http import build_request
+from pipros.wire.xmlrpc import encode_call
+
+
+class Handle:
+    def __init__(self, call: Callable[[], object]) -> None:
+        self.call = call
+        self.is_cancelled = False
+
+    def cancel(self) -> None:
+        self.is_cancelled = True
+
+
+class Loop:
+    """As much of an event loop as a connection uses; time passes when the test says so."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self._soon: list[Handle] = []
+        self._later: list[tuple[float, int, Handle]] = []
+        self._number = itertools.count()
+
+    def time(self) -> float:
+        return self.now
+
+    def call_soon(self, function: Callable[..., object], *args: Any) -> Handle:
+        handle = Handle(lambda: function(*args))
+        self._soon.append(handle)
+        return handle
+
+    def call_later(self, delay_s: float, function: Callable[[], object]) -> Handle:
+        handle = Handle(function)
+        heapq.heappush(self._later, (self.now + delay_s, next(self._number), handle))
+        return handle
+
+    def turn(self) -> int:
+        """Runs what is due; returns how much that was."""
+        while self._later and self._later[0][0] <= self.now:
+            self._soon.append(heapq.heappop(self._later)[2])
+        due, self._soon = [handle for handle in self._soon if not handle.is_cancelled], []
+        for handle in due:
+            handle.call()
+        return len(due)
+
+    def run(self) -> None:
+        while self.turn():
+            pass
+
+
+class Transport(asyncio.Transport):
+    def __init__(self) -> None:
+        super().__init__({"peername": ("10.0.0.9", 4711), "sockname": ("10.0.0.1", 11311)})
+        self.sent = b""
+        self.events: list[str] = []
+        self.is_paused = False
+        self.on_write: Callable[[], object] = lambda: None
+
+    def write(self, data: Any) -> None:
+        self.sent += bytes(data)
+        self.on_write()
+
+    def write_eof(self) -> None:
+        self.events.append("eof")
+
+    def close(self) -> None:
+        self.events.append("close")
+
+    def abort(self) -> None:
+        self.events.append("abort")
+
+    def pause_reading(self) -> None:
+        self.is_paused = True
+
+    def resume_reading(self) -> None:
+        self.is_paused = False
+
+    @property
+    def answers(self) -> int:
+        return self.sent.count(b"HTTP/1.1 200")
+
+
+class Server:
+    """Answers every method at once."""
+
+    def __init__(self) -> None:
+        self.limits = Limits()
+        self.refusals = Refusals()
+        self.connections = Connections(limit=10, limit_per_peer=10, refusals=self.refusals)
+        self.bodies = HeldBytes(limit_bytes=1 << 20, refusals=self.refusals)
+        self.admits_peers = True
+
+    @property
+    def large_values(self) -> Executor:
+        raise AssertionError("these tests send no large values")
+
+    def admits(self, caller: Caller) -> bool:
+        assert caller.host == "10.0.0.9"
+        return self.admits_peers
+
+    def call(self, name: str, params: tuple[Any, ...], *, caller: Caller) -> Any:
+        del params, caller
+        return [1, name, 4711]
+
+
+class Peer:
+    """A connection and what stands around it."""
+
+    def __init__(self) -> None:
+        self.loop, self.server, self.transport = Loop(), Server(), Transport()
+        loop: Any = self.loop
+        self.connection = RpcConnection(self.server, loop)
+
+    def connect(self) -> None:
+        self.connection.connection_made(self.transport)
+
+    def send(self, data: bytes) -> None:
+        self.connection.data_received(data)
+
+
+CALL = build_request("master", "/", encode_call("getPid", ("/me",)))
+
+
+@pytest.fixture
+def peer() -> Iterator[Peer]:
+    peer = Peer()
+    peer.connect()
+    yield peer
+    peer.connection.connection_lost(None)
+    assert len(peer.server.connections) == 0
+
+
+def test_a_quick_call_is_answered_in_the_callback_that_brings_it(peer: Peer) -> None:
+    peer.send(CALL)
+    assert peer.transport.answers == 1
+    assert b"4711" in peer.transport.sent
+    assert peer.loop.turn() == 0
+
+
+def test_each_call_that_was_sent_ahead_has_a_turn_of_its_own(peer: Peer) -> None:
+    peer.send(CALL * 3)
+    answered = [peer.transport.answers]
+    while peer.loop.turn():
+        answered.append(peer.transport.answers)
+    assert answered == [1, 2, 3]
+
+
+def test_a_call_in_pieces_is_answered_when_it_is_whole(peer: Peer) -> None:
+    for byte in CALL[:-1]:
+        peer.send(bytes([byte]))
+        assert peer.transport.sent == b""
+    peer.send(CALL[-1:])
+    assert peer.transport.answers == 1
+
+
+def test_a_peer_that_does_not_read_is_read_no_further_until_it_does(peer: Peer) -> None:
+    peer.transport.on_write = peer.connection.pause_writing
+    peer.send(CALL * 2)
+    peer.loop.run()
+    peer.send(CALL)
+    assert (peer.transport.answers, peer.transport.is_paused) == (1, True)
+    peer.transport.on_write = lambda: None
+    peer.connection.resume_writing()
+    peer.loop.run()
+    assert (peer.transport.answers, peer.transport.is_paused) == (3, False)
+
+
+def test_one_that_does_not_read_is_closed_at_the_deadline(peer: Peer) -> None:
+    peer.transport.on_write = peer.connection.pause_writing
+    peer.send(CALL)
+    limit_s = peer.server.limits.request_s
+    peer.server.connections.sweep(limit_s - 1, 1e9)
+    assert peer.transport.events == []
+    peer.server.connections.sweep(limit_s + 1, 1e9)
+    assert peer.transport.events == ["abort"]
+
+
+def test_single_bytes_do_not_extend_the_deadline_of_a_request(peer: Peer) -> None:
+    limit_s = peer.server.limits.request_s
+    peer.send(CALL[:10])
+    peer.loop.now = limit_s - 1
+    peer.send(CALL[10:11])
+    peer.server.connections.sweep(limit_s + 1, 1e9)
+    assert peer.transport.events == ["abort"]
+
+
+def test_a_half_closed_peer_gets_the_answers_to_all_that_it_has_sent(peer: Peer) -> None:
+    peer.send(CALL * 3)
+    assert peer.connection.eof_received()
+    assert peer.transport.events == []
+    peer.loop.run()
+    assert (peer.transport.answers, peer.transport.events) == (3, ["close"])
+
+
+def test_a_peer_that_ends_without_a_call_is_closed(peer: Peer) -> None:
+    peer.connection.eof_received()
+    assert peer.transport.events == ["close"]
+
+
+def test_a_peer_that_is_refused_may_send_its_request_to_the_end_and_read_why(peer: Peer) -> None:
+    peer.send(b"GARBAGE\r\n\r\n")
+    assert peer.transport.sent.startswith(b"HTTP/1.1 4")
+    assert peer.transport.events == ["eof"]
+    peer.send(CALL)
+    peer.loop.run()
+    assert peer.transport.answers == 0
+    peer.connection.eof_received()
+    assert peer.transport.events == ["eof", "close"]
+    assert peer.server.refusals.total == 1
+
+
+def test_but_not_for_ever(peer: Peer) -> None:
+    peer.send(b"GARBAGE\r\n\r\n")
+    peer.loop.now = 60
+    peer.loop.run()
+    assert peer.transport.events == ["eof", "abort"]
+
+
+def test_a_refusal_that_fills_the_transport_is_drained_too(peer: Peer) -> None:
+    peer.transport.on_write = peer.connection.pause_writing
+    peer.send(b"GARBAGE\r\n\r\n")
+    peer.connection.resume_writing()
+    peer.loop.run()
+    assert peer.transport.events == ["eof"]
+
+
+def test_http_1_0_is_closed_behind_its_answer(peer: Peer) -> None:
+    peer.send(CALL.replace(b"HTTP/1.1", b"HTTP/1.0") + CALL)
+    peer.loop.run()
+    assert (peer.transport.answers, peer.transport.events) == (1, ["close"])
+
+
+def test_a_peer_that_is_not_admitted_is_closed_at_once() -> None:
+    peer = Peer()
+    peer.server.admits_peers = False
+    peer.connect()
+    assert peer.transport.events == ["abort"]
+    assert len(peer.server.connections) == 0
+
+
+def test_nothing_is_written_to_a_connection_that_was_lost_in_between(peer: Peer) -> None:
+    peer.send(CALL * 2)
+    peer.connection.connection_lost(None)
+    peer.loop.run()
+    assert peer.transport.answers == 1

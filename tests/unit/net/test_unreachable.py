@@ -1,0 +1,26 @@
+"""What an unreachable peer is told about depends on why it is likely to be out of reach."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from pipros.net.unreachable import explain, host_of
+
+
+@pytest.mark.parametrize(
+    ("peer", "said"),
+    [
+        ("http://no-such-robot.invalid:1234/", "does not know the name [no-such-robot.invalid]: set ROS_IP"),
+        ("http://localhost:1/", "means this machine only"),
+        ("203.0.113.5:1", "a firewall is in between"),
+    ],
+)
+def test_advice_fits_the_address(peer: str, said: str) -> None:
+    assert said in asyncio.run(explain(peer))
+
+
+def test_a_host_is_found_in_every_form() -> None:
+    peers = ("http://robot:123/", "10.0.0.1:5", "http://[::1]:80/", "rosrpc://a:1")
+    assert [host_of(peer) for peer in peers] == ["robot", "10.0.0.1", "::1", "a"]

@@ -1,0 +1,52 @@
+"""Threads that are kept for the next job."""
+
+import threading
+
+import pytest
+
+from pipros.net.workers import Workers
+from tests.support.waiting import wait_until
+
+
+def threads_named(name: str) -> list[threading.Thread]:
+    return [thread for thread in threading.enumerate() if thread.name == name]
+
+
+def test_a_job_that_blocks_delays_no_other() -> None:
+    workers, gate, done = Workers("blocked"), threading.Event(), threading.Event()
+    workers.run(gate.wait)
+    workers.run(done.set)
+    assert done.wait(10)
+    gate.set()
+    workers.close()
+
+
+def test_none_is_left_when_it_closes_while_jobs_are_under_way() -> None:
+    workers, gate = Workers("closed"), threading.Event()
+    for _ in range(3):
+        workers.run(gate.wait)
+    workers.close()
+    assert len(threads_named("closed")) == 3
+    gate.set()
+    wait_until(lambda: not threads_named("closed"), what="the end of the threads")
+
+
+def test_jobs_beyond_the_limit_of_threads_follow_in_order_also_after_one_that_fails(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    failures: list[threading.ExceptHookArgs] = []
+    monkeypatch.setattr(threading, "excepthook", failures.append)
+    workers, gate, done = Workers("limited", limit=1, kept_idle=0), threading.Event(), list[int]()
+
+    def fail() -> None:
+        raise ValueError("a bug of the job")
+
+    workers.run(gate.wait)
+    workers.run(fail)
+    for number in range(3):
+        workers.run(done.append, number)
+    assert len(threads_named("limited")) == 1
+    gate.set()
+    wait_until(lambda: not threads_named("limited"), what="the end of the thread")
+    assert done == [0, 1, 2]
+    assert [str(failure.exc_value) for failure in failures] == ["a bug of the job"]

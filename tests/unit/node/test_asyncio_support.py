@@ -1,0 +1,42 @@
+"""A stream of messages hands over what other threads put in, the newest when it must choose."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+
+from pipros.node.asyncio_support import MessageStream
+
+
+def fill(stream: MessageStream[int], count: int) -> None:
+    """Puts numbers in from another thread, then ends the stream."""
+    thread = threading.Thread(target=lambda: ([stream(number) for number in range(count)], stream.close()))
+    thread.start()
+    thread.join()
+
+
+def test_without_a_queue_size_all_messages_are_kept_in_order() -> None:
+    async def take() -> list[int]:
+        stream: MessageStream[int] = MessageStream(None)
+        fill(stream, 100)
+        return [number async for number in stream]
+
+    assert asyncio.run(take()) == list(range(100))
+
+
+def test_with_one_the_newest_are_kept_and_the_others_counted() -> None:
+    async def take() -> tuple[list[int], int]:
+        stream: MessageStream[int] = MessageStream(2)
+        fill(stream, 100)
+        return [number async for number in stream], stream.dropped
+
+    assert asyncio.run(take()) == ([98, 99], 98)
+
+
+def test_a_message_after_the_loop_has_ended_is_nobodys() -> None:
+    async def make() -> MessageStream[int]:
+        return MessageStream(None)
+
+    stream = asyncio.run(make())
+    stream(1)
+    stream.close()

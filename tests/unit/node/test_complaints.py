@@ -1,0 +1,25 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+from pipros.node.complaints import FULL, Complaints
+from tests.support.nodes import listening_log
+
+
+def test_a_few_are_said_and_the_others_counted() -> None:
+    log, lines = listening_log()
+    later: list[Callable[[], Any]] = []
+    loop: Any = SimpleNamespace(asyncio=SimpleNamespace(call_later=lambda _, report: later.append(report)))
+    complaints = Complaints(log, loop, "%d more; the last is %s")
+
+    said = [complaints.may_say(str(number)) for number in range(100)]
+
+    assert said == [True] * FULL + [False] * (100 - FULL)
+    assert (len(later), lines) == (1, [])
+    later.pop()()
+    assert lines == [f"{100 - FULL} more; the last is 99"]
+    assert complaints.may_say("another")
+    later.pop()()
+    assert len(lines) == 1

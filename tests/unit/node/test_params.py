@@ -1,0 +1,230 @@
+"""The parameter cache of a node: when it answers by itself, and when it asks the master."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pipros.errors import NotFound, Refused, Unreachable
+from pipros.node.params import CachedParameter, CacheState, Parameters
+from pipros.node.registration import Registrations
+
+JOINING, OVERTAKEN, CURRENT, STALE = CacheState
+
+
+class Master:
+    """A parameter server in memory, which counts what it is asked for."""
+
+    def __init__(self, **values: Any) -> None:
+        self.values = {f"/{name}": value for name, value in values.items()}
+        self.asked: list[str] = []
+        self.is_away = False
+        self.before_answer: Callable[[], object] = lambda: None
+
+    def get_param(self, key: str) -> Any:
+        self.asked.append(key)
+        if self.is_away:
+            raise Unreachable("master", "it is away")
+        if key not in self.values:
+            raise Refused("getParam", -1, f"Parameter [{key}] is not set")
+        value = self.values[key]
+        self.before_answer()
+        return value
+
+    def set_param(self, key: str, value: Any) -> None:
+        self.values[key] = value
+
+    def delete_param(self, key: str) -> None:
+        if self.values.pop(key, None) is None:
+            raise Refused("getParam", -1, f"Parameter [{key}] is not set")
+
+    def subscribe_param(self, _api: str, key: str) -> Any:
+        if self.is_away:
+            raise Unreachable("master", "it is away")
+        value = self.values.get(key, {})
+        self.before_answer()
+        return value
+
+
+def parameters(master: Any) -> Parameters:
+    log = logging.Logger("test", logging.CRITICAL)
+    registrations = Registrations(master, "/node", "http://127.0.0.1:1/", log)
+    return Parameters(master, lambda name: name, lambda: registrations)
+
+
+def test_the_master_is_asked_once_and_then_sends_notices() -> None:
+    master = Master(speed=1)
+    params = parameters(master)
+    assert [params.get_cached("/speed") for _ in range(3)] == [1, 1, 1]
+    assert params.update("/speed/", 2)
+    assert params.get_cached("/speed") == 2
+    assert master.asked == []  # the subscription brought the first value
+
+
+def test_nothing_is_cached_before_the_node_starts() -> None:
+    master: Any = Master(speed=1)
+    params = Parameters(master, lambda name: name, lambda: None)
+    assert (params.get_cached("/speed"), params.get_cached("/speed")) == (1, 1)
+    assert master.asked == ["/speed", "/speed"]
+    assert not params.update("/speed", 2)
+
+
+def test_a_parameter_that_is_not_set_is_asked_for_at_each_read() -> None:
+    master = Master()
+    params = parameters(master)
+    for _ in range(2):
+        with pytest.raises(NotFound, match="parameter \\[/speed\\] is not set"):
+            params.get_cached("/speed")
+    params.update("/speed", 3)
+    assert params.get_cached("/speed") == 3
+    assert len(master.asked) == 2
+
+
+def test_a_notice_about_a_parameter_below_changes_the_namespace() -> None:
+    params = parameters(Master(gains={"p": 1}))
+    assert params.get_cached("/gains") == {"p": 1}
+    params.update("/gains/d/limit", 5)
+    assert params.get_cached("/gains") == {"p": 1, "d": {"limit": 5}}
+
+
+def test_a_deletion_below_a_namespace_has_it_fetched_again() -> None:
+    master = Master(gains={"p": 1, "d": 2})
+    params = parameters(master)
+    params.get_cached("/gains")
+    master.values["/gains"] = {"p": 1}
+    params.update("/gains/d", {})
+    assert params.get_cached("/gains") == {"p": 1}
+    assert params.get_cached("/gains") == {"p": 1}
+    assert master.asked == ["/gains"]
+
+
+def test_an_old_notice_does_not_undo_a_change_of_the_node_itself() -> None:
+    master = Master(speed=1)
+    params = parameters(master)
+    params.get_cached("/speed")
+    params.set("/speed", 3)
+    params.update("/speed", 2)
+    assert params.get_cached("/speed") == 3
+
+
+@pytest.mark.parametrize("key", ["/gains", "/gains/p", "/"])
+def test_a_change_of_the_node_itself_concerns_what_is_at_above_and_below_it(key: str) -> None:
+    params = parameters(Master(gains={"p": 1}))
+    params.get_cached("/gains")
+    assert params.cached_around(key) == ["/gains"]
+    assert params.cached_around("/gain") == params.cached_around("/gains2") == []
+
+
+def test_a_deletion_by_the_node_itself_is_seen_at_once() -> None:
+    params = parameters(Master(speed=1))
+    params.get_cached("/speed")
+    params.delete("/speed")
+    with pytest.raises(NotFound):
+        params.get_cached("/speed")
+    with pytest.raises(NotFound):
+        params.delete("/speed")
+
+
+def test_a_notice_that_overtakes_the_first_value_is_not_lost() -> None:
+    master = Master(speed=1)
+    params = parameters(master)
+
+    def overtake() -> None:
+        master.before_answer = lambda: None
+        master.values["/speed"] = 2
+        params.update("/speed", 2)
+
+    master.before_answer = overtake
+    assert params.get_cached("/speed") == 2
+    assert params.get_cached("/speed") == 2
+    assert master.asked == ["/speed"]
+
+
+def test_a_notice_that_overtakes_a_refresh_has_it_repeated() -> None:
+    master = Master(speed=1)
+    params = parameters(master)
+    params.get_cached("/speed")
+    params.invalidate("/speed")
+
+    def overtake() -> None:
+        master.before_answer = lambda: None
+        master.values["/speed"] = 2
+        params.update("/speed", 2)
+
+    master.before_answer = overtake
+    assert params.get_cached("/speed") == 1  # what the master answered
+    assert params.get_cached("/speed") == 2
+    assert master.asked == ["/speed", "/speed"]
+
+
+def test_a_master_that_is_away_leaves_a_stale_namespace_stale() -> None:
+    master = Master(gains={"p": 1, "d": 2})
+    params = parameters(master)
+    params.get_cached("/gains")
+    params.invalidate("/gains")
+    master.is_away = True
+    with pytest.raises(Unreachable):
+        params.get_cached("/gains")
+    master.is_away = False
+    master.values["/gains"] = {"p": 3, "d": 2}
+    params.update("/gains/p", 3)
+    assert params.get_cached("/gains") == {"p": 3, "d": 2}
+
+
+def test_a_parameter_whose_subscription_failed_is_asked_for_at_each_read() -> None:
+    master = Master(speed=1)
+    master.is_away = True
+    params = parameters(master)
+    with pytest.raises(Unreachable):
+        params.get_cached("/speed")
+    master.is_away = False
+    assert (params.get_cached("/speed"), params.get_cached("/speed")) == (1, 1)
+    assert master.asked == ["/speed"] * 3
+
+
+class TestStates:
+    @pytest.mark.parametrize(
+        ("before", "after"),
+        [(JOINING, CURRENT), (OVERTAKEN, STALE), (CURRENT, CURRENT), (STALE, STALE)],
+    )
+    def test_the_answer_to_a_subscription(self, before: CacheState, after: CacheState) -> None:
+        cached = CachedParameter("/a", before)
+        cached.registered(1)
+        assert (cached.state, cached.value) == (after, 1)
+
+    @pytest.mark.parametrize(
+        ("before", "after"),
+        [(JOINING, OVERTAKEN), (OVERTAKEN, OVERTAKEN), (CURRENT, STALE), (STALE, STALE)],
+    )
+    def test_an_invalidation(self, before: CacheState, after: CacheState) -> None:
+        cached = CachedParameter("/a", before)
+        cached.invalidate()
+        assert cached.state is after
+
+    @pytest.mark.parametrize(
+        ("before", "after"),
+        [(JOINING, OVERTAKEN), (OVERTAKEN, OVERTAKEN), (CURRENT, CURRENT), (STALE, STALE)],
+    )
+    def test_a_notice(self, before: CacheState, after: CacheState) -> None:
+        cached = CachedParameter("/a", before)
+        cached.notice("/a", 2)
+        assert cached.state is after
+
+    @pytest.mark.parametrize("state", [JOINING, OVERTAKEN, CURRENT])
+    def test_only_a_stale_value_is_refreshed(self, state: CacheState) -> None:
+        cached = CachedParameter("/a", state, 1)
+        cached.refreshed(2, cached.changes)
+        assert (cached.state, cached.value) == (state, 1)
+
+    def test_a_value_that_becomes_a_namespace_is_replaced(self) -> None:
+        cached = CachedParameter("/a", CURRENT, {"b": 1})
+        cached.notice("/a/b/c", 2)
+        assert cached.value == {"b": {"c": 2}}
+
+    def test_the_root_holds_every_parameter(self) -> None:
+        cached = CachedParameter("/", CURRENT, {"a": 1})
+        cached.notice("/b/c", 2)
+        assert cached.value == {"a": 1, "b": {"c": 2}}

@@ -1,0 +1,25 @@
+"""What a publication puts into the headers of its messages."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+from pipros.msg import load_message_class
+from pipros.node.publisher import Publication
+
+PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
+
+
+def test_numbering_begins_anew_after_the_largest_sequence_number() -> None:
+    sent: list[int] = []
+    context: Any = SimpleNamespace(limits=SimpleNamespace(stall_s=2.0))
+    publication = Publication("p", PointStamped, context)
+    peer: Any = SimpleNamespace(link=SimpleNamespace(send=lambda frame, size: None, is_behind=False))
+    publication.links = (peer,)
+    publication._sequence = 2**32 - 3
+    for _ in range(4):
+        message = PointStamped()
+        publication.publish(message)
+        sent.append(message.header.seq)
+    assert sent == [2**32 - 2, 2**32 - 1, 0, 1]

@@ -1,0 +1,80 @@
+"""Questions to the master because of callers that are not trusted: at once, and then not often."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from pipros.net.loop import BackgroundLoop
+from pipros.node.recheck import Recheck
+from tests.support.waiting import wait_until
+
+
+@pytest.fixture
+def loop() -> Iterator[BackgroundLoop]:
+    loop = BackgroundLoop("test")
+    loop.start()
+    yield loop
+    loop.stop()
+
+
+def test_the_first_question_is_asked_at_once_and_not_in_the_event_loop(loop: BackgroundLoop) -> None:
+    asked: list[threading.Thread] = []
+    recheck = Recheck(interval_s=1000.0)
+    loop.call(recheck.ask, "a", lambda: asked.append(threading.current_thread()))
+    [thread] = wait_until(lambda: asked)
+    assert thread.daemon
+    assert not thread.name.startswith("test")
+
+
+def test_a_flood_of_calls_becomes_two_questions(loop: BackgroundLoop) -> None:
+    asked: list[str] = []
+    began, answered = threading.Event(), threading.Event()
+
+    def ask() -> None:
+        asked.append("a")
+        began.set()
+        answered.wait(10)
+
+    recheck = Recheck(interval_s=0.01)
+    loop.call(recheck.ask, "a", ask)
+    assert began.wait(10)
+    for _ in range(1000):
+        loop.call(recheck.ask, "a", ask)
+    loop.call(recheck.ask, "b", lambda: asked.append("b"))
+    answered.set()
+    wait_until(lambda: asked[-1] == "b")
+    assert asked == ["a", "a", "b"]  # what came after the first may have been news
+
+
+def test_what_comes_within_the_interval_waits(loop: BackgroundLoop) -> None:
+    asked: list[str] = []
+    recheck = Recheck(interval_s=1000.0)
+    for about in "abc":
+        loop.call(recheck.ask, about, lambda about=about: asked.append(about))
+    wait_until(lambda: asked)
+
+    async def turn() -> None:
+        return None
+
+    loop.run(turn())
+    assert asked == ["a"]
+
+
+def test_a_question_that_fails_does_not_end_the_others(
+    loop: BackgroundLoop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    failures: list[object] = []
+    monkeypatch.setattr(threading, "excepthook", failures.append)
+    asked: list[str] = []
+
+    def fail() -> None:
+        raise RuntimeError("no")
+
+    recheck = Recheck(interval_s=0.01)
+    loop.call(recheck.ask, "a", fail)
+    loop.call(recheck.ask, "b", lambda: asked.append("b"))
+    wait_until(lambda: asked)
+    assert len(failures) == 1

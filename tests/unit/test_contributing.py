@@ -1,0 +1,58 @@
+"""What contributors are told to run is there."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipros.safe import yaml
+from tests.support.environments import REPOSITORY
+
+GUIDE = (REPOSITORY / "CONTRIBUTING.md").read_text()
+COMMANDS = sorted(file for file in (REPOSITORY / "script").iterdir() if not file.suffix and file.is_file())
+
+
+def read_yaml(name: str) -> Any:
+    return yaml.load((REPOSITORY / name).read_text())
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda file: file.name)
+def test_every_command_can_be_run_and_is_in_the_guide(command: Path) -> None:
+    assert os.access(command, os.X_OK)
+    assert f"script/{command.name}" in GUIDE or command.name == "venv"  # which the others call
+
+
+def test_all_paths_that_the_guide_names_are_there() -> None:
+    named = set(re.findall(r"\b(?:script|tests|src|docs)/[\w./-]*\w", GUIDE))
+    assert {"script/check", "tests/unit"} < named
+    assert [
+        path for path in named if path != "src/pipros/share/NAME" and not (REPOSITORY / path).exists()
+    ] == []
+
+
+def test_hooks_before_a_commit_are_the_parts_of_the_check() -> None:
+    (local,) = read_yaml(".pre-commit-config.yaml")["repos"]
+    assert [hook["entry"] for hook in local["hooks"]] == [
+        "script/check lint",
+        "script/check format",
+        "script/check types",
+    ]
+
+
+def test_an_unknown_part_of_the_check_is_refused() -> None:
+    ended = subprocess.run([REPOSITORY / "script" / "check", "spelling"], capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout) == (2, "")
+    assert "must be lint, format or types, got spelling" in ended.stderr
+
+
+def test_the_workflow_runs_what_our_own_integration_runs_and_all_pythons() -> None:
+    jobs = read_yaml(".github/workflows/ci.yml")["jobs"]
+    assert {"run": ".ci/run"} in jobs["everything"]["steps"]
+    matrix = jobs["tests"]["strategy"]["matrix"]
+    assert matrix["python"] == ["3.10", "3.11", "3.12", "3.13", "3.14"]
+    assert matrix["system"] == ["ubuntu-latest", "macos-latest", "windows-latest"]

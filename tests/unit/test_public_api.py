@@ -1,0 +1,58 @@
+"""`pipros` itself offers a short list of names, at no cost until they are used."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+import pipros
+from tests.support.environments import REPOSITORY
+
+API = (REPOSITORY / "docs" / "api.md").read_text()
+
+
+@pytest.mark.parametrize("name", pipros.__all__)
+def test_each_name_is_there_and_described(name: str) -> None:
+    assert getattr(pipros, name).__name__ == name
+    assert re.search(rf"^\| `{name}[`(]", API, re.MULTILINE), f"docs/api.md does not describe {name}"
+
+
+def test_the_list_is_the_one_in_the_documents() -> None:
+    assert sorted(re.findall(r"^\| `(\w+)", API, re.MULTILINE)) == sorted(pipros.__all__)
+    assert set(pipros.__all__) <= set(dir(pipros))
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="has no attribute 'Nodes'"):
+        _ = pipros.Nodes  # type: ignore[attr-defined]
+
+
+def test_importing_pipros_imports_nothing_else() -> None:
+    script = "import sys; before = {*sys.modules, 'pipros'}; import pipros; print({*sys.modules} - before)"
+
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+
+    assert done.stdout == "set()\n"
+
+
+def test_documents_and_examples_use_only_the_public_names() -> None:
+    texts = [REPOSITORY / "README.md", *(REPOSITORY / "docs").glob("*.md")]
+    texts += (REPOSITORY / "examples").rglob("*.py")
+    used = [
+        f"{text.name}: {line}"
+        for text in texts
+        for line in re.findall(r"^\s*(?:from|import) pipros.*", text.read_text(), re.MULTILINE)
+    ]
+
+    allowed = [
+        line
+        for line in used
+        if (names := re.search(r"from pipros import (.*)", line)) is not None
+        and {name.strip() for name in names[1].split(",")} <= set(pipros.__all__)
+    ]
+
+    assert used == allowed
+    assert used
