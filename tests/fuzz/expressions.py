@@ -11,6 +11,7 @@ from contextlib import suppress
 
 from pipros.safe import guarded
 from pipros.safe.expr import ExpressionError, arithmetic, evaluate
+from pipros.safe.methods import METHODS
 from tests.fuzz import mutation
 
 WORDS = [
@@ -60,7 +61,10 @@ WORDS = [
         f"{name}(".encode()
         for name in sorted({*guarded.FUNCTIONS, "dict", "pow", "prod", "range", "set", "sum"})
     ),
-    *(b"lambda: ", b"for x in ", b"x := ", b"a", b"xs", b"s", b".__class__", b"*a", b"**a"),
+    *(f".{name}(".encode() for name in sorted({name for table in METHODS.values() for name in table})),
+    *(b"lambda: ", b"for x in ", b"x := ", b"a", b"xs", b"s", b"d", b".__class__", b"*a", b"**a"),
+    *(b"[x for x in xs]", b"{x for x in ", b"{k: v for k, v in d.items()}", b"(x, y) ", b"for y in range(x)"),
+    *(b"map(len, ", b"filter(None, ", b"key=len", b"'{0[k]:>{1}}'", b"{0.x}", b"'\\t'"),
 ]
 NAMES = {"a": 3, "s": "text", "xs": [1, 2.5, "x"], "d": {"k": [1]}}
 

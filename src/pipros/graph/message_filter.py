@@ -9,14 +9,16 @@ from pipros.msg.base import Message
 from pipros.msg.time import TVal
 from pipros.safe.expr import ExpressionError, evaluate
 
+_OF_TIMES = ("secs", "nsecs", "to_sec", "to_nsec", "is_zero")
+
 
 def get_field(value: Any, name: str) -> Any:
-    """The declared field `name` of a message or a time; no other attribute leads anywhere.
+    """The declared field `name` of a message, or a field or method of a time; nothing else leads anywhere.
 
     Raises:
         AttributeError: there is no such field.
     """
-    if isinstance(value, TVal) and name in ("secs", "nsecs"):
+    if isinstance(value, TVal) and name in _OF_TIMES:
         return getattr(value, name)
     if isinstance(value, Message) and name in value.__slots__:
         return getattr(value, name)

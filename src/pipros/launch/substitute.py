@@ -82,7 +82,7 @@ class Substitution:
         self._check_brackets(text)
         # `find` comes second, so that `$(find pkg)/$(arg x)` is one path.
         text = _SUBSTITUTION.sub(self._replace, text)
-        return _FIND.sub(lambda match: self._find(match[1], match[2]), text)
+        return _FIND.sub(self._replace_find, text)
 
     def _check_brackets(self, text: str) -> None:
         start = text.find("$(")
@@ -136,6 +136,11 @@ class Substitution:
             f"Unknown substitution command [{written}]. Valid commands are {list(COMMANDS)}"
         )
 
+    def _replace_find(self, match: re.Match[str]) -> str:
+        path = self._find(match[1], match[2])
+        # What follows is part of the path, even when it is the path of another package.
+        return path if match[2] or not match.string.startswith("$", match.end()) else path + "/"
+
     def _find(self, package: str, path: str) -> str:
         return self.find(package, path.replace("\\", "/").lstrip("/"))
 
@@ -170,7 +175,7 @@ class Substitution:
         functions: dict[str, Callable[..., Any]] = {
             "arg": lambda name: convert(self._arg(name), "auto"),
             "env": self._env,
-            "optenv": lambda name, default="": self.environment.get(name, str(default)),
+            "optenv": lambda name, default="": self.environment.get(name, default),
             "find": lambda package: self.find(package, ""),
             "anon": self._anon,
             "dirname": self._dirname,

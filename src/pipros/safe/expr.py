@@ -1,10 +1,10 @@
 """Evaluates expressions that come from files and command lines, without ever running Python code.
 
-The text is parsed by Python's own parser, then walked node by node; a node that is not on the list
-below is refused with its place. There are no attributes, so nothing leads from a value to the
-interpreter's insides (CVE-2024-39835, CVE-2024-39289); a caller may allow *fields*, which it looks up
-itself. Text, depth, steps and the size of every result are limited, so no expression of one line can take
-the machine's memory or time.
+The text is parsed by Python's own parser, then walked node by node; a node that is not on the list below is
+refused with its place. Methods come from a fixed table (`methods.py`) and there are no other attributes, so
+nothing leads from a value to the interpreter's insides (CVE-2024-39835, CVE-2024-39289); a caller may allow
+*fields*, which it looks up itself. Text, depth, steps and the size of every result are limited, so no
+expression of one line can take the machine's memory or time.
 
 Two languages are built on it: `evaluate`, for `$(eval …)` and message filters, and `arithmetic`, for the
 angles `rad(…)` and `deg(…)` of parameter files.
@@ -14,16 +14,23 @@ from __future__ import annotations
 
 import ast
 import math
-import operator
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from pipros.errors import PiprosError
 from pipros.limits import Limits, process_limits
-from pipros.safe import guarded
+from pipros.safe import guarded, operators
+from pipros.safe.methods import find_method
 
 DEPTH_LIMIT = 50
 """Nesting, well below what would exhaust the interpreter's stack."""
+
+_STEP = 2
+"""What one step of a loop costs of `expression_work`: about a microsecond."""
+
+_TAKE_A_FUNCTION = ("map", "filter")
+_HAVE_A_KEY = ("sorted", "min", "max")
 
 Function = Callable[..., Any]
 FieldAccess = Callable[[Any, str], Any]
@@ -46,41 +53,6 @@ class ExpressionError(PiprosError, ValueError):
         super().__init__(f"in the expression [{shown}]{place}: {reason}")
 
 
-_BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Sub: operator.sub,
-    ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv,
-    ast.RShift: operator.rshift,
-    ast.BitAnd: operator.and_,
-    ast.BitOr: operator.or_,
-    ast.BitXor: operator.xor,
-}
-_GROWING: Mapping[type[ast.operator], Callable[[guarded.Budget, Any, Any], Any]] = {
-    ast.Add: guarded.Budget.add,
-    ast.Mult: guarded.Budget.multiply,
-    ast.Mod: guarded.Budget.modulo,
-    ast.Pow: guarded.Budget.power,
-    ast.LShift: guarded.Budget.shift_left,
-}
-_UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = {
-    ast.UAdd: operator.pos,
-    ast.USub: operator.neg,
-    ast.Not: operator.not_,
-    ast.Invert: operator.invert,
-}
-_COMPARE: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
-    ast.Eq: operator.eq,
-    ast.NotEq: operator.ne,
-    ast.Lt: operator.lt,
-    ast.LtE: operator.le,
-    ast.Gt: operator.gt,
-    ast.GtE: operator.ge,
-    ast.In: lambda item, container: item in container,
-    ast.NotIn: lambda item, container: item not in container,
-    ast.Is: operator.is_,
-    ast.IsNot: operator.is_not,
-}
-_CONVERSIONS: Mapping[int, Callable[[Any], str]] = {ord("s"): str, ord("r"): repr, ord("a"): ascii}
 _ARITHMETIC = (
     ast.Constant, ast.Name, ast.UnaryOp, ast.UAdd, ast.USub,
     ast.BinOp, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow,
@@ -97,10 +69,12 @@ def evaluate(
 ) -> Any:
     """The value of an expression.
 
-    Literals, arithmetic, comparison, `and`/`or`/`not`, `a if b else c`, subscripts, f-strings and calls
-    of named functions; those of `guarded.py` and its constants (the names of `math` among them) are
-    always there, `functions` and `names` come on top and win. `a.b` calls `fields(a, "b")`, if given.
-    The limits are those of the process, if not given.
+    Literals, arithmetic, comparison, `and`/`or`/`not`, `a if b else c`, subscripts, f-strings,
+    comprehensions, the methods of `methods.py`, and calls of named functions; those of `guarded.py` and its
+    constants (the names of `math` among them) are always there, `functions` and `names` come on top and win.
+    `map`, `filter` and `key=` take the name of a function. Results that Python would make one by one
+    (generators, `map`) are lists. `a.b` calls `fields(a, "b")`, if given; what can be called in there is a
+    method. The limits are those of the process, if not given.
 
     Raises:
         ExpressionError: for everything that goes wrong, errors of the functions included (the
@@ -161,6 +135,11 @@ def _column(node: ast.AST) -> int:
     return getattr(node, "col_offset", -1) + 1
 
 
+def _name_of(node: ast.expr) -> str:
+    """The name, when the node is a plain one."""
+    return node.id if isinstance(node, ast.Name) else ""
+
+
 class _Walk:
     """One evaluation: the names that it knows, how deep it is, and what it may still spend."""
 
@@ -177,16 +156,19 @@ class _Walk:
         self._functions = functions
         self._fields = fields
         self._depth = 0
+        self._loops = 0
         self._budget = budget
 
     def value(self, node: ast.expr) -> Any:
         evaluate_node = _NODES.get(type(node))
         if evaluate_node is None:
-            raise self._error(node, _refusal(node))
+            raise self._error(node, operators.refusal(node))
         if self._depth >= DEPTH_LIMIT:
             raise self._error(node, f"nested more than {DEPTH_LIMIT} deep")
         self._depth += 1
         try:
+            if self._loops:
+                self._budget.spend(_STEP)
             return evaluate_node(self, node)
         except ExpressionError:
             raise
@@ -209,13 +191,13 @@ class _Walk:
         raise self._error(node, f"name '{node.id}' is not defined")
 
     def unary(self, node: ast.UnaryOp) -> Any:
-        return _UNARY[type(node.op)](self.value(node.operand))
+        return operators.UNARY[type(node.op)](self.value(node.operand))
 
     def binary(self, node: ast.BinOp) -> Any:
         left, right = self.value(node.left), self.value(node.right)
-        if growing := _GROWING.get(type(node.op)):
+        if growing := operators.GROWING.get(type(node.op)):
             return self._budget.charge(growing(self._budget, left, right))
-        if plain := _BINARY.get(type(node.op)):
+        if plain := operators.BINARY.get(type(node.op)):
             return self._budget.charge(plain(left, right))
         raise self._error(node, "this operator is not allowed")
 
@@ -233,7 +215,9 @@ class _Walk:
         result: Any = True
         for operation, part in zip(node.ops, node.comparators, strict=True):
             right = self.value(part)
-            result = _COMPARE[type(operation)](left, right)
+            if self._loops:
+                self._budget.spend_on_reading(right)
+            result = operators.COMPARE[type(operation)](left, right)
             if not result:
                 break
             left = right
@@ -243,7 +227,8 @@ class _Walk:
         return self.value(node.body if self.value(node.test) else node.orelse)
 
     def subscript(self, node: ast.Subscript) -> Any:
-        return self.value(node.value)[self.value(node.slice)]
+        part = self.value(node.value)[self.value(node.slice)]
+        return self._budget.charge(part) if self._loops and isinstance(node.slice, ast.Slice) else part
 
     def bounds(self, node: ast.Slice) -> Any:
         parts = (node.lower, node.upper, node.step)
@@ -267,23 +252,120 @@ class _Walk:
         return self._budget.charge(result)
 
     def call(self, node: ast.Call) -> Any:
-        if not isinstance(node.func, ast.Name):
-            raise self._error(node.func, "only functions that have a plain name can be called")
-        function = self._functions.get(node.func.id)
-        if function is None:
-            raise self._error(node.func, f"there is no function '{node.func.id}'")
+        function = self._called(node.func)
+        by_name = node.args[:1] if _name_of(node.func) in _TAKE_A_FUNCTION else []
+        arguments = [self._function_named(one) for one in by_name]
+        arguments += [self.value(argument) for argument in node.args[len(by_name) :]]
         keywords = {}
         for keyword in node.keywords:
             if keyword.arg is None:
                 raise self._error(node, "** is not allowed")
-            keywords[keyword.arg] = self.value(keyword.value)
-        arguments = [self.value(argument) for argument in node.args]
+            is_function = keyword.arg == "key" and _name_of(node.func) in _HAVE_A_KEY
+            keywords[keyword.arg] = (self._function_named if is_function else self.value)(keyword.value)
+        if self._loops and _name_of(node.func) != "len":
+            self._budget.spend_on_reading(*arguments)
         return self._budget.charge(function(*arguments, **keywords))
+
+    def _called(self, node: ast.expr) -> Function:
+        """What stands before the brackets of a call: the name of a function, or of a method of a value."""
+        if isinstance(node, ast.Name):
+            function = self._functions.get(node.id)
+            if function is None:
+                raise self._error(node, f"there is no function '{node.id}'")
+            return function
+        if not isinstance(node, ast.Attribute):
+            raise self._error(node, "only functions and methods that have a plain name can be called")
+        value = self.value(node.value)
+        method = find_method(value, node.attr)
+        if method is not None:
+            if self._loops:
+                self._budget.spend_on_reading(value)
+            return partial(method, self._budget, value)
+        found = None if self._fields is None or node.attr.startswith("_") else self._fields(value, node.attr)
+        if not callable(found):
+            raise self._error(
+                node, f"the method .{node.attr}() of {type(value).__name__} is not allowed here"
+            )
+        return found  # type: ignore[no-any-return]
+
+    def _function_named(self, node: ast.expr) -> Function | None:
+        """The function that another one is given: by its name, which stands for nothing else here.
+
+        It is charged as if the expression called it, which it may do a hundred thousand times.
+        """
+        if isinstance(node, ast.Constant) and node.value is None:
+            return None
+        name = _name_of(node)
+        if name in _TAKE_A_FUNCTION or name not in self._functions:
+            raise self._error(node, "the name of a function has to stand here")
+        function = self._functions[name]
+
+        def charged(*arguments: Any) -> Any:
+            self._budget.spend_on_reading(*arguments)
+            return self._budget.charge(function(*arguments))
+
+        return charged
 
     def attribute(self, node: ast.Attribute) -> Any:
         if self._fields is None or node.attr.startswith("_"):
             raise self._error(node, f"attributes such as .{node.attr} are not allowed here")
-        return self._fields(self.value(node.value), node.attr)
+        found = self._fields(self.value(node.value), node.attr)
+        if callable(found):
+            raise self._error(node, f".{node.attr} is a method; write .{node.attr}(…)")
+        return found
+
+    # ---- comprehensions
+
+    def list_of(self, node: ast.ListComp | ast.GeneratorExp) -> Any:
+        return self._budget.charge(self._each(node.generators, lambda: self.value(node.elt)))
+
+    def set_of(self, node: ast.SetComp) -> Any:
+        members = self._each(node.generators, lambda: self.value(node.elt))
+        return self._budget.charge(self._budget.functions["set"](members))
+
+    def dict_of(self, node: ast.DictComp) -> Any:
+        pairs = self._each(node.generators, lambda: (self.value(node.key), self.value(node.value)))
+        return self._budget.charge(self._budget.functions["dict"](pairs))
+
+    def _each(self, generators: list[ast.comprehension], make: Callable[[], Any]) -> list[Any]:
+        """The value of `make` for each round of the loops. Their variables are forgotten afterwards."""
+        outer, made = self._names, list[Any]()
+        names = dict(outer)
+        self._names = names
+        self._loops += 1
+        try:
+            self._loop(generators, names, lambda: made.append(make()))
+        finally:
+            self._names = outer
+            self._loops -= 1
+        return made
+
+    def _loop(
+        self, generators: list[ast.comprehension], names: dict[str, Any], act: Callable[[], None]
+    ) -> None:
+        if not generators:
+            self._budget.spend(_STEP)
+            act()
+            return
+        first, *rest = generators
+        if first.is_async:
+            raise self._error(first.iter, "async is not allowed")
+        for item in self.value(first.iter):
+            self._assign(first.target, item, names)
+            if all(self.value(condition) for condition in first.ifs):
+                self._loop(rest, names, act)
+
+    def _assign(self, target: ast.expr, value: Any, names: dict[str, Any]) -> None:
+        if isinstance(target, ast.Name):
+            names[target.id] = value
+        elif isinstance(target, (ast.Tuple, ast.List)):
+            self._budget.spend_on_reading(value)
+            for part, item in zip(target.elts, list(value), strict=True):
+                self._assign(part, item, names)
+        else:
+            raise self._error(target, "only plain names can be the variables of a loop")
+
+    # ---- texts
 
     def joined_text(self, node: ast.JoinedStr) -> Any:
         text = ""
@@ -294,7 +376,7 @@ class _Walk:
     def formatted(self, node: ast.FormattedValue) -> Any:
         value = self.value(node.value)
         if node.conversion != -1:
-            value = _CONVERSIONS[node.conversion](value)
+            value = operators.CONVERSIONS[node.conversion](value)
         form = "" if node.format_spec is None else self.value(node.format_spec)
         return guarded.format_value(value, form)
 
@@ -316,19 +398,10 @@ _NODES: Mapping[type[ast.expr], Callable[[_Walk, Any], Any]] = {
     ast.Dict: _Walk.new_dict,
     ast.Call: _Walk.call,
     ast.Attribute: _Walk.attribute,
+    ast.ListComp: _Walk.list_of,
+    ast.GeneratorExp: _Walk.list_of,
+    ast.SetComp: _Walk.set_of,
+    ast.DictComp: _Walk.dict_of,
     ast.JoinedStr: _Walk.joined_text,
     ast.FormattedValue: _Walk.formatted,
 }
-
-
-def _refusal(node: ast.AST) -> str:
-    words = {
-        "Lambda": "functions of one's own are not allowed",
-        "Starred": "* is not allowed",
-        "NamedExpr": ":= is not allowed",
-        "Await": "await is not allowed",
-    }
-    name = type(node).__name__
-    if name.endswith("Comp") or name == "GeneratorExp":
-        return "loops (… for … in …) are not allowed"
-    return words.get(name, f"{name} is not allowed")

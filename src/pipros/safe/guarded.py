@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, ItemsView, Iterable, KeysView, Mapping, ValuesView
 from typing import Any
 
 from pipros.errors import PiprosError
@@ -44,8 +44,27 @@ class Budget:
         Raises:
             TooLarge: for a value beyond `expression_size`, or when the budget is used up.
         """
-        self._spend(self._bounded(self._size_of(value)))
+        self.spend(self._bounded(self._size_of(value)))
         return value
+
+    def foresee(self, size: int) -> None:
+        """Refuses a result of that size before it is made.
+
+        Raises:
+            TooLarge: for one beyond `expression_size`.
+        """
+        self._bounded(size)
+
+    def spend(self, work: int) -> None:
+        """Uses up a part of the budget. Raises TooLarge when it does not suffice."""
+        self._left -= work
+        if self._left < 0:
+            raise TooLarge("the expression builds too much")
+
+    def spend_on_reading(self, *values: Any) -> None:
+        """Charges for looking at all parts of values, as far as a result may be large. Raises as `spend`."""
+        for value in values:
+            self.spend(self._size_of(value))
 
     def add(self, left: Any, right: Any) -> Any:
         if hasattr(left, "__len__") and hasattr(right, "__len__"):
@@ -80,11 +99,6 @@ class Budget:
             self._bounded(form.count("%") * self._size_of(right))
         return left % right
 
-    def _spend(self, work: int) -> None:
-        self._left -= work
-        if self._left < 0:
-            raise TooLarge("the expression builds too much")
-
     def _bounded(self, size: int) -> int:
         if size > self._size_limit:
             raise TooLarge(f"a result of more than {self._size_limit} characters or elements is not allowed")
@@ -98,7 +112,7 @@ class Budget:
         """
         if isinstance(value, (str, bytes, range)):
             return len(value)
-        if isinstance(value, (list, tuple, set, dict)):
+        if isinstance(value, (list, tuple, set, dict, KeysView, ValuesView, ItemsView)):
             size = len(value)
             parts = (part for pair in value.items() for part in pair) if isinstance(value, dict) else value
             for part in parts:
@@ -133,7 +147,7 @@ class Budget:
             other = first.setdefault(number, key)
             if other is not key and other != key:
                 rivals[number] = rivals.get(number, 0) + 1
-                self._spend(rivals[number])
+                self.spend(rivals[number])
 
     def _product(self, factors: Iterable[Any], *, start: Any = 1) -> Any:
         return self._folded(self.multiply, factors, start)
@@ -146,7 +160,7 @@ class Budget:
         result = start
         for value in values:
             result = operation(result, value)
-            self._spend(len(result) if hasattr(result, "__len__") else 1)
+            self.spend(len(result) if hasattr(result, "__len__") else 1)
         return result
 
 
@@ -204,7 +218,12 @@ CONSTANTS: Mapping[str, Any] = {
 FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     **{name: value for name, value in _MATH.items() if callable(value)},
     "abs": abs, "all": all, "any": any, "bin": bin, "bool": bool, "chr": chr, "divmod": divmod,
-    "float": float, "hex": hex, "int": int, "len": len, "list": list, "max": max, "min": min, "oct": oct,
-    "ord": ord, "round": _round, "sorted": sorted, "str": str, "tuple": tuple,
+    "enumerate": lambda *values, **start: list(enumerate(*values, **start)),
+    "filter": lambda function, values: list(filter(function, values)),
+    "float": float, "hex": hex, "int": int, "len": len, "list": list,
+    "map": lambda function, *values: list(map(function, *values)),
+    "max": max, "min": min, "oct": oct, "ord": ord, "repr": repr,
+    "reversed": lambda values: list(reversed(values)),
+    "round": _round, "sorted": sorted, "str": str, "tuple": tuple,
     "zip": lambda *parts: list(zip(*parts, strict=False)),
 }  # fmt: skip
