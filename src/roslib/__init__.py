@@ -7,19 +7,19 @@ from roslib.launcher import load_manifest as load_manifest
 
 __all__ = ["is_interactive", "load_manifest", "set_interactive"]
 
-#: What `import roslib` alone makes attributes in Noetic, and what is imported here when it is asked for.
+#: Modules that are attributes after `import roslib` in Noetic; imported on first use.
 _MODULES = ("exceptions", "manifest", "packages", "stacks")
 
 _interactive = [False]
 
 
 def is_interactive() -> bool:
-    """Whether `set_interactive(True)` said that a person sits at a prompt."""
+    """Whether `set_interactive(True)` was called: the program runs in an interactive shell."""
     return _interactive[0]
 
 
 def set_interactive(interactive: bool) -> None:
-    """Has `is_interactive` answer that from now on."""
+    """Sets the value that `is_interactive` returns."""
     _interactive[0] = interactive
 
 

@@ -2,4 +2,4 @@
 
 
 class ROSLibException(Exception):
-    """Base of errors of roslib. Nothing here raises it; old scripts catch it."""
+    """Base of errors of roslib. pipros never raises it; old scripts catch it."""

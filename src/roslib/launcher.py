@@ -1,4 +1,4 @@
-"""`roslib.launcher`: made packages importable in rosbuild times. They are without it."""
+"""`roslib.launcher`, which made packages importable in rosbuild times. Now they always are."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ if TYPE_CHECKING:
 
 
 def load_manifest(package_name: str, bootstrap_version: str = "0.7") -> None:
-    """Checks that there is such a package: its Python modules need nothing to be importable.
+    """Checks that a package exists. Its Python modules are importable without this call.
 
     Raises:
-        rospkg.ResourceNotFound: there is none.
+        rospkg.ResourceNotFound: it does not exist.
     """
     del bootstrap_version
     find_package(package_name)
@@ -24,20 +24,20 @@ def find_package(name: str) -> Package:
     """The package of that name.
 
     Raises:
-        rospkg.ResourceNotFound: there is none.
+        rospkg.ResourceNotFound: it does not exist.
     """
     from pipros.workspace.index import PackageIndex
 
     index = PackageIndex.from_environment()
     package = index.get(name)
     if package is None:
-        from rospkg import ResourceNotFound  # takes longer to import than all that old scripts need
+        from rospkg import ResourceNotFound  # slow to import, and rarely needed
 
         raise ResourceNotFound(str(name), ros_paths=[str(folder) for folder in index.folders])
     return package
 
 
 def get_depends(package: str, rospack: RosPack) -> list[str]:
-    """The packages that a package needs, and those that they need."""
+    """All packages that a package depends on, directly or not."""
     depends: list[str] = rospack.get_depends(package, implicit=True)
     return depends

@@ -1,4 +1,4 @@
-"""`roslib.manifest`, for old scripts: what the manifest of a package says, by rospkg."""
+"""`roslib.manifest`, for old scripts: reads manifests of packages with rospkg."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from roslib.packages import InvalidROSPkgException, get_pkg_dir
 
 
 def load_manifest(package: str) -> Manifest:
-    """The manifest of a package, whichever of the two kinds it has.
+    """The manifest of a package: its `package.xml` or `manifest.xml`.
 
     Raises:
-        rospkg.ResourceNotFound: there is no such package.
+        rospkg.ResourceNotFound: the package does not exist.
     """
     return RosPack().get_manifest(package)
 
 
 def manifest_file(package: str, required: bool = True, env: object = None) -> str | None:
-    """The path of a package's `manifest.xml`; None when it has none and it is not `required`.
+    """The path of a package's `manifest.xml`; None if it does not exist and is not `required`.
 
     Raises:
-        InvalidROSPkgException: there is no such package or file, and it is `required`.
+        InvalidROSPkgException: it is `required`, and the package or the file does not exist.
     """
     del env
     folder = get_pkg_dir(package, required)
@@ -45,6 +45,6 @@ def parse(string: str, filename: str = "string") -> Manifest:
     """Reads the text of a `manifest.xml`.
 
     Raises:
-        rospkg.InvalidManifest: it is not the manifest of a package.
+        rospkg.InvalidManifest: the text is not a valid manifest.
     """
     return parse_manifest(MANIFEST_FILE, string, filename)

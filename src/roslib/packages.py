@@ -1,4 +1,4 @@
-"""`roslib.packages`, for old scripts: where packages, their folders, programs and files are.
+"""`roslib.packages`, for old scripts: finds packages, their folders, programs and files.
 
 New code uses `rospkg`, or `pipros.workspace`.
 """
@@ -35,26 +35,26 @@ __all__ = [
 
 
 class ROSPkgException(Exception):
-    """A package is not what it should be."""
+    """Base of the errors about packages."""
 
 
 class InvalidROSPkgException(ROSPkgException):
-    """There is no such package, or a part of it is missing."""
+    """A package does not exist, or a part of it is missing."""
 
 
 class MultipleNodesException(ROSPkgException):
-    """A name stands for several programs. Nothing here raises it; old scripts catch it."""
+    """Several programs have one name. pipros never raises it; old scripts catch it."""
 
 
 def get_pkg_dir(
     package: str, required: bool = True, ros_root: str | None = None, ros_package_path: str | None = None
 ) -> str | None:
-    """The folder of a package; None when there is none and it is not `required`.
+    """The folder of a package; None if it does not exist and is not `required`.
 
-    `ros_package_path` is looked at in place of `ROS_PACKAGE_PATH`; `ros_root` has no meaning any more.
+    `ros_package_path` is used instead of `ROS_PACKAGE_PATH`; `ros_root` is ignored.
 
     Raises:
-        InvalidROSPkgException: there is none.
+        InvalidROSPkgException: it is `required` and does not exist.
     """
     del ros_root
     environment = Environment.from_os()
@@ -72,12 +72,12 @@ def get_pkg_dir(
 def get_pkg_subdir(
     package: str, subdir: str, required: bool = True, env: Mapping[str, str] | None = None
 ) -> str | None:
-    """A folder in a package; one that is `required` and does not exist is made.
+    """A folder in a package. It is created if it is `required` and does not exist.
 
-    `env` is looked at in place of the environment of the process.
+    `env` is used instead of the environment of the process.
 
     Raises:
-        InvalidROSPkgException: there is no such package, or the folder cannot be made.
+        InvalidROSPkgException: the package does not exist, or the folder cannot be created.
     """
     folder = get_pkg_dir(
         package, required, ros_package_path=None if env is None else env.get("ROS_PACKAGE_PATH", "")
@@ -94,22 +94,22 @@ def get_pkg_subdir(
     except OSError as error:
         raise InvalidROSPkgException(
             f"Package '{package}' is improperly configured: subdirectory {wanted} is missing "
-            f"and cannot be made ({error.strerror})"
+            f"and cannot be created ({error.strerror})"
         ) from error
     return wanted
 
 
 def resource_file(package: str, subdir: str, resource_name: str) -> str:
-    """The path that a file in a folder of a package has, or would have.
+    """The path of a file in a folder of a package. Neither has to exist.
 
     Raises:
-        InvalidROSPkgException: there is no such package.
+        InvalidROSPkgException: the package does not exist.
     """
     return os.path.join(get_pkg_dir(package) or "", subdir, resource_name)
 
 
 def get_dir_pkg(d: str) -> tuple[str, str] | tuple[None, None]:
-    """Folder and name of the package that a folder lies in; two times None when it lies in none."""
+    """Folder and name of the package that contains a folder; `(None, None)` if no package does."""
     package = PackageIndex.from_environment().containing(Path(d))
     return (str(package.path), package.name) if package else (None, None)
 
@@ -118,7 +118,7 @@ def find_node(pkg: str, node_type: str, rospack: RosPack | None = None) -> list[
     """The programs of that name in a package, built ones first. `rospack` finds the package.
 
     Raises:
-        rospkg.ResourceNotFound: there is no such package.
+        rospkg.ResourceNotFound: the package does not exist.
     """
     return [str(path) for path in find_executables(_package(pkg, rospack), node_type).runnable]
 
@@ -129,20 +129,20 @@ def find_resource(
     filter_fn: Callable[[str], bool] | None = None,
     rospack: RosPack | None = None,
 ) -> list[str]:
-    """All files of that name in a package and in what was built of it, if `filter_fn` takes them.
+    """All files of that name in a package and among its built programs, if `filter_fn` returns True.
 
     `rospack` finds the package.
 
     Raises:
-        rospkg.ResourceNotFound: there is no such package.
+        rospkg.ResourceNotFound: the package does not exist.
     """
     package = _package(pkg, rospack)
     builds = [workspace.executables_of(pkg) for workspace in built_workspaces()]
     found: list[str] = []
     for folder in (*builds, package.path):
-        for here, folders, files in os.walk(folder, followlinks=False):
+        for parent, folders, files in os.walk(folder, followlinks=False):
             folders[:] = sorted(name for name in folders if not name.startswith("."))
-            path = os.path.join(here, resource_name)
+            path = os.path.join(parent, resource_name)
             is_taken = resource_name in files and (filter_fn is None or filter_fn(path))
             if is_taken and path not in found:
                 found.append(path)
@@ -150,7 +150,7 @@ def find_resource(
 
 
 def list_pkgs_by_path(path: str, packages: list[str] | None = None) -> list[str]:
-    """The packages below a folder, added to `packages` when that is given."""
+    """The packages below a folder, appended to `packages` if that is given."""
     found = packages if packages is not None else []
     found += [package.name for package in PackageIndex([Path(path)]) if package.name not in found]
     return found

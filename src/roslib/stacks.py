@@ -1,4 +1,4 @@
-"""`roslib.stacks`, for old scripts: groups of packages from before catkin, by rospkg."""
+"""`roslib.stacks`, for old scripts: finds stacks (groups of packages before catkin) with rospkg."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from rospkg import ResourceNotFound, RosPack, RosStack
 
 
 class ROSStackException(Exception):
-    """A stack is not what it should be."""
+    """Base of the errors about stacks."""
 
 
 class InvalidROSStackException(ROSStackException):
-    """There is no such stack."""
+    """A stack does not exist."""
 
 
 def list_stacks(env: object = None) -> list[str]:
@@ -26,7 +26,7 @@ def get_stack_dir(stack: str, env: object = None) -> str:
     """The folder of a stack.
 
     Raises:
-        InvalidROSStackException: there is none.
+        InvalidROSStackException: it does not exist.
     """
     del env
     try:
@@ -36,10 +36,10 @@ def get_stack_dir(stack: str, env: object = None) -> str:
 
 
 def stack_of(pkg: str, env: object = None) -> str | None:
-    """The stack that a package belongs to; None for all packages of today.
+    """The stack that a package belongs to; None for catkin packages.
 
     Raises:
-        rospkg.ResourceNotFound: there is no such package.
+        rospkg.ResourceNotFound: the package does not exist.
     """
     del env
     stack: str | None = RosPack().stack_of(pkg)
@@ -50,7 +50,7 @@ def get_stack_version(stack: str, env: object = None) -> str | None:
     """The version of a stack.
 
     Raises:
-        rospkg.ResourceNotFound: there is none.
+        rospkg.ResourceNotFound: it does not exist.
     """
     del env
     version: str | None = RosStack().get_stack_version(stack)
@@ -58,7 +58,7 @@ def get_stack_version(stack: str, env: object = None) -> str | None:
 
 
 def expand_to_packages(names: Iterable[str], env: object = None) -> tuple[list[str], list[str]]:
-    """The packages that names of packages and stacks stand for, and the names that stand for nothing."""
+    """The packages of given packages and stacks, and the names that are neither."""
     del env
     packs, stacks = RosPack(), RosStack()
     packages, stack_names = set(packs.list()), set(stacks.list())

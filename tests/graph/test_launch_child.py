@@ -139,7 +139,7 @@ def test_a_program_that_cannot_be_started_is_reported_and_the_others_stay(
     child = start(ros, parent)
     code, text, _ = launch(parent, ("a", "ends"), ("b", "sleeper"))
     assert code == 0
-    assert "asks for the interpreter /nope" in text
+    assert "needs the interpreter /nope" in text
     assert child.wait() == 0
 
 

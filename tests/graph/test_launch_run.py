@@ -220,7 +220,7 @@ def test_a_missing_program_stops_nobody_else(ros: RosSystem, package: Path) -> N
     ("program", "reason"),
     [
         (node("sleeper", "b").replace("/>", ' launch-prefix="nope"/>'), "nope: No such file or directory"),
-        (node("without_interpreter", "b"), "asks for the interpreter /nope, which does not exist"),
+        (node("without_interpreter", "b"), "needs the interpreter /nope, which does not exist"),
     ],
 )
 def test_a_program_that_cannot_be_started_ends_all(

@@ -53,7 +53,7 @@ def test_python_nodes_get_the_python_that_pipros_is_in(ros: RosSystem, folder: P
 @pytest.mark.parametrize(
     ("content", "complaint", "code"),
     [
-        ("import rospy\n", "put '#!/usr/bin/env python3' there", 126),
+        ("import rospy\n", "make '#!/usr/bin/env python3' its first line", 126),
         ("#!/usr/bin/env python3\r\nimport rospy\r\n", "Windows line ends", 127),
         ("#!/no/such/python\n", "/no/such/python, which does not exist", 127),
     ],

@@ -76,7 +76,7 @@ def test_catkin_make_of_pipros_hands_over_what_genuine_ros_lacks(ros: RosSystem,
     )
 
     assert built.returncode == 0, built.output
-    assert "-- bond is not in genuine ROS here: its messages are those that come with pipros" in built.stdout
+    assert "-- bond is not installed: its messages are built from those that come with pipros" in built.stdout
     assert said_by(tmp_path) == [Status._md5sum]
 
 

@@ -16,7 +16,7 @@ from pipros.errors import PiprosError
 from pipros.workspace import genuine_catkin
 from pipros.workspace.build import BuildResult, build
 from pipros.workspace.build_options import BuildOptions
-from pipros.workspace.layout import WORKSPACE_MARKER, Layout
+from pipros.workspace.layout import WORKSPACE_MARKER, Layout, WorkspaceError
 from pipros.workspace.make_targets import names as target_names
 
 _MARKER_TEXT = (
@@ -32,11 +32,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     options, definitions, for_make = _parse(arguments)
     targets = list(for_make.targets)
     layout = _layout(options, definitions)
-    problem = _problem(layout)
     if layout.base.is_dir():
         print(f"Base path: {layout.base}", flush=True)
-    if problem is not None:
-        print(problem, file=sys.stderr)
+    try:
+        _check(layout)
+    except WorkspaceError as error:
+        print(error, file=sys.stderr)
         return 1
     print(f"Source space: {layout.source}")
     print(f"Build space: {layout.build}")
@@ -71,7 +72,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _check_targets(
     targets: list[str], result: BuildResult, layout: Layout, definitions: Mapping[str, str]
 ) -> int:
-    """1, and words for it, when there is a target that nobody knows."""
+    """Makes targets that only genuine catkin knows; returns 1 after an error that it has printed."""
     known = set(target_names(result.projects))
     if definitions.get("CATKIN_ENABLE_TESTING", "ON").upper() in ("0", "OFF", "NO", "FALSE"):
         known -= {"run_tests", "tests"}
@@ -79,9 +80,10 @@ def _check_targets(
         if target in known:
             continue
         if any(project.needs_cmake for project in result.projects.values()):
-            problem = genuine_catkin.make(layout, target)
-            if problem is not None:
-                print(f"{_RED}{problem}{_PLAIN}", file=sys.stderr)
+            try:
+                genuine_catkin.make(layout, target)
+            except (genuine_catkin.MissingTools, genuine_catkin.NativeBuildFailed) as error:
+                print(f"{_RED}{error}{_PLAIN}", file=sys.stderr)
                 return 1
         else:
             print(f"make: *** No rule to make target '{target}'.  Stop.", file=sys.stderr)
@@ -171,21 +173,24 @@ def _layout(options: Namespace, definitions: dict[str, str]) -> Layout:
     )
 
 
-def _problem(layout: Layout) -> str | None:
-    """Why this folder cannot be built, in Noetic's words; None when it can."""
+def _check(layout: Layout) -> None:
+    """Checks that a folder is one that can be built. The errors begin as Noetic's do.
+
+    Raises:
+        WorkspaceError: it is not.
+    """
     if not layout.base.is_dir():
-        return f'The specified base path "{layout.base}" does not exist'
+        raise WorkspaceError(f'The specified base path "{layout.base}" does not exist')
     if (layout.base / "package.xml").is_file():
-        return (
+        raise WorkspaceError(
             f'The specified base path "{layout.base}" contains a package but "catkin_make" must be invoked '
             "in the root of workspace"
         )
     if not layout.source.is_dir():
-        return (
+        raise WorkspaceError(
             f'The specified source space "{layout.source}" does not exist\n'
-            "catkin_make is to be called in the folder that has src in it"
+            "Call catkin_make in the folder that contains src"
         )
-    return None
 
 
 def _build_options(options: Namespace, definitions: dict[str, str], for_make: MakeWords) -> BuildOptions:

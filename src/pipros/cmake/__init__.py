@@ -1,1 +1,1 @@
-"""The language of CMake, as far as packages without compiled code use it. Nothing of catkin is known here."""
+"""The language of CMake, as far as packages without compiled code use it. Nothing in it depends on catkin."""

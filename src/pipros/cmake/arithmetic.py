@@ -16,7 +16,7 @@ def math(words: list[str], scope: Scope) -> None:
     """Carries out `math(EXPR variable expression [OUTPUT_FORMAT …])`.
 
     Raises:
-        ValueError: not an expression of whole numbers, or it divides by zero.
+        ValueError: the expression is malformed, or divides by zero.
     """
     if words[:1] != ["EXPR"] or len(words) < 3:
         raise ValueError("has the form math(EXPR variable expression)")
@@ -57,4 +57,4 @@ def _value(node: Any) -> int:
             return _value(node.operand)
         case ast.UnaryOp(op=ast.Invert()):
             return ~_value(node.operand)
-    raise ValueError("the expression must consist of whole numbers, + - * / % | & ^ ~ << >> and brackets")
+    raise ValueError("the expression must consist of integers, + - * / % | & ^ ~ << >> and parentheses")

@@ -1,4 +1,4 @@
-"""The structure of blocks in a list of commands: where each ends, and the branches of `if()`."""
+"""Finds the end of blocks in a list of commands, and the branches of `if()`."""
 
 from __future__ import annotations
 

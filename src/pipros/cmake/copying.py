@@ -1,4 +1,4 @@
-"""The copying that `file(COPY)` and `install()` do: which files, where to, and with which permissions."""
+"""Copies files as `file(COPY)` and `install()` do, with patterns and permissions."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class CannotCopy(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """A `PATTERN` or `REGEX`: which paths match it, and what is done with them."""
+    """A `PATTERN` or `REGEX`, and what happens to the paths that match it."""
 
     expression: re.Pattern[str]
     is_excluded: bool = False
@@ -52,9 +52,9 @@ class Copy:
     Attributes:
         source: an absolute path. A folder with a slash at its end stands for what is in it.
         target: the folder to put it in, absolute or below the one that `copy` is given.
-        rename: the name of the file there, when it is not that of the source.
+        rename: the new name of the file; empty to keep that of the source.
         is_optional: whether the source may be missing; that of a folder always may.
-        mode: the permissions of files; of the source, with `keeps_permissions`.
+        mode: the permissions of files, unless `keeps_permissions` has them copied from the source.
         only_matching: whether files that match no pattern are left out.
     """
 
@@ -77,7 +77,7 @@ def read_copies(
     Args:
         in_source: makes the path of a source absolute.
         is_folder: whether the sources are folders.
-        mode: the permissions of files where the words give none.
+        mode: the default permissions of files.
 
     Raises:
         ValueError: no `DESTINATION`, a keyword without its value, or an expression that does not compile.
@@ -134,7 +134,7 @@ def _by_keyword(words: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
 
 
 def _words_of(keyword: str, following: list[str]) -> list[str]:
-    """Those of the following words that belong to the keyword."""
+    """The leading words that belong to the keyword."""
     if keyword in _ONE_VALUE or keyword in _PATTERNS:
         if not following:
             raise ValueError(f"given no value for {keyword}")
@@ -158,27 +158,27 @@ def _pattern(keyword: str, text: str) -> Pattern:
     return Pattern(re.compile(f"(?:.*/)?{fnmatch.translate(text)}"))
 
 
-def copy(one: Copy, base: Path, say: Say) -> Path:
-    """Copies a file or folder, and returns where it is then.
+def copy(item: Copy, base: Path, say: Say) -> Path:
+    """Copies a file or folder, and returns the path of the copy.
 
     Args:
-        base: the folder that `one.target` is below.
+        base: the folder for a relative `item.target`.
         say: called with a line for each file.
 
     Raises:
         CannotCopy: it does not exist.
         OSError: it cannot be copied.
     """
-    source, target = Path(one.source), base / one.target
-    # As for cp: with a slash at its end what is in the folder, without one the folder itself.
-    copied = target if one.source.endswith("/") else target / (one.rename or source.name)
+    source, target = Path(item.source), base / item.target
+    # A slash at the end means the content of the folder, as in rsync.
+    copied = target if item.source.endswith("/") else target / (item.rename or source.name)
     if not source.exists() and not source.is_symlink():
-        if not (one.is_optional or one.is_folder):
+        if not (item.is_optional or item.is_folder):
             raise CannotCopy(f'file INSTALL cannot find "{source}": No such file or directory.')
-    elif one.is_folder:
-        _copy_folder(one, source, copied, say)
+    elif item.is_folder:
+        _copy_folder(item, source, copied, say)
     else:
-        copy_file(source, copied, say, mode=_mode_of(one, str(source)))
+        copy_file(source, copied, say, mode=_mode_of(item, str(source)))
     return copied
 
 
@@ -201,32 +201,32 @@ def copy_file(source: Path, target: Path, say: Say, *, mode: int = FILE_MODE) ->
     target.chmod(mode)
 
 
-def _copy_folder(one: Copy, source: Path, target: Path, say: Say) -> None:
+def _copy_folder(item: Copy, source: Path, target: Path, say: Say) -> None:
     target.mkdir(parents=True, exist_ok=True)
     for folder, folders, files in os.walk(source):
         folders[:] = [
             name
             for name in folders
-            if name != "__pycache__" and not _is_excluded(one, os.path.join(folder, name))
+            if name != "__pycache__" and not _is_excluded(item, os.path.join(folder, name))
         ]
         below = target / os.path.relpath(folder, source)
         below.mkdir(exist_ok=True)
         for name in files:
             path = os.path.join(folder, name)
-            if not _is_excluded(one, path) and (_matching(one, path) or not one.only_matching):
-                copy_file(Path(path), Path(os.path.normpath(below / name)), say, mode=_mode_of(one, path))
+            if not _is_excluded(item, path) and (_matching(item, path) or not item.only_matching):
+                copy_file(Path(path), Path(os.path.normpath(below / name)), say, mode=_mode_of(item, path))
 
 
-def _matching(one: Copy, path: str) -> list[Pattern]:
-    return [pattern for pattern in one.patterns if pattern.expression.search(path)]
+def _matching(item: Copy, path: str) -> list[Pattern]:
+    return [pattern for pattern in item.patterns if pattern.expression.search(path)]
 
 
-def _is_excluded(one: Copy, path: str) -> bool:
-    return any(pattern.is_excluded for pattern in _matching(one, path))
+def _is_excluded(item: Copy, path: str) -> bool:
+    return any(pattern.is_excluded for pattern in _matching(item, path))
 
 
-def _mode_of(one: Copy, path: str) -> int:
-    mode = stat.S_IMODE(os.stat(path).st_mode) if one.keeps_permissions else one.mode
-    for pattern in _matching(one, path) if one.is_folder else ():
+def _mode_of(item: Copy, path: str) -> int:
+    mode = stat.S_IMODE(os.stat(path).st_mode) if item.keeps_permissions else item.mode
+    for pattern in _matching(item, path) if item.is_folder else ():
         mode = pattern.mode or mode
     return mode

@@ -23,7 +23,7 @@ def execute_process(words: list[str], scope: Scope) -> None:
     """Carries out `execute_process(words)`: the output of each command is the input of the next.
 
     Raises:
-        ValueError: no command, or one failed and `COMMAND_ERROR_IS_FATAL` is given.
+        ValueError: there is no command, or one failed and `COMMAND_ERROR_IS_FATAL` is given.
     """
     commands, options, switches = _sort(words)
     if not commands or not all(commands):

@@ -150,14 +150,14 @@ def _make_directory(words: list[str], scope: Scope) -> None:
 
 
 def _copy(words: list[str], scope: Scope, *, is_installing: bool = False) -> None:
-    for one in read_copies(words, scope.in_source):
+    for item in read_copies(words, scope.in_source):
         # Unlike INSTALL, COPY gives files the permissions of their sources.
         keeps = not is_installing and _GIVEN_PERMISSIONS.isdisjoint(words)
         copied = replace(
-            one,
-            target=scope.in_binary(one.target),
-            is_folder=os.path.isdir(one.source),
-            keeps_permissions=keeps or one.keeps_permissions,
+            item,
+            target=scope.in_binary(item.target),
+            is_folder=os.path.isdir(item.source),
+            keeps_permissions=keeps or item.keeps_permissions,
         )
         copy(copied, Path("/"), print if is_installing else lambda _line: None)
 

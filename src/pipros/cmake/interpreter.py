@@ -1,7 +1,7 @@
-"""Carries out CMake files: conditions, loops, functions, other files and folders, and calls of commands.
+"""Carries out CMake files: conditions, loops, functions, other files and folders, and commands.
 
-What a command does stands in `value_commands.py`, or is given as an action. `Limits` bound loops, calls and
-the number of commands.
+Commands that only need the scope are in `value_commands.py`; others are passed in as actions. `Limits` bound
+the rounds of loops, the depth of calls and the number of commands.
 """
 
 from __future__ import annotations
@@ -73,12 +73,12 @@ class Interpreter:
         commands: Container[str] = (),
         targets: Container[str] = (),
     ) -> None:
-        """Carries out nothing yet.
+        """Makes an interpreter that has not carried out anything yet.
 
         Args:
             actions: what commands do, by their names in lower case.
             check: called before a command that no file defined; raises if it is unknown.
-            on_unsupported: called with a command, and words for what only CMake itself can do about it.
+            on_unsupported: called with a command, and a description of what needs CMake itself.
             include_module: called with the name of a module of CMake that is included.
             commands: names besides those of CMake's own commands for which `if(COMMAND name)` holds.
             targets: the names for which `if(TARGET name)` holds.
@@ -241,7 +241,9 @@ class Interpreter:
                 return flow
             if flow is _Flow.BREAK:
                 return _Flow.NEXT
-        raise self.error(opening, f"the loop goes on for more than {limit} rounds; can its condition end it?")
+        raise self.error(
+            opening, f"the loop goes on for more than {limit} rounds; does its condition ever become false?"
+        )
 
     def _run_command(self, command: Command) -> _Flow:
         words = self.words(command)
@@ -281,9 +283,9 @@ class Interpreter:
     def _include(self, command: Command, words: list[str]) -> None:
         if not words:
             raise self.error(command, "include() called with no file")
-        places = [self.scope.in_source(""), *split_list(self.scope.values.get("CMAKE_MODULE_PATH", ""))]
+        folders = [self.scope.in_source(""), *split_list(self.scope.values.get("CMAKE_MODULE_PATH", ""))]
         names = [words[0], f"{words[0]}.cmake"]
-        for path in (os.path.join(place, name) for place in places for name in names):
+        for path in (os.path.join(folder, name) for folder in folders for name in names):
             if os.path.isfile(path):
                 self.run_file(path)
                 return

@@ -1,4 +1,4 @@
-"""Reads the syntax of CMake: commands with their arguments and lines, and what arguments stand for.
+"""Parses CMake files into commands with arguments and lines, and expands arguments.
 
 Rules: https://cmake.org/cmake/help/latest/manual/cmake-language.7.html
 """
@@ -144,19 +144,19 @@ def expand(
     environment: Mapping[str, str],
     limit_characters: int,
 ) -> list[str]:
-    """The words that arguments stand for: variables replaced, lists split at semicolons.
+    """The words of arguments, with variables replaced and lists split at semicolons.
 
     Raises:
         ValueError: the words together would be longer than the limit.
     """
     words: list[str] = []
-    room = limit_characters
+    remaining = limit_characters
     for argument in arguments:
         if argument.is_literal:
             words.append(argument.text)
             continue
-        text = expand_text(argument.text, variables, environment, room)
-        room -= len(text)
+        text = expand_text(argument.text, variables, environment, remaining)
+        remaining -= len(text)
         if argument.is_quoted:
             words.append(text)
         else:
@@ -182,12 +182,12 @@ class _Variables:
         self, variables: Mapping[str, str], environment: Mapping[str, str], limit_characters: int
     ) -> None:
         self._sources = (variables, environment)
-        self._limit = self._room = limit_characters
+        self._limit = self._remaining = limit_characters
 
     def get(self, name: str, *, is_environment: bool) -> str:
         value = self._sources[is_environment].get(name, "")
-        self._room -= len(value)
-        if self._room < 0:
+        self._remaining -= len(value)
+        if self._remaining < 0:
             raise ValueError(f"given arguments of more than {self._limit} characters")
         return value
 

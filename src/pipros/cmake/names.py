@@ -38,5 +38,5 @@ _BEYOND = """
 BEYOND_COMMANDS = frozenset(_BEYOND.split())
 """Those commands of CMake that only CMake itself can carry out.
 
-The others that are not carried out here matter to compilers and other build tools only.
+The remaining commands that the interpreter ignores concern compilers and other build tools only.
 """

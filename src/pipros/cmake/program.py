@@ -1,4 +1,4 @@
-"""A stand-in for the program `cmake` where that is not installed: `cmake -E tool …` and `cmake -P script`.
+"""Replaces the program `cmake` where it is not installed: `cmake -E tool …` and `cmake -P script`.
 
 Custom commands of packages use it to copy files and to run programs.
 """
@@ -30,7 +30,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (PiprosError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
-    print("The cmake of pipros has -E and -P only. Install CMake for more", file=sys.stderr)
+    print(
+        "the first option must be -E or -P for the cmake of pipros. Install CMake for others", file=sys.stderr
+    )
     return 1
 
 
@@ -39,10 +41,10 @@ def run_script(file: str, settings: Sequence[str] = (), arguments: Sequence[str]
 
     Args:
         settings: as on the command line, `-DNAME=VALUE`.
-        arguments: the command line that the script finds in `CMAKE_ARGV0`, …
+        arguments: the values of `CMAKE_ARGV0`, `CMAKE_ARGV1`, …
 
     Raises:
-        CMakeError: with file and line, what is wrong in the script.
+        CMakeError: the script is malformed, or a command in it fails.
     """
     variables = {
         "CMAKE_COMMAND": sys.argv[0],
@@ -73,7 +75,7 @@ def script_interpreter(settings: Mapping[str, str]) -> Interpreter:
             raise interpreter.error(command, f'Unknown CMake command "{command.written_name}".')
 
     def fail_without_cmake(command: Command, what: str) -> None:
-        raise interpreter.error(command, f"only CMake itself knows {what}; install it")
+        raise interpreter.error(command, f"{what} needs CMake itself; install CMake")
 
     def message(command: Command, words: list[str]) -> None:
         kind, text = read_message(words)

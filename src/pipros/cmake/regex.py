@@ -9,7 +9,7 @@ from functools import lru_cache
 from pipros.cmake.scope import check_length
 from pipros.limits import Limits
 
-_PIECE = re.compile(r"\\.|\[\^?\]?[^\]]*\]|[{}]|\$$", re.DOTALL)
+_SPECIAL = re.compile(r"\\.|\[\^?\]?[^\]]*\]|[{}]|\$$", re.DOTALL)
 
 
 @lru_cache(maxsize=256)
@@ -21,18 +21,18 @@ def compiled(expression: str) -> re.Pattern[str]:
     """
 
     def translate(match: re.Match[str]) -> str:
-        piece = match[0]
-        if piece == "$":
+        text = match[0]
+        if text == "$":
             return r"\Z"
-        if piece in "{}":
-            return "\\" + piece
-        # A letter behind a backslash is special to Python only; so is a backslash in brackets.
-        if piece[0] == "\\":
-            return re.escape(piece[1])
-        return piece.replace("\\", "\\\\").replace("[", r"\[").replace(r"\[", "[", 1)
+        if text in "{}":
+            return "\\" + text
+        # A letter behind a backslash is special in Python only; so is a backslash in brackets.
+        if text[0] == "\\":
+            return re.escape(text[1])
+        return text.replace("\\", "\\\\").replace("[", r"\[").replace(r"\[", "[", 1)
 
     try:
-        return re.compile(_PIECE.sub(translate, expression), re.DOTALL)
+        return re.compile(_SPECIAL.sub(translate, expression), re.DOTALL)
     except re.error as error:
         raise ValueError(f'the regular expression "{expression}" cannot be compiled: {error}') from None
 
@@ -68,14 +68,14 @@ def replace(expression: str, replacement: str, text: str, limits: Limits) -> str
     def expand(match: re.Match[str]) -> str:
         nonlocal made
         check_length(len(replacement), limits)
-        piece = re.sub(
+        expanded = re.sub(
             r"\\(.)",
             lambda found: (match[int(found[1])] or "") if found[1].isdigit() else found[1],
             replacement,
             flags=re.DOTALL,
         )
-        made += len(piece)
+        made += len(expanded)
         check_length(made, limits)
-        return piece
+        return expanded
 
     return compiled(expression).sub(expand, text)

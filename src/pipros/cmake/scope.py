@@ -1,4 +1,4 @@
-"""What the commands of CMake read and change: variables, the cache, the environment."""
+"""The state that CMake commands read and change: variables, the cache, the environment."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Scope:
 
     @contextmanager
     def restored(self, names: Iterable[str]) -> Iterator[None]:
-        """Gives the variables of these names the values that they have now back at the end."""
+        """Resets the variables of these names at the end to the values that they have now."""
         before = {name: self.values.get(name) for name in names}
         yield
         for name, value in before.items():
@@ -112,4 +112,4 @@ ValueCommand = Callable[[list[str], Scope], None]
 
 
 class Unsupported(Exception):
-    """A command asks for something that only CMake itself can do; the text says for what."""
+    """A command needs something that only CMake itself can do; the text names it."""

@@ -128,17 +128,17 @@ def _configure(words: list[str], scope: Scope) -> None:
 
 def _timestamp(words: list[str], scope: Scope) -> None:
     rest = [word for word in words[1:] if word != "UTC"]
-    moment = time.gmtime() if "UTC" in words else time.localtime()
-    scope.values[words[0]] = time.strftime(rest[0] if rest else "%Y-%m-%dT%H:%M:%S", moment)
+    now = time.gmtime() if "UTC" in words else time.localtime()
+    scope.values[words[0]] = time.strftime(rest[0] if rest else "%Y-%m-%dT%H:%M:%S", now)
 
 
 def _random(words: list[str], scope: Scope) -> None:
     options = dict(zip(words[:-1:2], words[1:-1:2], strict=False))
     alphabet = options.get("ALPHABET", "qwertyuiopasdfghjklzxcvbnmQWERTYUIOPASDFGHJKLZXCVBNM0123456789")
-    chooser = random.Random(options.get("RANDOM_SEED"))  # noqa: S311  # names of files, no secrets
+    generator = random.Random(options.get("RANDOM_SEED"))  # noqa: S311  # for names of files, not for secrets
     length = int(options.get("LENGTH", "5"))
     check_length(length, scope.limits)
-    scope.values[words[-1]] = "".join(chooser.choices(alphabet, k=length))
+    scope.values[words[-1]] = "".join(generator.choices(alphabet, k=length))
 
 
 _OPERATIONS: Mapping[str, Callable[[list[str], Scope], None]] = {

@@ -27,7 +27,8 @@ def run_tool(name: str, words: list[str]) -> int:
     """
     tool = _TOOLS.get(name)
     if tool is None:
-        raise ToolFailed(f"the cmake of pipros has no tool {name} for -E. Install CMake for it")
+        known = ", ".join(sorted(_TOOLS))
+        raise ToolFailed(f"the tool after -E must be one of {known}; got {name}. Install CMake for others")
     try:
         return tool(words) or 0
     except (IndexError, ValueError):

@@ -1,6 +1,6 @@
-"""Finds the folders of ROS packages. What Python can import is on `ROS_PACKAGE_PATH`, or comes with pipros.
+"""Finds the folders of ROS packages, on `ROS_PACKAGE_PATH` and among those that come with pipros.
 
-A failed import in any program of the environment comes by here, so this module imports next to nothing.
+Every failed import in the environment runs this module, so it imports almost nothing.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ SHARE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
 class ImportablePackages:
-    """Finds the folder of a package by name. `ROS_PACKAGE_PATH` is read at each question."""
+    """Finds the folder of a package by name. `ROS_PACKAGE_PATH` is read anew at each call."""
 
     def __init__(self) -> None:
         self._path = ""
         self._folders: PackageFolders | None = None
 
     def find(self, name: str) -> str | None:
-        """The folder of a package, None if there is no such package. `ROS_PACKAGE_PATH` comes first."""
+        """The folder of a package, or None. `ROS_PACKAGE_PATH` wins over the packages of pipros."""
         path = os.environ.get("ROS_PACKAGE_PATH", "")
         found = self._on_path(path).get(name) if path else None
         if found is None and name.isidentifier():
@@ -41,7 +41,7 @@ class ImportablePackages:
 
 
 def cache_folder(name: str) -> str:
-    """A cache folder below `ROS_HOME`, as `pipros.env` has it, which takes too long to import."""
+    """A cache folder below `ROS_HOME`, as `pipros.env` computes it (which takes too long to import)."""
     home = os.path.expanduser(os.environ.get("ROS_HOME") or "~/.ros")
     if home.startswith("~"):
         from pipros.home import expanded

@@ -1,15 +1,15 @@
-"""Finds the ROS packages below one folder, and tells later whether that answer still holds.
+"""Finds the ROS packages below one folder, and checks later whether the result is still valid.
 
-A folder with a `package.xml` is a package; nothing below it is searched, because packages do not
-nest. Hidden folders and folders marked by `CATKIN_IGNORE`, `COLCON_IGNORE` or `rospack_nosubdirs`
-are passed over. Links are followed; a link back to where the crawl has been ends there.
+A folder with a `package.xml` is a package. Packages do not nest, so nothing below it is searched.
+Hidden folders and folders marked by `CATKIN_IGNORE`, `COLCON_IGNORE` or `AMENT_IGNORE` are left out;
+`rospack_nosubdirs` ends the search below a folder. Links are followed; each folder is visited once.
 
-A crawl remembers the modification time of each folder that it listed and each manifest that it
-read. As long as these times stand, no package came, went or changed its name: checking that takes
-one `stat` an entry, which is some fifty times quicker than crawling again.
+A crawl records the modification time of each folder that it listed and of each manifest that it read.
+While these times are the same, no package was added, removed or renamed. That check takes one `stat` an
+entry, about fifty times quicker than to crawl again.
 
-The first import of a message in every process comes by here, so what this imports is counted:
-`re`, `pathlib` and `dataclasses` would each take longer than the crawl of a workspace.
+The first import of a message in every process runs this module, so it imports little: `re`, `pathlib` and
+`dataclasses` would each take longer than the crawl of a workspace.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ MANIFEST = "package.xml"
 _IGNORE_MARKERS = frozenset(("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE"))
 _NO_DESCENT_MARKER = "rospack_nosubdirs"
 
-# A file system may give two changes within one tick of its clock the same time. Times this
-# recent are therefore never trusted later on (the rule that git has for its index).
+# A file system may give two changes within one tick of its clock the same time. Times as recent as this
+# are therefore never trusted later (git's rule for its index).
 _RACY_NS = 2_000_000_000
 
 
@@ -32,7 +32,7 @@ _NAME_WITHIN_BYTES = 1024 * 1024
 
 
 class CrawledPackage:
-    """A package as the crawl saw it: its name, its folder, its manifest's time (0: not to be trusted)."""
+    """A package that a crawl found: name, folder, and time of its manifest in ns (0: too recent to trust)."""
 
     __slots__ = ("manifest_ns", "name", "path")
 
@@ -50,7 +50,7 @@ class CrawledPackage:
 
 
 class Crawl:
-    """What was below `root`: the packages in order of their paths, and each folder that was listed."""
+    """The packages below `root` in the order of their paths, and each folder that was listed."""
 
     __slots__ = ("folders", "packages", "root")
 
@@ -72,7 +72,7 @@ class Crawl:
 
 
 def crawl(root: str) -> Crawl:
-    """Searches `root` and all that is below it. Unreadable folders count as empty."""
+    """Searches `root` and everything below it. Unreadable folders count as empty."""
     newest_trusted_ns = time.time_ns() - _RACY_NS
     folders: list[tuple[str, int]] = []
     packages: list[CrawledPackage] = []
@@ -99,7 +99,7 @@ def crawl(root: str) -> Crawl:
         folders.append((folder, changed_ns if changed_ns < newest_trusted_ns else 0))
         if _NO_DESCENT_MARKER in entries or _IGNORE_MARKERS & entries.keys():
             continue
-        # The stack gives back what was put last, so the reverse order makes the walk alphabetical.
+        # `pending` is a stack, so the reverse order makes the walk alphabetical.
         for name in sorted(entries, reverse=True):
             if not name.startswith(".") and _is_folder(entries[name]):
                 pending.append(entries[name].path)
@@ -114,14 +114,14 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
 
 
 def _read_package(folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
-    """The package whose manifest lies in `folder`; None when the manifest cannot be read.
+    """The package whose manifest is in `folder`; None if the manifest cannot be read.
 
-    The name is looked for, not parsed: a crawl reads hundreds of manifests, and a broken one must
-    not hide its package from the tool that is to report it.
+    The name is searched for without parsing the XML: a crawl reads hundreds of manifests, and a package
+    with a broken one must still be found, so that tools can report it.
     """
     manifest = os.path.join(folder, MANIFEST)
     try:
-        # A manifest that is a pipe or a device would hold the crawl up, or have no end.
+        # A pipe or a device would block the crawl, or have no end.
         with open(os.open(manifest, _READ), "rb") as file:
             status = os.fstat(file.fileno())
             if not S_ISREG(status.st_mode):
@@ -135,13 +135,13 @@ def _read_package(folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
 
 
 def _name_in(manifest: bytes) -> str:
-    """The text of the first `<name>` outside comments that has one word in it; empty when there is none."""
-    pieces = manifest.split(b"<!--")
-    for number, piece in enumerate(pieces[1:], 1):
-        _, closing, after = piece.partition(b"-->")
-        pieces[number] = after if closing else piece
-    for piece in b"".join(pieces).split(b"<name>")[1:]:
-        text, closing, _ = piece.partition(b"</name>")
+    """The text of the first `<name>` outside comments that contains one word; empty without one."""
+    parts = manifest.split(b"<!--")
+    for number, part in enumerate(parts[1:], 1):
+        _, closing, after = part.partition(b"-->")
+        parts[number] = after if closing else part
+    for part in b"".join(parts).split(b"<name>")[1:]:
+        text, closing, _ = part.partition(b"</name>")
         words = text.split()
         if closing and len(words) == 1 and not (b"<" in text or b">" in text):
             return words[0].decode("utf-8", "replace")
@@ -149,7 +149,7 @@ def _name_in(manifest: bytes) -> str:
 
 
 def dump(found: Crawl) -> str | None:
-    """A crawl as text for a cache file; None when a path has characters that the form cannot hold."""
+    """A crawl as text for a cache file; None if a path or name contains a tab or a line end."""
     lines = [found.root]
     lines += [f"{changed_ns}\t{path}" for path, changed_ns in found.folders]
     lines += [f"{package.manifest_ns}\t{package.path}\t{package.name}" for package in found.packages]
@@ -161,7 +161,7 @@ def dump(found: Crawl) -> str | None:
 
 
 def load(text: str, root: str) -> Crawl | None:
-    """The crawl that `dump` wrote; None when the text is damaged or speaks of another folder."""
+    """The crawl that `dump` wrote; None if the text is damaged or belongs to another folder."""
     try:
         count, written_root, *lines = text.splitlines()
         if written_root != root:

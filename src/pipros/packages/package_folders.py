@@ -1,7 +1,7 @@
-"""The folders of packages by name: what `PackageIndex` and the import of a message rest on.
+"""The folders of packages by name, for `PackageIndex` and for the import of messages.
 
-It deals in strings and imports next to nothing, because the first import of a message in every
-process waits for it. All other code asks `PackageIndex`.
+Paths are strings and imports are few, because the first import of a message in every process waits for
+this module. All other code uses `PackageIndex`.
 """
 
 from __future__ import annotations
@@ -16,18 +16,17 @@ TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take mil
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-# Below this size a fresh crawl is as quick as a look into the cache.
+# With fewer folders and packages than this a fresh crawl is as quick as reading the cache.
 _WORTH_CACHING = 40
 
 
 class PackageFolders:
-    """Finds the folder of a package by name. When a name occurs twice, the earlier root wins.
+    """Finds the folder of a package by name. If a name occurs twice, the earlier root wins.
 
-    A root is crawled when the first question comes to it, and again when it lacks a name and
-    something on disk has changed. Crawls of large roots are kept below `cache_folder`, so that the
-    next process finds one of hundreds of packages in a millisecond; a cache that cannot be written or
-    read, or that others could have written (`CacheFolder`), is done without. May be used from several
-    threads.
+    A root is crawled when it is first searched, and again when it lacks a name and something on disk has
+    changed. Crawls of large roots are stored below `cache_folder`, so that the next process finds one of
+    hundreds of packages in a millisecond. A cache that cannot be read or written, or that others could
+    have written (`CacheFolder`), is not used. May be used from several threads.
     """
 
     def __init__(self, roots: Sequence[str], cache_folder: str | None = None) -> None:
@@ -35,7 +34,7 @@ class PackageFolders:
         self._roots = [_Root(os.path.abspath(root), cache) for root in roots]
 
     def get(self, name: str) -> str | None:
-        """The folder of that package, None when there is none."""
+        """The folder of that package, or None."""
         for root in self._roots:
             folder = root.get(name)
             if folder is not None:
@@ -43,25 +42,25 @@ class PackageFolders:
         return None
 
     def by_name(self) -> dict[str, str]:
-        """Every name once, with its folder."""
+        """Each name once, with the folder that wins."""
         folders: dict[str, str] = {}
         for name, folder in self.occurrences():
             folders.setdefault(name, folder)
         return folders
 
     def occurrences(self) -> Iterator[tuple[str, str]]:
-        """Name and folder of all packages, winning ones before those that they hide."""
+        """Name and folder of every package; one that hides another comes before it."""
         for root in self._roots:
             for package in root.crawl().packages:
                 yield package.name, package.path
 
 
 class _Root:
-    """One folder to crawl, and what is known of it.
+    """One folder to crawl, and the latest crawl of it.
 
-    Knowledge is in one of three states: none yet; from the cache, where an entry is good when its own
-    manifest has not changed, and the lack of one when nothing has; and from a crawl of this process,
-    whose entries are good for as long as it runs.
+    Before the first call there is no crawl. One from the cache is trusted for a package whose manifest has
+    not changed; that a package is missing is trusted if nothing at all has changed. One of this process is
+    trusted for its packages as long as the process runs.
     """
 
     __slots__ = ("_cache", "_cache_name", "_folder", "_is_own", "_known")
@@ -89,7 +88,7 @@ class _Root:
         return None if package is None else package.path
 
     def crawl(self) -> Crawl:
-        """All that is in the folder: as it was at the first question, or is now."""
+        """All packages of the folder, as they were at the first call of this method or are now."""
         known = self._known
         if known is None or not self._is_own:
             kept = self._read_cache() if known is None else known[0]

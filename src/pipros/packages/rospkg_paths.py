@@ -1,7 +1,8 @@
-"""Shows `rospkg` the packages that come with pipros, in every process of the environment.
+"""Makes `rospkg` find the packages that come with pipros, in every process of the environment.
 
-rospkg looks only where `ROS_ROOT` and `ROS_PACKAGE_PATH` point to. To set these for every start of Python
-would reach the programs that it starts, too, so the answer of rospkg's own function is made longer instead.
+rospkg searches only the folders of `ROS_ROOT` and `ROS_PACKAGE_PATH`. If these were set at every start of
+Python, its child processes would inherit them. Instead, the function of rospkg that lists the folders
+returns one more.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ MODULE = "rospkg.environment"
 
 
 class _Loader(SourceFileLoader):
-    """Loads that module, and puts a folder behind those that it finds packages in."""
+    """Loads that module, and appends a folder to those that it searches."""
 
     def __init__(self, name: str, path: str, folder: str) -> None:
         super().__init__(name, path)
@@ -34,7 +35,7 @@ class _Loader(SourceFileLoader):
 
 
 def spec(path: Sequence[str] | None, folder: str) -> ModuleSpec | None:
-    """How to import the module from `path`, with `folder` in what it answers; None when it is not there."""
+    """The spec of the module in `path`, changed to search `folder` too; None if the module is not there."""
     found = PathFinder.find_spec(MODULE, path)
     if found is not None and type(found.loader) is SourceFileLoader:
         found.loader = _Loader(MODULE, found.loader.path, folder)

@@ -1,8 +1,8 @@
 """Builds a catkin workspace: checks every package, puts what Python needs into the devel space, installs.
 
-Packages of Python, messages, launch files and data need neither CMake nor a compiler. Those that
-compile something go to genuine catkin and CMake (`workspace.native`), when these are installed. A package
-that fails takes down only those that need it; what was built before stays as it is.
+Packages of Python, messages, launch files and data need neither CMake nor a compiler. Those with compiled
+code are built by genuine catkin and CMake (`genuine_catkin.py`) if these are installed. When a package fails,
+only those that depend on it are skipped; what was built before stays as it is.
 """
 
 from __future__ import annotations
@@ -37,13 +37,14 @@ Say = Callable[[str], None]
 
 @dataclass(slots=True)
 class BuildResult:
-    """What came of a build.
+    """The outcome of a build.
 
     Attributes:
         built: names of packages that were built, in that order.
-        unchanged: names of packages that needed nothing.
+        unchanged: names of packages that were up to date.
         errors: package (or file) and what is wrong with it.
-        skipped: packages that were not tried, and the failed package that they need.
+        skipped: packages that were not built, each with the failed package that it depends on.
+        projects: what was read of each package, by its name.
     """
 
     built: list[str] = field(default_factory=list)
@@ -150,7 +151,7 @@ class _Build:
     def _read(
         self, package: SourcePackage, find_extras: FindExtras, definitions: Definitions
     ) -> Project | None:
-        """Reads and checks a package; None when it failed, which is then said."""
+        """Reads and checks a package; None if it failed, which is then reported."""
         self._say(f"-- +++ processing catkin package: '{package.name}'")
         if not (package.folder / "CMakeLists.txt").is_file():
             self._fail(package, f"{package.folder}: the package has no CMakeLists.txt")
@@ -171,7 +172,8 @@ class _Build:
             self._fail(package, str(error))
             return None
         counts = {
-            kind: sum(one.kind == kind for one in project.interfaces) for kind in ("msg", "srv", "action")
+            kind: sum(interface.kind == kind for interface in project.interfaces)
+            for kind in ("msg", "srv", "action")
         }
         if project.interfaces:
             self._say("-- Using these message generators: genpy")
@@ -188,19 +190,15 @@ class _Build:
         return project
 
     def _note_compiled_tests(self, project: Project) -> None:
-        """Compiled tests, when they are wanted, make a package one for genuine catkin, if that is there."""
+        """If tests are to be run, leaves a package with compiled ones to genuine catkin, where installed."""
         compiled = [test for test in project.tests if test.target]
-        if (
-            compiled
-            and self._options.tests
-            and not isinstance(genuine_catkin.find_tools(self._variables), str)
-        ):
+        if compiled and self._options.tests and genuine_catkin.has_tools(self._variables):
             file, _, line = compiled[0].place.rpartition(":")
             what = f"compiles the test [{compiled[0].target}]"
             project.needs_cmake.append(NativeTarget(what, file, int(line)))
 
     def _settings(self, package: SourcePackage) -> dict[str, str]:
-        """The variables that a package finds because of where it is."""
+        """The CMake variables that depend on the workspace."""
         build = self._layout.build
         binary = build / os.path.relpath(package.folder, self._layout.source)
         return {
@@ -221,7 +219,7 @@ class _Build:
         self._state.pop(package.name, None)
 
     def _is_blocked(self, package: SourcePackage) -> bool:
-        """True for a package that needs one that failed; says so."""
+        """True for a package that depends on one that failed; reports it as skipped."""
         for name in sorted(package.all_dependencies):
             culprit = self._failed.get(name)
             if culprit is not None:
@@ -239,7 +237,7 @@ class _Build:
         steps = StepRunner(project.steps, project.binary, self._variables, self._say)
         try:
             if not is_native:
-                steps.run_wanted(one.source for one in project.installations)
+                steps.run_wanted(item.source for item in project.installations)
                 for target in self._options.targets:
                     steps.run(target)
             digest = self._digest(package, project)
@@ -258,24 +256,22 @@ class _Build:
     def _build_natives(
         self, packages: Sequence[SourcePackage], natives: Sequence[SourcePackage], names: set[str]
     ) -> None:
-        """Gives packages that compile something, with all that they need, to genuine catkin."""
+        """Has genuine catkin build packages with compiled code, and those that they depend on."""
         natives = [package for package in natives if package.name not in self._failed]
         if not natives:
             return
-        tools = genuine_catkin.find_tools(self._variables)
-        if isinstance(tools, str):
+        chosen = [package for package in packages if package.name in names]
+        try:
+            tools = genuine_catkin.find_tools(self._variables)
+            genuine_catkin.build(tools, chosen, self._layout, self._options, self._say)
+        except genuine_catkin.MissingTools as error:
             for package in natives:
                 target = self._result.projects[package.name].needs_cmake[0]
-                self._fail(
-                    package,
-                    f"{target.file}:{target.line}: the package [{package.name}] {target.what}, and {tools}",
-                )
-            return
-        chosen = [package for package in packages if package.name in names]
-        problem = genuine_catkin.build(tools, chosen, self._layout, self._options, self._say)
-        if problem is not None:
+                place = f"{target.file}:{target.line}"
+                self._fail(package, f"{place}: the package [{package.name}] {target.what}, but {error}")
+        except genuine_catkin.NativeBuildFailed as error:
             for package in natives:
-                self._fail(package, problem)
+                self._fail(package, str(error))
 
     def _install(self, packages: Sequence[SourcePackage], underlays: Sequence[Path]) -> None:
         for package in packages:
@@ -288,13 +284,17 @@ class _Build:
         write_setup_files(self._layout.install, [], underlays)
 
     def _digest(self, package: SourcePackage, project: Project) -> str:
-        """Changes whenever something changed that the devel files of the package are made from."""
-        inputs = [str(package.manifest_file), project.file, *(one.path for one in project.interfaces)]
-        inputs += [one.source for one in project.installations if one.is_python]
-        inputs += [one.source for one in project.hooks]
+        """A digest of everything that the devel files of the package are made from."""
+        inputs = [
+            str(package.manifest_file),
+            project.file,
+            *(interface.path for interface in project.interfaces),
+        ]
+        inputs += [item.source for item in project.installations if item.is_python]
+        inputs += [hook.source for hook in project.hooks]
         inputs += python_sources(project)
-        made = [one.text for one in project.hooks]
-        digest = hashlib.sha256(f"{pipros.__file__} {self._layout} {made}".encode())
+        texts = [hook.text for hook in project.hooks]
+        digest = hashlib.sha256(f"{pipros.__file__} {self._layout} {texts}".encode())
         for path in inputs:
             try:
                 status = os.stat(path)

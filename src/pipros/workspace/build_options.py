@@ -1,4 +1,4 @@
-"""What `catkin_make` is asked to build, and how."""
+"""The options of `catkin_make` that concern the build."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True, slots=True)
 class BuildOptions:
-    """What the command line asks for.
+    """The options of a build.
 
     Attributes:
-        only: names of packages to build with all that they need; empty for all.
+        only: names of packages to build with all that they depend on; empty for all.
         left_out: names of packages to leave out.
         definitions: the `-D` settings.
-        installs: whether to fill the install space, too.
-        tests: whether tests will be run, for which something may have to be compiled.
-        jobs: arguments for make, for packages that need it.
-        targets: custom targets to run besides those that are always run.
+        installs: whether to write the install space, too.
+        tests: whether tests will be run; compiled ones are then built.
+        jobs: arguments for make, for packages with compiled code.
+        targets: custom targets to run besides those of `all`.
     """
 
     only: frozenset[str] = frozenset()

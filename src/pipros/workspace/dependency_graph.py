@@ -1,4 +1,4 @@
-"""Which package needs which: the questions that rospack answers."""
+"""Dependencies between packages, as `rospack` prints them."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ _DEPTH_LIMIT = 1000
 
 
 class CircularDependency(PiprosError):
-    """Packages need each other in a circle."""
+    """Packages depend on each other in a circle."""
 
 
 class DependencyGraph:
-    """Dependencies between the packages of an index. What is no package of the index counts for nothing."""
+    """The dependencies between the packages of an index. Names that are not in the index are left out."""
 
     def __init__(self, index: PackageIndex) -> None:
         self._index = index
@@ -28,20 +28,24 @@ class DependencyGraph:
         return read_manifest(self._index.find(name).path)
 
     def direct(self, name: str) -> list[str]:
-        """The packages that a package needs to run.
+        """The packages that a package depends on at run time.
 
         Raises:
-            NotFound: there is no such package.
-            XmlError: its manifest is broken.
+            NotFound: the package is not in the index.
+            XmlError: its manifest is malformed.
         """
         return [needed for needed in self.manifest(name).depends("exec_depends") if self._index.get(needed)]
 
     def named(self, name: str) -> list[str]:
-        """Everything that a package's manifest names, for whatever purpose, sorted; packages or not."""
+        """All names that a package's manifest depends on in any way, sorted; in the index or not."""
         return sorted(self.manifest(name).depends())
 
     def all(self, name: str) -> list[str]:
-        """Everything that a package needs, what is needed by others before them, each once."""
+        """All packages that a package depends on, directly or not, each after those that it depends on.
+
+        Raises:
+            CircularDependency: packages depend on each other in a circle.
+        """
         ordered: dict[str, None] = {}
         self._collect(name, ordered, ())
         del ordered[name]
@@ -57,7 +61,7 @@ class DependencyGraph:
         ordered[name] = None
 
     def chains(self, name: str, target: str) -> Iterator[list[str]]:
-        """Every way from a package to another that it needs."""
+        """Every path of dependencies from one package to another."""
         yield from self._chains(name, target, [name])
 
     def _chains(self, name: str, target: str, path: list[str]) -> Iterator[list[str]]:
@@ -68,7 +72,7 @@ class DependencyGraph:
                 yield from self._chains(needed, target, [*path, needed])
 
     def dependents(self, name: str, *, only_direct: bool = False) -> list[str]:
-        """The packages that need a package. Broken manifests are passed over."""
+        """The packages that depend on a package. Those with a broken manifest are left out."""
         users: dict[str, list[str]] = {}
         for package in self._index:
             try:
@@ -89,7 +93,7 @@ class DependencyGraph:
     def exporters(self, name: str, attribute: str, top: str | None = None) -> Iterator[tuple[Package, str]]:
         """Packages that export `<name attribute="…">` for the package `name`, with the value.
 
-        `top` limits them to those that this package needs, and itself.
+        `top` limits them to this package and those that it depends on.
         """
         candidates = self.dependents(name, only_direct=True)
         if top is not None:

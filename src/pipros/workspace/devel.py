@@ -1,4 +1,4 @@
-"""What one package puts into the devel space and the install space."""
+"""Writes the files of one package to the devel space and the install space."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ with open(_init, encoding="utf-8") as _source:
 
 
 def python_sources(project: Project) -> list[str]:
-    """Files that decide what the Python part of a package looks like."""
+    """The files on which the Python modules of a package depend."""
     setup = os.path.join(project.folder, "setup.py")
     return [setup] if project.has_python_setup else []
 
@@ -59,7 +59,7 @@ def python_sources(project: Project) -> list[str]:
 def write_devel_files(
     project: Project, layout: Layout, definitions: Definitions, say: Say, *, is_native: bool
 ) -> None:
-    """Makes a package's part of the devel space.
+    """Writes the files of a package to the devel space.
 
     Args:
         is_native: whether genuine catkin makes the Python modules.
@@ -73,7 +73,7 @@ def write_devel_files(
         _write_python_packages(project, setup, layout.devel, say)
         if project.interfaces:
             _write_stubs(project, definitions, layout.devel)
-    relayed = [one.source for one in project.installations if one.is_python]
+    relayed = [item.source for item in project.installations if item.is_python]
     relayed += list(setup.scripts) if setup else []
     for script in relayed:
         relay = layout.devel / "lib" / project.name / os.path.basename(script)
@@ -83,14 +83,14 @@ def write_devel_files(
 
 
 def _write_hooks(project: Project, prefix: Path) -> None:
-    """Puts the environment hooks of a package where the setup files look for them."""
+    """Writes the environment hooks of a package to the folder that the setup files read."""
     for hook in project.hooks:
         text = Path(hook.source).read_text("utf-8") if hook.text is None else hook.text
         write_if_changed(prefix / HOOKS_FOLDER / hook.name, text)
 
 
 def _write_python_packages(project: Project, setup: PythonSetup | None, devel: Path, say: Say) -> None:
-    place = devel / PYTHON_DESTINATION
+    modules = devel / PYTHON_DESTINATION
     packages = dict(setup.packages) if setup else {}
     if project.interfaces:
         for interface in project.interfaces:
@@ -98,8 +98,8 @@ def _write_python_packages(project: Project, setup: PythonSetup | None, devel: P
         packages.setdefault(project.name, "")
     for name, folder in packages.items():
         if "." in name:
-            continue  # it is found through the package that it is in
-        init = place / name / "__init__.py"
+            continue  # found through its parent package
+        init = modules / name / "__init__.py"
         if folder and os.path.isfile(os.path.join(folder, "__init__.py")):
             write_if_changed(init, _RELAYED_PACKAGE.format(name=name, folder=folder))
         else:
@@ -110,38 +110,38 @@ def _write_python_packages(project: Project, setup: PythonSetup | None, devel: P
 
 
 def _write_stubs(project: Project, definitions: Definitions, devel: Path) -> None:
-    """Tells editors and type checkers what the classes look like that are made when they are imported."""
+    """Writes type stubs for editors: the classes themselves are made when they are imported."""
     try:
         stubs = package_stubs(project.name, definitions)
     except (DefinitionError, NotFound):
-        return  # a file beside those that the package lists is broken
+        return  # a file that the package does not list is broken
     for path, text in stubs.items():
         write_if_changed(devel / PYTHON_DESTINATION / project.name / path, text)
 
 
 def install_package(project: Project, layout: Layout, settings: Mapping[str, str], say: Say) -> None:
-    """Copies what a package installs.
+    """Copies the files that a package installs.
 
     Args:
         settings: variables for the code of `install(CODE)`.
 
     Raises:
-        PiprosError, OSError: something to install is missing, or cannot be copied.
+        PiprosError, OSError: a file is missing, or cannot be copied.
     """
     share = layout.install / "share" / project.name
     copy_file(Path(project.folder) / "package.xml", share / "package.xml", say)
     for interface in project.interfaces:
         copy_file(Path(interface.path), share / interface.kind / os.path.basename(interface.path), say)
     setup = read_setup_py(project.folder) if project.has_python_setup else None
-    place = layout.install / PYTHON_DESTINATION
+    modules = layout.install / PYTHON_DESTINATION
     for name, folder in (setup.packages if setup else {}).items():
-        modules = Copy(f"{folder}/", os.path.join(*name.split(".")), is_folder=True, keeps_permissions=True)
-        copy(modules, place, say)
+        below = os.path.join(*name.split("."))
+        copy(Copy(f"{folder}/", below, is_folder=True, keeps_permissions=True), modules, say)
     if project.interfaces and (setup is None or project.name not in setup.packages):
-        write_if_changed(place / project.name / "__init__.py", _PACKAGE.format(name=project.name))
+        write_if_changed(modules / project.name / "__init__.py", _PACKAGE.format(name=project.name))
     for script in setup.scripts if setup else ():
         target = layout.install / "lib" / project.name / os.path.basename(script)
         copy_file(Path(script), target, say, mode=PROGRAM_MODE)
     _write_hooks(project, layout.install)
-    for one in project.installations:
-        install(one, layout.install, settings, say)
+    for item in project.installations:
+        install(item, layout.install, settings, say)

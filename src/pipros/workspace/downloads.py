@@ -1,4 +1,4 @@
-"""Fetches the files that tests need from elsewhere."""
+"""Downloads the files that tests need."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _CHUNK_BYTES = 1 << 20
 
 
 def fetch(download: Download, say: Callable[[str], None]) -> None:
-    """Fetches a file that is not there yet, or is another one; says so, also when it cannot be had."""
+    """Downloads a file, unless it exists and has the right MD5. A failure is printed, not raised."""
     path = Path(download.path)
     if path.is_file() and download.md5 in ("", _md5(path)):
         return
@@ -25,8 +25,9 @@ def fetch(download: Download, say: Callable[[str], None]) -> None:
     except (OSError, ValueError) as error:
         say(f"-- WARNING: {download.url} cannot be downloaded: {error}")
         return
-    if download.md5 and _md5(unfinished) != download.md5:
-        say(f"-- WARNING: {download.url} is not the file that is wanted: its MD5 is {_md5(unfinished)}")
+    received = _md5(unfinished)
+    if download.md5 not in ("", received):
+        say(f"-- WARNING: the MD5 of {download.url} must be {download.md5}, got {received}")
         unfinished.unlink()
         return
     os.replace(unfinished, path)
@@ -36,7 +37,7 @@ def _receive(url: str, file: Path) -> None:
     from urllib.request import urlopen
 
     if not url.startswith(("http://", "https://")):
-        raise ValueError("only http and https are understood")
+        raise ValueError("the URL must begin with http:// or https://")
     file.parent.mkdir(parents=True, exist_ok=True)
     with urlopen(url, timeout=_TIMEOUT_S) as answer, file.open("wb") as written:  # noqa: S310  # checked above
         while chunk := answer.read(_CHUNK_BYTES):

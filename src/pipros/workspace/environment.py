@@ -1,7 +1,7 @@
-"""The environment that a workspace's `setup.*` files make, computed here and printed as shell code.
+"""The environment that a workspace's `setup.*` files set, computed and printed as shell code.
 
-Noetic's rules: entries of the workspaces that were set up before are taken out, then this one and
-those below it are put in front, so that sourcing twice changes nothing. With `--extend`, what is there stays.
+Noetic's rules: entries of the workspaces that were set up before are removed, then this workspace and
+those below it are put in front, so that sourcing twice changes nothing. `--extend` removes nothing.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pipros.workspace.hooks import FoundHook, find_hooks
 from pipros.workspace.index import SHARED_PACKAGES
 from pipros.workspace.overlays import MARKER, built_workspaces
 
-# Which folder of a workspace goes into which list.
+# The folder of a workspace that is added to each list.
 _LISTS = {
     "CMAKE_PREFIX_PATH": "",
     "LD_LIBRARY_PATH": "lib",
@@ -39,11 +39,11 @@ def workspace_environment(
     """The variables that change, with their new values.
 
     Args:
-        prefix: the devel or install space; None for the bare environment without any workspace.
+        prefix: the devel or install space; None for an environment without a workspace.
         underlays: the workspaces below it when it was built, the topmost first.
         variables: the environment so far.
-        extend: whether the workspaces that are set up already stay below.
-        own_programs: a folder that is put into `PATH` if it is not there.
+        extend: whether the workspaces that are set up already stay, below this one.
+        own_programs: a folder that is added to `PATH` if it is not in it.
     """
     known = [workspace.prefix for workspace in built_workspaces(variables)]
     chain = [folder for folder in ([prefix] if prefix else []) if folder is not None]
@@ -88,7 +88,7 @@ def shell_code(changes: Mapping[str, str], shell: str) -> str:
 
 
 def hook_code(hooks: Sequence[FoundHook], shell: str) -> str:
-    """Commands that carry hooks out; each finds its workspace in `CATKIN_ENV_HOOK_WORKSPACE`."""
+    """Commands that source hooks; each finds its workspace in `CATKIN_ENV_HOOK_WORKSPACE`."""
     return "".join(_hook(hook, shell) for hook in hooks)
 
 
@@ -124,7 +124,7 @@ def _powershell(name: str, value: str) -> str:
 
 
 def quoted_for_powershell(text: str) -> str:
-    """A string literal of PowerShell, to which typographic quotes are quotes, too.
+    """A string literal of PowerShell, in which typographic quotes count as quotes.
 
     >>> print(quoted_for_powershell("it's"))
     'it''s'
@@ -142,7 +142,7 @@ def main(argv: Sequence[str] | None = None) -> None:
             listed = (prefix / UNDERLAYS_FILE).read_text("utf-8").split("\0")
             underlays = [Path(entry) for entry in listed if entry and Path(entry, MARKER).is_file()]
         except OSError:
-            pass  # a workspace that was moved, or has none below it
+            pass  # the list was not written, or the workspace was moved
     changes = workspace_environment(
         prefix,
         underlays,
@@ -155,4 +155,4 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 UNDERLAYS_FILE = ".pipros_underlays"
-"""In a devel or install space: the workspaces below it, each ended by a NUL, which no path has in it."""
+"""In a devel or install space: the workspaces below it, each ended by NUL, which no path contains."""

@@ -1,7 +1,7 @@
-"""Finds the program that a package and an executable's name mean, for rosrun, roslaunch and rostest.
+"""Finds programs by package and name, for rosrun, roslaunch and rostest.
 
-Programs that a build made (`devel/lib/<package>`) come before those in the package's folder. A name
-without a folder is searched at any depth; `scripts/talker.py` is matched against the end of the path.
+Built programs (`devel/lib/<package>`) come before those in the package's folder. A name without a folder
+is searched at any depth; `scripts/talker.py` is compared with the end of the path.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from pipros.workspace.overlays import BuiltWorkspace, built_workspaces
 
 _ON_WINDOWS = os.name == "nt"
 
-# What a name may stand for where files have no executable bit; the first that exists wins.
+# Windows has no executable bit; these suffixes may be left out of a name. The first that exists wins.
 _WINDOWS_SUFFIXES = ("", ".exe", ".bat", ".cmd", ".py")
 
 
 @dataclass(frozen=True, slots=True)
 class Executables:
-    """What was found under a name.
+    """The programs of one name in a package.
 
     Attributes:
-        runnable: files that may be executed, in the order of preference: built ones first.
-        unusable: things of that name that are no files, or lack the permission to be executed.
+        runnable: executable files, in the order of preference: built ones first.
+        unusable: paths of that name that are not files, or not executable.
         searched: the folders that were searched, those of builds first.
     """
 
@@ -36,7 +36,7 @@ class Executables:
 
     @property
     def relay(self) -> Path | None:
-        """The built program, when the only other candidate is the source script that it relays to."""
+        """The built program, if the only other candidate is the source script that it runs."""
         if len(self.runnable) != 2:
             return None
         built, source = self.runnable
@@ -48,10 +48,10 @@ class Executables:
 def find_executables(
     package: Package, name: str, workspaces: Sequence[BuiltWorkspace] | None = None
 ) -> Executables:
-    """All that `name` can mean in `package`.
+    """The programs called `name` in `package`.
 
-    `workspaces` are the built workspaces to look into, by default those of `CMAKE_PREFIX_PATH`;
-    only the first of them that has programs of this package counts.
+    `workspaces` are the built workspaces to search, by default those of `CMAKE_PREFIX_PATH`; only the first
+    that has programs of this package counts.
     """
     if workspaces is None:
         workspaces = built_workspaces()
@@ -73,7 +73,7 @@ def list_executables(package: Package, workspaces: Sequence[BuiltWorkspace] | No
     if workspaces is None:
         workspaces = built_workspaces()
     folders = [workspace.executables_of(package.name) for workspace in workspaces] + [package.path]
-    files = (Path(here, name) for folder in folders for here, name in _walk(folder))
+    files = (Path(parent, name) for folder in folders for parent, name in _walk(folder))
     return sorted({path.name for path in files if _is_executable(path)})
 
 
@@ -83,23 +83,23 @@ def _named(folder: Path, name: str) -> Iterator[Path]:
         return
     suffixes = _WINDOWS_SUFFIXES if _ON_WINDOWS else ("",)
     bases = {wanted[-1] + suffix for suffix in suffixes}
-    for here, base in _walk(folder, with_folders=True):
-        if base in bases and _ends_with(here, wanted[:-1]):
-            yield Path(here, base)
+    for parent, base in _walk(folder, with_folders=True):
+        if base in bases and _ends_with(parent, wanted[:-1]):
+            yield Path(parent, base)
 
 
 def _walk(folder: Path, *, with_folders: bool = False) -> Iterator[tuple[str, str]]:
     """Folder and name of everything below a folder, sorted; no hidden folders, links followed once."""
     visited: set[str] = set()
-    for here, folders, files in os.walk(folder, followlinks=True):
-        real = os.path.realpath(here)
+    for parent, folders, files in os.walk(folder, followlinks=True):
+        real = os.path.realpath(parent)
         if real in visited:
             folders.clear()
             continue
         visited.add(real)
         folders[:] = sorted(name for name in folders if not name.startswith("."))
         for name in sorted(files + folders if with_folders else files):
-            yield here, name
+            yield parent, name
 
 
 def _is_executable(path: Path) -> bool:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipros.errors import PiprosError
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.catkin.names import CORE_PACKAGES
 from pipros.workspace.index import SHARED_PACKAGES
@@ -17,6 +18,14 @@ from pipros.workspace.layout import Layout, SourcePackage, read_source_space
 
 _PREFIXES = ("/opt/ros/noetic", "/opt/ros/one", "/opt/ros/melodic", "/usr")
 _TOPLEVEL = "share/catkin/cmake/toplevel.cmake"
+
+
+class MissingTools(PiprosError):
+    """CMake, a compiler or genuine catkin is not installed. The text says what to install."""
+
+
+class NativeBuildFailed(PiprosError):
+    """CMake or make failed. What they print stands above this error in the terminal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,24 +40,40 @@ class NativeTools:
         return self.prefix / _TOPLEVEL
 
 
-def find_tools(variables: Mapping[str, str]) -> NativeTools | str:
-    """The tools, or in words what is missing and what to install."""
+def find_tools(variables: Mapping[str, str]) -> NativeTools:
+    """Finds CMake and genuine catkin, and checks that there is a compiler.
+
+    Args:
+        variables: the environment; `PATH` and `CMAKE_PREFIX_PATH` count.
+
+    Raises:
+        MissingTools: with what to install.
+    """
     path = variables.get("PATH")
     cmake = shutil.which("cmake", path=path)
     if cmake is None:
-        return (
-            "there is no cmake in PATH to do that. Install CMake, a C++ compiler and genuine catkin "
+        raise MissingTools(
+            "cmake is not in PATH. Install CMake, a C++ compiler and genuine catkin "
             "(Debian: apt install cmake g++ catkin ros-core-dev), or put a file CATKIN_IGNORE into its folder"
         )
     if shutil.which("make", path=path) is None or shutil.which("c++", path=path) is None:
-        return "there is no compiler in PATH to do that. Install it (Debian: apt install make g++)"
+        raise MissingTools("make or c++ is not in PATH. Install them (Debian: apt install make g++)")
     toplevel = find_toplevel(variables)
     if toplevel is not None:
         return NativeTools(cmake, toplevel.parents[3])
-    return (
-        "genuine catkin is not installed, which is needed for compiled code. Install it (Debian: apt install "
-        "catkin ros-core-dev), or put a file CATKIN_IGNORE into the package's folder"
+    raise MissingTools(
+        "genuine catkin is not installed. Install it (Debian: apt install catkin ros-core-dev), "
+        "or put a file CATKIN_IGNORE into its folder"
     )
+
+
+def has_tools(variables: Mapping[str, str]) -> bool:
+    """Whether everything that compiled code needs is installed."""
+    try:
+        find_tools(variables)
+    except MissingTools:
+        return False
+    return True
 
 
 def find_toplevel(variables: Mapping[str, str] | None = None) -> Path | None:
@@ -66,15 +91,21 @@ def build(
     layout: Layout,
     options: BuildOptions,
     say: Callable[[str], None],
-) -> str | None:
-    """Builds the packages given into the devel space; what they need of the workspace must be among them.
+) -> None:
+    """Builds packages into the devel space. The output of the tools goes to that of this process.
 
     Packages that come with pipros, and that genuine ROS lacks on this machine, are built with them.
 
-    Returns what went wrong, None when nothing did. What the tools print is passed on as it comes.
+    Args:
+        packages: must include the packages of the workspace that the others need.
+        say: called with each line that pipros itself has to print.
+
+    Raises:
+        NativeBuildFailed: a tool failed.
+        OSError: the build space cannot be written.
     """
-    place = layout.build / "pipros" / "native"
-    source, binary = place / "src", place / "build"
+    folder = layout.build / "pipros" / "native"
+    source, binary = folder / "src", folder / "build"
     shutil.rmtree(source, ignore_errors=True)
     source.mkdir(parents=True)
     binary.mkdir(parents=True, exist_ok=True)
@@ -84,7 +115,7 @@ def build(
     others = [prefix for prefix in prefixes if prefix not in (layout.devel, layout.install)]
     shipped = shipped_packages(packages, others)
     for package in shipped:
-        say(f"-- {package.name} is not in genuine ROS here: its messages are those that come with pipros")
+        say(f"-- {package.name} is not installed: its messages are built from those that come with pipros")
     for package in (*shipped, *packages):
         (source / package.name).symlink_to(package.folder)
     python = "/usr/bin/python3"
@@ -103,26 +134,33 @@ def build(
         steps.append(["make", "install"])
     for step in steps:
         say(f'####\n#### Running command: "{" ".join(step)}" in "{binary}"\n####')
-        sys.stdout.flush()
-        ended = subprocess.run(step, cwd=binary, env=variables, check=False)  # noqa: S603
-        if ended.returncode != 0:
-            return f'Invoking "{" ".join(step[:2])}" failed; what the tools said about it is above'
-    return None
+        _run(step, binary, variables, f'Invoking "{" ".join(step[:2])}" failed; the reason is printed above')
 
 
-def make(layout: Layout, target: str) -> str | None:
-    """Makes one more target of packages that were built; what went wrong, None when nothing did."""
-    tools = find_tools(os.environ)
-    if isinstance(tools, str):
-        return f"[{target}] has to be compiled, and {tools}"
+def make(layout: Layout, target: str) -> None:
+    """Makes one more target of packages that were built before.
+
+    Raises:
+        MissingTools: a tool was removed since.
+        NativeBuildFailed: make failed.
+    """
+    try:
+        tools = find_tools(os.environ)
+    except MissingTools as error:
+        raise MissingTools(f"[{target}] has to be compiled, but {error}") from None
     folder = layout.build / "pipros" / "native" / "build"
+    _run(["make", target], folder, _environment(tools), f'Invoking "make {target}" failed')
+
+
+def _run(command: Sequence[str], folder: Path, variables: Mapping[str, str], failure: str) -> None:
     sys.stdout.flush()
-    ended = subprocess.run(["make", target], cwd=folder, env=_environment(tools), check=False)  # noqa: S603, S607
-    return None if ended.returncode == 0 else f'Invoking "make {target}" failed'
+    ended = subprocess.run(command, cwd=folder, env=dict(variables), check=False)  # noqa: S603
+    if ended.returncode != 0:
+        raise NativeBuildFailed(failure)
 
 
 def shipped_packages(packages: Sequence[SourcePackage], prefixes: Sequence[Path]) -> list[SourcePackage]:
-    """Message packages of pipros that these need, directly or not, and that CMake finds below no prefix."""
+    """Message packages of pipros that these need, directly or not, and that are installed below no prefix."""
     shipped = {package.name: package for package in read_source_space(SHARED_PACKAGES, os.environ).packages}
     seen = {*CORE_PACKAGES, *(package.name for package in packages)}
     needed: list[SourcePackage] = []
@@ -130,15 +168,28 @@ def shipped_packages(packages: Sequence[SourcePackage], prefixes: Sequence[Path]
     while pending:
         for name in sorted(pending.pop().all_dependencies & shipped.keys() - seen):
             seen.add(name)
-            config = Path("share", name, "cmake", f"{name}Config.cmake")
-            if not any((prefix / config).is_file() for prefix in prefixes):
+            if not any(_is_installed(name, prefix) for prefix in prefixes):
                 needed.append(shipped[name])
                 pending.append(shipped[name])
     return needed
 
 
+def _is_installed(name: str, prefix: Path) -> bool:
+    """Whether CMake finds a package below a prefix.
+
+    catkin installs to `share/<name>/cmake`; Debian moves packages that depend on the processor to
+    `lib/<triplet>/cmake/<name>`.
+    """
+    config = f"{name}Config.cmake"
+    if (prefix / "share" / name / "cmake" / config).is_file():
+        return True
+    return any((prefix / "lib").glob(f"cmake/{name}/{config}")) or any(
+        (prefix / "lib").glob(f"*/cmake/{name}/{config}")
+    )
+
+
 def _environment(tools: NativeTools) -> dict[str, str]:
-    """This process's environment as genuine catkin wants it: the system's Python, not a virtual one."""
+    """The environment of this process with the system's Python in place of a virtual one."""
     variables = {
         name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "PYTHONHOME")
     }

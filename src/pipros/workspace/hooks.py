@@ -1,4 +1,4 @@
-"""Environment hooks: files of packages that the setup files of a workspace carry out."""
+"""Environment hooks: files of packages that the setup files of a workspace source."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 HOOKS_FOLDER = Path("etc", "catkin", "profile.d")
 
 _GENERIC = "sh"
-_READERS_OF_GENERIC_ONES = ("sh", "bash", "zsh")
+_POSIX_SHELLS = ("sh", "bash", "zsh")
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,14 +21,14 @@ class FoundHook:
 
 
 def find_hooks(workspaces: Sequence[Path], shell: str) -> list[FoundHook]:
-    """The hooks for a shell, in Noetic's order: those for all shells first, those of underlays before others.
+    """The hooks for a shell in Noetic's order: `.sh` before those of the shell, underlays before overlays.
 
-    Of several with one name the one of the topmost workspace is meant.
+    Of several hooks with one name only that of the topmost workspace is returned.
 
     Args:
         workspaces: the topmost first.
     """
-    kinds = [_GENERIC] if shell in _READERS_OF_GENERIC_ONES else []
+    kinds = [_GENERIC] if shell in _POSIX_SHELLS else []
     if shell != _GENERIC:
         kinds.append(shell)
     found: list[FoundHook] = []

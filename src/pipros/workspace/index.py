@@ -1,4 +1,4 @@
-"""Where the ROS packages are: the folders of `ROS_PACKAGE_PATH`, then the packages that come with pipros."""
+"""Finds ROS packages: in the folders of `ROS_PACKAGE_PATH`, then among those that come with pipros."""
 
 from __future__ import annotations
 
@@ -18,17 +18,16 @@ SHARED_PACKAGES = Path(SHARE).resolve()
 
 @dataclass(frozen=True, slots=True)
 class Package:
-    """A ROS package: the name that its manifest gives it, and the folder of that manifest."""
+    """A ROS package: the name in its manifest, and the folder of the manifest."""
 
     name: str
     path: Path
 
 
 class PackageIndex:
-    """Finds packages by name. When a name occurs twice, the package in the earlier folder wins.
+    """Finds packages by name. If a name occurs twice, the package in the earlier folder wins.
 
-    When it looks at the disk, and what it keeps there, is said at `PackageFolders`. May be used from
-    several threads.
+    `PackageFolders` says when the disk is read, and what is cached. May be used from several threads.
     """
 
     def __init__(self, folders: Sequence[Path], *, cache_folder: Path | None = None) -> None:
@@ -38,7 +37,7 @@ class PackageIndex:
 
     @classmethod
     def from_environment(cls, environment: Environment | None = None) -> PackageIndex:
-        """The packages that a ROS process of this environment can see."""
+        """The packages that a ROS process with this environment finds."""
         environment = environment or Environment.from_os()
         return cls(
             (*environment.package_path, SHARED_PACKAGES),
@@ -46,7 +45,7 @@ class PackageIndex:
         )
 
     def get(self, name: str) -> Package | None:
-        """The package of that name, None when there is none."""
+        """The package of that name, or None."""
         folder = self._found.get(name)
         return None if folder is None else Package(name, Path(folder))
 
@@ -54,13 +53,13 @@ class PackageIndex:
         """The package of that name.
 
         Raises:
-            NotFound: saying where it was looked for.
+            NotFound: with the folders that were searched.
         """
         package = self.get(name)
         if package is None:
             searched = os.pathsep.join(str(folder) for folder in self.folders)
             raise NotFound(
-                f"package [{name}] not found. It was looked for in [{searched}]; "
+                f"package [{name}] not found in [{searched}]; "
                 f"is the workspace's devel/setup.bash sourced, or its folder on ROS_PACKAGE_PATH?"
             )
         return package
@@ -74,7 +73,7 @@ class PackageIndex:
         return isinstance(name, str) and self.get(name) is not None
 
     def containing(self, path: Path) -> Package | None:
-        """The package that a file or folder lies in, by the nearest manifest above it."""
+        """The package that contains a file or folder, by the nearest manifest above it."""
         for folder in (path.absolute(), *path.absolute().parents):
             if (folder / MANIFEST).is_file():
                 found = crawl(str(folder)).packages
@@ -82,8 +81,8 @@ class PackageIndex:
         return None
 
     def duplicates(self) -> dict[str, list[Path]]:
-        """Every name that occurs more than once, with all its folders, the winning one first."""
+        """Each name that occurs more than once, with all its folders, the winning one first."""
         folders: dict[str, list[Path]] = {}
         for name, folder in self._found.occurrences():
             folders.setdefault(name, []).append(Path(folder))
-        return {name: places for name, places in sorted(folders.items()) if len(places) > 1}
+        return {name: paths for name, paths in sorted(folders.items()) if len(paths) > 1}

@@ -1,8 +1,8 @@
 """Starts programs of a workspace with the Python that pipros is installed in.
 
-A node's first line is `#!/usr/bin/env python3`: whichever `python3` comes first in `PATH`. When a tool
-of pipros is called by its full path, without its virtual environment being activated, that would be
-a Python that knows nothing of pipros. So the tools put their own interpreter's folder first.
+The first line of a node is `#!/usr/bin/env python3`, which runs the first `python3` in `PATH`. If a tool of
+pipros is called by its full path, without activating its virtual environment, that would be a Python without
+pipros. So the tools put the folder of their own interpreter first.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _POSIX_SHELL = "/bin/sh"
 
 
 def with_own_python_first(variables: Mapping[str, str], executable: str = sys.executable) -> dict[str, str]:
-    """A copy of the environment in which `python3` and `python` mean the interpreter given."""
+    """A copy of the environment in which `python3` and `python` are the given interpreter."""
     environment = dict(variables)
     own = os.path.dirname(os.path.abspath(executable))
     search_path = environment.get("PATH", os.defpath)
@@ -32,10 +32,10 @@ def with_own_python_first(variables: Mapping[str, str], executable: str = sys.ex
 def command_of(program: Path, arguments: Sequence[str] = (), prefix: str = "") -> list[str]:
     """The command line that runs a program, behind a prefix such as `gdb -ex run --args`.
 
-    The prefix is split into words as a shell does; no shell ever sees it.
+    The prefix is split into words as a shell does; no shell is run.
 
     Raises:
-        ValueError: for a prefix with an open quote.
+        ValueError: the prefix has an open quote.
     """
     starter: list[str] = []
     if _ON_WINDOWS and program.suffix.lower() == ".py":
@@ -46,7 +46,7 @@ def command_of(program: Path, arguments: Sequence[str] = (), prefix: str = "") -
 
 
 def why_not_startable(program: Path) -> str | None:
-    """What is wrong with a script's first line, in words that say what to write; None when nothing is."""
+    """What is wrong with the first line of a script, since the kernel's own error is unhelpful; or None."""
     try:
         start = _start_of(program)
     except OSError as error:
@@ -55,18 +55,19 @@ def why_not_startable(program: Path) -> str | None:
     if start.startswith(b"#!"):
         if first_line.endswith(b"\r"):
             return (
-                f"{program} has Windows line ends, which its first line cannot have; convert it with dos2unix"
+                f"{program} has Windows line ends, so its first line names no interpreter; "
+                "convert it with dos2unix"
             )
         interpreter = first_line[2:].strip().split(b" ", 1)[0].decode("utf-8", "replace")
         if interpreter and not os.path.exists(interpreter):
-            return f"{program} asks for the interpreter {interpreter}, which does not exist"
+            return f"{program} needs the interpreter {interpreter}, which does not exist"
     elif program.suffix == ".py" and not _ON_WINDOWS:
-        return f"{program} has no first line that names its interpreter; put '#!/usr/bin/env python3' there"
+        return f"{program} does not name its interpreter; make '#!/usr/bin/env python3' its first line"
     return None
 
 
 def has_windows_line_ends(program: Path) -> bool:
-    """Whether the line that names a script's interpreter ends as lines do on Windows."""
+    """Whether the first line of a script with `#!` has a Windows line end."""
     try:
         start = _start_of(program)
     except OSError:
@@ -80,7 +81,7 @@ def _start_of(program: Path) -> bytes:
 
 
 def _is_bare_shell_script(program: Path) -> bool:
-    """True for text without `#!`, which the kernel refuses and every shell runs as a script of its own."""
+    """True for text without `#!`, which the kernel refuses and a shell runs as a shell script."""
     if program.suffix == ".py":
         return False
     try:

@@ -1,4 +1,4 @@
-"""The folders of a catkin workspace, and the packages in it in the order in which they are built."""
+"""The folders of a catkin workspace, and its packages in the order in which they are built."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ WORKSPACE_MARKER = ".catkin_workspace"
 
 
 class WorkspaceError(PiprosError):
-    """The workspace as a whole cannot be built: no source folder, two packages of one name, a cycle."""
+    """The workspace as a whole cannot be built: no source folder, two packages with one name, a cycle."""
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Where a workspace keeps what."""
+    """The folders of a workspace: its root, and the source, build, devel and install space."""
 
     base: Path
     source: Path
@@ -50,7 +50,7 @@ class SourcePackage:
         return any(export.tagname == "metapackage" for export in self.manifest.exports)
 
     def dependencies(self, *kinds: str) -> set[str]:
-        """The names that the manifest depends on, in the lists named (`build_depends`, `exec_depends`, …)."""
+        """The names that the manifest depends on, in the given lists (`build_depends`, `exec_depends`, …)."""
         return {
             dependency.name
             for kind in kinds
@@ -65,7 +65,7 @@ class SourcePackage:
         )
 
     def line_of(self, word: str) -> int:
-        """The first line of the manifest that has the word; 1 when none has."""
+        """The number of the first line of the manifest that contains the word; 1 if none does."""
         for number, line in enumerate(read_text(self.manifest_file, errors="replace").splitlines(), 1):
             if word in line:
                 return number
@@ -74,11 +74,11 @@ class SourcePackage:
 
 @dataclass(slots=True)
 class SourceSpace:
-    """What is in the source folder.
+    """The packages of a source folder.
 
     Attributes:
         packages: in the order in which they are built.
-        errors: what is wrong with manifests, each with its file and line.
+        errors: invalid manifests, each with file, line and reason.
     """
 
     packages: list[SourcePackage] = field(default_factory=list)
@@ -89,7 +89,7 @@ def read_source_space(source: Path, variables: Mapping[str, str]) -> SourceSpace
     """All packages below a source folder. Broken manifests are reported and their packages left out.
 
     Raises:
-        WorkspaceError: two packages have one name, or packages need each other in a circle.
+        WorkspaceError: two packages have the same name, or packages depend on each other in a circle.
     """
     space = SourceSpace()
     found: dict[str, SourcePackage] = {}
@@ -113,7 +113,7 @@ def _read_manifest(folder: Path, variables: Mapping[str, str], errors: list[str]
     file = folder / MANIFEST
     warnings: list[str] = []
     try:
-        parse(read_file(file), str(file))  # for the place of what is no XML
+        parse(read_file(file), str(file))  # unlike catkin_pkg it says where malformed XML is
         manifest = parse_package(str(file), warnings=warnings)
         manifest.evaluate_conditions(
             {"ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3", "ROS_DISTRO": "noetic", **variables}
@@ -136,14 +136,14 @@ def _in_order(packages: Mapping[str, SourcePackage]) -> list[SourcePackage]:
     for path, manifest in ordered:
         if path is None:
             raise WorkspaceError(
-                f"Circular dependency in the workspace: the packages {manifest} need each other"
+                f"Circular dependency in the workspace: the packages {manifest} depend on each other"
             )
         result.append(packages[manifest.name])
     return result
 
 
 def closure(packages: Sequence[SourcePackage], wanted: set[str]) -> set[str]:
-    """The names wanted and all packages of the workspace that they need, directly or not."""
+    """The wanted packages and all packages of the workspace that they depend on, directly or not."""
     by_name = {package.name: package for package in packages}
     known: set[str] = set()
     pending = [name for name in wanted if name in by_name]

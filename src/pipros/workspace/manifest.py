@@ -1,7 +1,12 @@
-"""Package manifests (`package.xml`), read quickly: what tools that look at many packages need of them.
+"""Reads the parts of package manifests (`package.xml`) that tools such as `rospack` need.
 
-Formats 1, 2 and 3; conditions on dependencies are those of Noetic. To check a manifest is the business of
-the build, not of this reader.
+Formats 1, 2 and 3; conditions on dependencies have the values of Noetic. Manifests are not checked.
+
+Why not catkin_pkg, which the build uses because it checks everything: it takes 50 ms to import and 0.4 ms a
+manifest, this module 22 ms (most of it shared with the command) and 0.1 ms. `rospack` in a workspace of 200
+packages would take a tenth of a second longer, at each press of the Tab key too. Besides, it refuses
+manifests that genuine rospack accepts, such as one without a maintainer.
+(Measured with the 84 manifests below /usr/share that Debian's ROS packages install.)
 """
 
 from __future__ import annotations
@@ -14,7 +19,7 @@ from pipros.input_file import read_file
 from pipros.packages.crawl import MANIFEST
 from pipros.safe.xml import Element, XmlError, parse
 
-# What each element of a manifest means, in the words of format 3; in the order in which rospack names them.
+# The dependency lists of format 3 that each element adds to; in the order in which rospack prints them.
 _MEANING: dict[str, tuple[str, ...]] = {
     "run_depend": ("build_export_depends", "exec_depends"),
     "exec_depend": ("exec_depends",),
@@ -35,7 +40,7 @@ class Manifest:
     """One manifest.
 
     Attributes:
-        dependencies: (kind, name), such as `("exec_depends", "rospy")`, one kind of element after another.
+        dependencies: (kind, name), such as `("exec_depends", "rospy")`, sorted by kind of element.
         exports: the elements below `<export>`.
     """
 
@@ -46,7 +51,7 @@ class Manifest:
     exports: tuple[Element, ...]
 
     def depends(self, *kinds: str) -> list[str]:
-        """The names in the lists given, by default in all of them, each once."""
+        """The names in the given lists, by default in all, each once."""
         return list(dict.fromkeys(name for kind, name in self.dependencies if not kinds or kind in kinds))
 
 
@@ -54,7 +59,7 @@ def read_manifest(package: Path) -> Manifest:
     """The manifest in a package's folder.
 
     Raises:
-        XmlError: it is no XML; with file, line and column.
+        XmlError: it is not well-formed; with file, line and column.
         OSError: it cannot be read.
     """
     file = package / MANIFEST
@@ -82,7 +87,7 @@ def _text(root: Element, tag: str) -> str:
 
 
 def _holds(condition: str) -> bool:
-    """A condition of format 3; comparisons of versions joined by `and` are all that is in use."""
+    """Whether a condition of format 3 holds: comparisons with `==` or `!=`, joined by `and`."""
     for part in re.split(r"\band\b", condition):
         compared = _COMPARISON.fullmatch(part)
         if compared is None:

@@ -1,7 +1,7 @@
-"""The chain of built workspaces that `CMAKE_PREFIX_PATH` names, the topmost overlay first.
+"""The built workspaces in `CMAKE_PREFIX_PATH`, the topmost overlay first.
 
-A folder of that path is a workspace when it holds a file `.catkin`. In a devel space the file lists
-the source folders whose packages were built there; in an install space it is empty.
+A folder of that path is a workspace if it contains a file `.catkin`. In a devel space the file lists the
+source folders whose packages were built there; in an install space it is empty.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ class BuiltWorkspace:
     sources: tuple[Path, ...] = ()
 
     def executables_of(self, package: str) -> Path:
-        """Where the build puts the programs of a package, whether or not it built any."""
+        """The folder for the built programs of a package. It exists only if there are any."""
         return self.prefix / "lib" / package
 
 
 def built_workspaces(variables: Mapping[str, str] | None = None) -> tuple[BuiltWorkspace, ...]:
-    """The workspaces of the environment given, by default that of this process."""
+    """The workspaces of an environment, by default that of this process."""
     prefix_path = (os.environ if variables is None else variables).get("CMAKE_PREFIX_PATH") or ""
     workspaces = []
     for folder in prefix_path.split(os.pathsep):

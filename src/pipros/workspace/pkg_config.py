@@ -1,4 +1,4 @@
-"""What a compiler needs to know of a package: catkin tells pkg-config, and pkg-config tells others."""
+"""The compiler and linker flags of packages. catkin writes `.pc` files, which pkg-config reads."""
 
 from __future__ import annotations
 
@@ -11,36 +11,37 @@ from pipros.workspace.overlays import built_workspaces
 
 
 class NoFlags(PiprosError):
-    """pkg-config is missing, or knows nothing of the package."""
+    """pkg-config is not installed, or has no data about the package."""
 
 
 def flags(package: str, option: str, prefix: str = "") -> list[str]:
-    """The flags of a package without the prefix of each, such as `-I`; folders of overlays come first.
+    """The flags of a package, folders of overlays first.
 
     Args:
         option: of pkg-config, without its dashes: `cflags-only-I`.
+        prefix: removed from the start of each flag, such as `-I`.
 
     Raises:
-        NoFlags: with what to do.
+        NoFlags: they cannot be found; with what to do.
     """
     program = shutil.which("pkg-config")
     command = f"pkg-config --{option} {package}"
     if program is None:
-        raise NoFlags(f"'{command}' is needed for compiler flags, and pkg-config is not installed")
+        raise NoFlags(f"'{command}' cannot be run: pkg-config is not installed")
     ended = subprocess.run(  # noqa: S603
         [program, f"--{option}", package], capture_output=True, text=True, check=False
     )
     if ended.returncode != 0:
         raise NoFlags(
-            f"'{command}' failed: {ended.stderr.partition(chr(10))[0]} Only genuine catkin tells pkg-config "
-            "about a package, where it builds or installs it"
+            f"'{command}' failed: {ended.stderr.partition(chr(10))[0]} "
+            "Only packages that genuine catkin built or installed have flags"
         )
     found = [flag.removeprefix(prefix) for flag in ended.stdout.split()]
     return sorted(found, key=_rank) if prefix in ("-I", "-L") else found
 
 
 def _rank(folder: str) -> int:
-    """The place of the workspace that a folder lies in, from the topmost overlay down."""
+    """The position in the chain of workspaces of the one that contains a folder; 0 for the topmost."""
     prefixes = [str(workspace.prefix) for workspace in built_workspaces()]
     for number, prefix in enumerate(prefixes):
         if (folder + os.sep).startswith(prefix + os.sep):

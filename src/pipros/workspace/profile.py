@@ -1,4 +1,4 @@
-"""How long it takes to search the package folders, and which of them cost most."""
+"""Measures how long it takes to search each package folder."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ def profile(roots: Sequence[Path], length: int, *, only_empty: bool = False) -> 
     started = time.perf_counter()
     costs: list[tuple[float, bool, str]] = []
     for root in roots:
-        begun = time.perf_counter()
+        start = time.perf_counter()
         is_empty = not crawl(str(root)).packages
-        costs.append((time.perf_counter() - begun, is_empty, f"{root}/"))
+        costs.append((time.perf_counter() - start, is_empty, f"{root}/"))
         for folder in sorted(root.iterdir()) if root.is_dir() else ():
             if folder.is_dir() and not folder.name.startswith("."):
-                begun = time.perf_counter()
+                start = time.perf_counter()
                 is_empty = not crawl(str(folder)).packages
-                costs.append((time.perf_counter() - begun, is_empty, str(folder)))
+                costs.append((time.perf_counter() - start, is_empty, str(folder)))
     total = time.perf_counter() - started
     if only_empty:
         return [path for _, is_empty, path in costs if is_empty]

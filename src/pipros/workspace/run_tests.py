@@ -18,7 +18,7 @@ from pipros.workspace.make_targets import is_wanted, label, results_label
 
 Say = Callable[[str], None]
 LeaveError = Callable[[Path, str, str], None]
-"""Gets the result file to be made, the name of the test, and what is wrong."""
+"""Called with the result file to write, the name of the test, and the error."""
 
 
 def run_tests(
@@ -28,10 +28,12 @@ def run_tests(
     say: Say,
     leave_error: LeaveError,
 ) -> None:
-    """Runs tests one after another; failures are for `catkin_test_results` to report, as in Noetic.
+    """Runs tests one after another. As in Noetic, `catkin_test_results` reports the failures afterwards.
 
     Args:
-        leave_error: called for a test that cannot be run, to leave a result file that says why.
+        targets: the targets of `catkin_make`, such as `run_tests`.
+        say: called with each line to print.
+        leave_error: called for a test that cannot be run; writes a result file that says why.
     """
     results = layout.build / "test_results"
     environment = _environment(layout)
@@ -41,26 +43,31 @@ def run_tests(
             fetch(download, say)
         for test in wanted:
             (results / name).mkdir(parents=True, exist_ok=True)
-            problem = _compile(test, project, layout)
-            if problem is not None:
-                say(problem)
-                leave_error(results / name / f"gtest-{test.target}.xml", test.target, problem)
+            try:
+                _compile(test, project, layout)
+            except (genuine_catkin.MissingTools, genuine_catkin.NativeBuildFailed) as error:
+                say(str(error))
+                leave_error(results / name / f"gtest-{test.target}.xml", test.target, str(error))
                 continue
             command = _command(test, project, layout, str(results))
             say(f"-- run_tests.py: execute command\n  {' '.join(command)}")
             subprocess.run(command, cwd=layout.build, env=environment, check=False)  # noqa: S603
 
 
-def _compile(test: TestEntry, project: Project, layout: Layout) -> str | None:
-    """Has genuine catkin compile what a test needs; what went wrong, None when nothing did."""
+def _compile(test: TestEntry, project: Project, layout: Layout) -> None:
+    """Has genuine catkin compile the program of a test, if it has one.
+
+    Raises:
+        MissingTools, NativeBuildFailed: it cannot be compiled.
+    """
     if not test.target:
-        return None
+        return
     if not project.needs_cmake:
-        return (
-            f"{test.place}: the test [{test.target}] of the package [{project.name}] has to be compiled, "
-            "which genuine catkin and CMake do where they are installed"
+        raise genuine_catkin.MissingTools(
+            f"{test.place}: the test [{test.target}] of the package [{project.name}] has to be compiled. "
+            "Install CMake, a C++ compiler and genuine catkin for that"
         )
-    return genuine_catkin.make(layout, test.target)
+    genuine_catkin.make(layout, test.target)
 
 
 def _command(test: TestEntry, project: Project, layout: Layout, results: str) -> list[str]:

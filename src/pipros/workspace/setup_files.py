@@ -101,10 +101,11 @@ exec "$@"
 
 
 def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence[Path]) -> None:
-    """Makes a folder a workspace: marker, list of the workspaces below, and setup files.
+    """Makes a folder a workspace: writes the marker, the list of underlays, and the setup files.
 
     Args:
-        sources: the source folders of a devel space; none for an install space.
+        sources: the source folders of a devel space; empty for an install space.
+        underlays: the workspaces below it, the topmost first.
 
     Raises:
         OSError: the folder cannot be written.
@@ -138,10 +139,10 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
 
 
 def _write(file: Path, content: str) -> None:
-    """Writes a setup file so that genuine catkin will replace it by its own.
+    """Writes a setup file that genuine catkin will replace by its own.
 
-    CMake takes files whose times differ by less than a second for the same, and would leave ours in place
-    when genuine catkin builds the workspace right after us.
+    CMake does not copy a file whose time differs by less than a second from the existing one, so without an
+    earlier time this file would stay if genuine catkin built the workspace right afterwards.
     """
     if write_if_changed(file, content):
         earlier = time.time() - _OLDER_BY_S
@@ -149,7 +150,7 @@ def _write(file: Path, content: str) -> None:
 
 
 def write_if_changed(file: Path, content: str) -> bool:
-    """Writes a file unless it has that content already. True when it was written."""
+    """Writes a file unless it has that content already. True if it was written."""
     try:
         if file.read_text("utf-8") == content:
             return False

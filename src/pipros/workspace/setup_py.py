@@ -1,7 +1,7 @@
-"""What a package's `setup.py` says: its Python packages, where they are, and its scripts.
+"""Reads a package's `setup.py`: its Python packages, their folders, and its scripts.
 
-The file is run, as catkin runs it, by an interpreter of its own in which `setup()` only notes its
-arguments. `distutils` is stood in for, because newer Pythons have none.
+As with catkin, a separate interpreter runs the file, and `setup()` only records its arguments. `distutils`
+is replaced, because Python 3.12 and newer do not have it.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ _TIME_LIMIT_S = 60.0
 
 _PROBE = """
 import json, runpy, sys, types
-noted = {}
+recorded = {}
 def setup(**arguments):
-    noted.update({key: arguments.get(key) for key in ("packages", "package_dir", "scripts", "py_modules")})
+    recorded.update({key: arguments.get(key) for key in ("packages", "package_dir", "scripts", "py_modules")})
 def find_packages(*_, **__):
     return []
 try:
@@ -37,12 +37,12 @@ sys.modules["distutils"].core = sys.modules["distutils.core"]
 sys.argv = ["setup.py", "--version"]
 sys.path.insert(0, ".")
 runpy.run_path("setup.py", run_name="__main__")
-print("\\0" + json.dumps(noted))
+print("\\0" + json.dumps(recorded))
 """
 
 
 class SetupPyError(PiprosError):
-    """A `setup.py` failed, or says what catkin cannot do."""
+    """A `setup.py` failed, or describes something that catkin cannot do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ def read_setup_py(folder: str) -> PythonSetup:
     """Runs the `setup.py` in a folder.
 
     Raises:
-        SetupPyError: with its last words.
+        SetupPyError: it failed; with its last lines of output.
     """
     try:
         ended = subprocess.run(  # noqa: S603
@@ -71,13 +71,13 @@ def read_setup_py(folder: str) -> PythonSetup:
     except subprocess.TimeoutExpired:
         raise SetupPyError(f"{folder}/setup.py did not end within {_TIME_LIMIT_S:.0f} s") from None
     if ended.returncode != 0 or "\0" not in ended.stdout:
-        last_words = ended.stderr.strip().splitlines()[-3:]
-        raise SetupPyError(f"{folder}/setup.py failed:\n  " + "\n  ".join(last_words))
-    noted = json.loads(ended.stdout.rpartition("\0")[2])
-    folders = noted.get("package_dir") or {}
+        last_lines = ended.stderr.strip().splitlines()[-3:]
+        raise SetupPyError(f"{folder}/setup.py failed:\n  " + "\n  ".join(last_lines))
+    recorded = json.loads(ended.stdout.rpartition("\0")[2])
+    folders = recorded.get("package_dir") or {}
     packages = {}
-    for name in noted.get("packages") or []:
-        place = folders.get(name) or os.path.join(folders.get("", ""), *name.split("."))
-        packages[name] = os.path.normpath(os.path.join(folder, place))
-    scripts = [os.path.join(folder, script) for script in noted.get("scripts") or []]
+    for name in recorded.get("packages") or []:
+        path = folders.get(name) or os.path.join(folders.get("", ""), *name.split("."))
+        packages[name] = os.path.normpath(os.path.join(folder, path))
+    scripts = [os.path.join(folder, script) for script in recorded.get("scripts") or []]
     return PythonSetup(packages, scripts)

@@ -1,4 +1,4 @@
-"""The three kinds of interfaces, and what can be said of each type of a kind."""
+"""Looks up types of the three kinds of interfaces: messages, services and actions."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ class TypeCatalogue:
     """One kind of interface.
 
     Attributes:
-        kind: the extension of its files and the name of their folder.
-        unknown: what a type is said to be that cannot be shown.
+        command: the tool that shows these types.
+        kind: the extension of the files and the name of their folder.
+        noun: the word for one of them.
+        unknown: how the error for an unknown type begins.
     """
 
     command: str
@@ -44,16 +46,16 @@ class TypeCatalogue:
         return self.definitions.files.names(self.kind, package)
 
     def types_named(self, name: str) -> list[str]:
-        """The types of that name in all packages; a name with a package stands for itself."""
+        """The types of that name in all packages; a name with a package is returned as it is."""
         if "/" in name:
             return [name]
         return [f"{package}/{name}" for package in self.packages() if name in self.names(package)]
 
     def text(self, type_name: str, *, is_raw: bool) -> str:
-        """The definition: as written, or with what it embeds and without remarks.
+        """The definition: as written, or with the fields of embedded messages and without comments.
 
         Raises:
-            NotFound, DefinitionError: it cannot be had.
+            NotFound, DefinitionError: it does not exist, or is invalid.
         """
         parts = self._parts(type_name)
         if is_raw:
@@ -62,7 +64,7 @@ class TypeCatalogue:
         return SECTION_MARK.join(expanded(part, lookup) for part in parts)
 
     def md5(self, type_name: str) -> str:
-        """The md5 that peers compare. Errors as for `text`."""
+        """The MD5 that peers compare. Errors as for `text`."""
         lookup = self.definitions.message
         if self.kind == "srv":
             return service_md5(self.definitions.service(type_name), lookup)

@@ -1,4 +1,4 @@
-"""What catkin would refuse about a package, found before anything is built."""
+"""Checks a package for what catkin would refuse, before anything is built."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from pipros.workspace.catkin.project import Interface, Project
 from pipros.workspace.layout import SourcePackage
 
 MESSAGES_WITHOUT_DEPENDENCY = frozenset(("std_msgs", "actionlib_msgs"))
-"""Packages that `Header` and actions bring in by themselves."""
+"""Packages that need not be listed, because `Header` and actions use them."""
 
 
 def check_manifest(project: Project, package: SourcePackage) -> None:
-    """Holds the `CMakeLists.txt` against the manifest.
+    """Compares the `CMakeLists.txt` with the manifest.
 
     Raises:
-        CMakeError: a run dependency that the manifest does not name.
+        CMakeError: the manifest lacks a run dependency that `catkin_package()` names.
     """
     run = package.dependencies("exec_depends", "build_export_depends")
     for name, line in project.catkin_depends:
@@ -35,11 +35,12 @@ def check_manifest(project: Project, package: SourcePackage) -> None:
 
 
 def check_interfaces(project: Project, definitions: Definitions) -> None:
-    """Reads every message, service and action of a package, and all that they are made of.
+    """Reads every message, service and action of a package, and the messages that they contain.
 
     Raises:
-        DefinitionError: with file, line and column.
-        CMakeError: a type of a package that `generate_messages(DEPENDENCIES …)` does not name.
+        DefinitionError: a file is malformed; with file, line and column.
+        UnknownType: a field has a type that does not exist.
+        CMakeError: a field has a type of a package that `generate_messages(DEPENDENCIES …)` does not name.
     """
     allowed = {project.name, *project.message_dependencies, *MESSAGES_WITHOUT_DEPENDENCY}
     for interface in project.interfaces:

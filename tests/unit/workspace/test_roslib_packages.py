@@ -54,7 +54,7 @@ def test_folders_are_made_when_they_are_required(package: Path) -> None:
         packages.resource_file("no_robot", "maps", "hall.yaml")
     assert packages.get_pkg_subdir("old_robot", "maps") == str(package / "maps")
     assert packages.resource_file("old_robot", "maps", "hall.yaml") == str(package / "maps" / "hall.yaml")
-    with pytest.raises(packages.InvalidROSPkgException, match="cannot be made"):
+    with pytest.raises(packages.InvalidROSPkgException, match="cannot be created"):
         packages.get_pkg_subdir("old_robot", "package.xml/below")
 
 

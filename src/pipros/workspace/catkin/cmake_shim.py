@@ -21,7 +21,7 @@ sys.exit(main())
 
 
 def cmake_program(build: Path, variables: Mapping[str, str]) -> str:
-    """The path of CMake, or of what stands in for it, which is put into the build space."""
+    """The path of CMake, or of a script in the build space that replaces it."""
     found = shutil.which("cmake", path=variables.get("PATH"))
     if found is not None:
         return found

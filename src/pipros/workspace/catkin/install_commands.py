@@ -14,10 +14,10 @@ def _install(context: ReadContext, command: Command, words: list[str]) -> None:
     is_python = command.name == "catkin_install_python"
     project = context.project
     found = read_installations(words, context.scope, is_python=is_python)
-    for one in found:
-        is_made = one.source in project.steps.rules or one.source.startswith(project.binary)
-        if is_python and not is_made and not os.path.isfile(one.source):
-            raise context.error(command, f"catkin_install_python() cannot find the script {one.source}")
+    for item in found:
+        is_made = item.source in project.steps.rules or item.source.startswith(project.binary)
+        if is_python and not is_made and not os.path.isfile(item.source):
+            raise context.error(command, f"catkin_install_python() cannot find the script {item.source}")
     project.installations += found
 
 

@@ -1,4 +1,4 @@
-"""What a package installs: `install()` and `catkin_install_python()`, and the code that they run."""
+"""Reads `install()` and `catkin_install_python()`, and carries them out."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from pipros.cmake.scope import Scope
 
 @dataclass(frozen=True, slots=True)
 class Installation:
-    """One thing that a package installs: a file or folder to copy, or CMake code to run.
+    """A file or folder that a package installs, or CMake code to run at installation.
 
     Attributes:
         copy: below the install space; None for code.
-        is_python: whether it is a script of `catkin_install_python()`: the devel space relays to it.
+        is_python: whether it is a script of `catkin_install_python()`, which the devel space has, too.
         code: the text of `install(CODE)`.
         script: the file of `install(SCRIPT)`.
     """
@@ -30,12 +30,12 @@ class Installation:
 
     @property
     def source(self) -> str:
-        """The file or folder that it needs; empty for `install(CODE)`."""
+        """The file or folder to read; empty for `install(CODE)`."""
         return self.script if self.copy is None else self.copy.source
 
 
 def read_installations(words: list[str], scope: Scope, *, is_python: bool = False) -> list[Installation]:
-    """What `install(words)` installs; nothing for compiled targets.
+    """The installations of `install(words)`; none for compiled targets.
 
     Args:
         is_python: whether it is `catkin_install_python(words)`.
@@ -57,8 +57,8 @@ def read_installations(words: list[str], scope: Scope, *, is_python: bool = Fals
     return [Installation(copy, is_python) for copy in copies]
 
 
-def install(one: Installation, prefix: Path, settings: Mapping[str, str], say: Say) -> None:
-    """Copies something into the install space, or runs the code.
+def install(item: Installation, prefix: Path, settings: Mapping[str, str], say: Say) -> None:
+    """Copies a file or folder to the install space, or runs code.
 
     Args:
         prefix: the install space.
@@ -69,14 +69,14 @@ def install(one: Installation, prefix: Path, settings: Mapping[str, str], say: S
         CMakeError: the code fails.
         OSError: it cannot be copied.
     """
-    if one.copy is not None:
-        copied = copy(one.copy, prefix, say)
-        if one.is_python and copied.is_file():
+    if item.copy is not None:
+        copied = copy(item.copy, prefix, say)
+        if item.is_python and copied.is_file():
             _name_python_3(copied)
-    elif one.script:
-        script_interpreter(settings).run_file(one.script)
+    elif item.script:
+        script_interpreter(settings).run_file(item.script)
     else:
-        script_interpreter(settings).run_text(one.code, "install(CODE)")
+        script_interpreter(settings).run_text(item.code, "install(CODE)")
 
 
 def _name_python_3(script: Path) -> None:

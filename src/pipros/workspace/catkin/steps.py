@@ -105,11 +105,11 @@ def _read(words: Sequence[str], scope: Scope, step: Step) -> Step:
             current = sections[word] if word != "ARGS" or not commands else commands[-1]
         elif word not in _SWITCHES:
             current.append(word)
-    one = {name: (sections[name] or [""])[0] for name in _ONE_VALUE}
-    folder = scope.in_binary(one["WORKING_DIRECTORY"])
+    values = {name: (sections[name] or [""])[0] for name in _ONE_VALUE}
+    folder = scope.in_binary(values["WORKING_DIRECTORY"])
     lines = [line for command in commands if command for line in _without_shell(command, folder)]
     outputs = tuple(scope.in_binary(path) for path in sections["OUTPUT"])
-    depends = [*sections["DEPENDS"], *filter(None, [one["MAIN_DEPENDENCY"]])]
+    depends = [*sections["DEPENDS"], *filter(None, [values["MAIN_DEPENDENCY"]])]
     return replace(
         step,
         name=step.name or (outputs[0] if outputs else ""),
