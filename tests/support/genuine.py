@@ -21,6 +21,15 @@ _NEEDED = {
     "/usr/bin/catkin_make": "catkin",
     "/usr/lib/python3/dist-packages/rospy/__init__.py": "python3-rospy",
     "/usr/lib/python3/dist-packages/rosunit/__init__.py": "python3-rosunit",
+    "/usr/lib/python3/dist-packages/tf/__init__.py": "python3-tf",
+    "/usr/lib/python3/dist-packages/tf2_geometry_msgs/__init__.py": "python3-tf2-geometry-msgs",
+    "/usr/lib/python3/dist-packages/tf2_sensor_msgs/__init__.py": "python3-tf2-sensor-msgs",
+    "/usr/lib/python3/dist-packages/tf_conversions/__init__.py": "python3-tf-conversions",
+    "/usr/lib/python3/dist-packages/message_filters/__init__.py": "python3-message-filters",
+    "/usr/lib/python3/dist-packages/actionlib/__init__.py": "python3-actionlib",
+    "/usr/lib/python3/dist-packages/dynamic_reconfigure/__init__.py": "python3-dynamic-reconfigure",
+    "/usr/lib/python3/dist-packages/diagnostic_updater/__init__.py": "python3-diagnostic-updater",
+    "/usr/lib/tf2_ros/static_transform_publisher": "tf2-tools",
     "/usr/include/ros/ros.h": "libroscpp-dev",
     "/usr/share/message_generation/package.xml": "ros-message-generation",
     "/usr/share/message_runtime/package.xml": "ros-message-runtime",
@@ -31,6 +40,8 @@ PACKAGES = (
     "python3-rosservice python3-rosparam python3-rosmsg python3-rosbag rosbash libroscpp-dev catkin "
     "ros-message-generation ros-message-runtime python3-sensor-msgs python3-geometry-msgs python3-nav-msgs "
     "python3-std-srvs python3-diagnostic-msgs python3-tf2-ros python3-actionlib topic-tools "
+    "python3-tf python3-tf2-geometry-msgs python3-tf2-sensor-msgs python3-message-filters tf2-tools "
+    "python3-dynamic-reconfigure python3-diagnostic-updater python3-tf-conversions "
     "python3-paramiko python3-nose python3-rosdep2 rospack-tools pkg-config"
 )
 INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"

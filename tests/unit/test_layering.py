@@ -27,7 +27,7 @@ FLOORS: list[list[set[str]]] = [
     [{"msg"}],
     [{"startup", "net", "workspace"}],
     [{"master", "node"}],
-    [{"launch", "graph"}],
+    [{"launch", "graph", "transforms"}],
     [{"testing"}],
     [{"cli"}],
 ]

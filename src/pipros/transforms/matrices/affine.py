@@ -1,0 +1,158 @@
+"""Matrices that translate, mirror, rotate, scale and shear, and what can be read from them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pipros.transforms.matrices.arrays import (
+    EIGENVALUE_TOLERANCE,
+    Array,
+    fixed_point,
+    real_eigenvector,
+    unit_vector,
+)
+
+
+def first_three(vector: ArrayLike) -> Array:
+    """The first three numbers of a vector that may be homogeneous."""
+    return np.array(vector, dtype=np.float64)[:3]
+
+
+def translation_matrix(direction: ArrayLike) -> Array:
+    """The matrix that moves by `direction`."""
+    matrix = np.identity(4)
+    matrix[:3, 3] = first_three(direction)
+    return matrix
+
+
+def translation_from_matrix(matrix: ArrayLike) -> Array:
+    """How far the matrix moves the origin."""
+    return np.array(matrix)[:3, 3].copy()
+
+
+def reflection_matrix(point: ArrayLike, normal: ArrayLike) -> Array:
+    """The matrix that mirrors at the plane through `point` with that normal vector."""
+    unit = unit_vector(first_three(normal))
+    matrix = np.identity(4)
+    matrix[:3, :3] -= 2.0 * np.outer(unit, unit)
+    matrix[:3, 3] = 2.0 * (first_three(point) @ unit) * unit
+    return matrix
+
+
+def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
+    """A point (four homogeneous coordinates) of the mirror plane, and its normal vector.
+
+    Raises ValueError if the matrix does not mirror.
+    """
+    mirror = np.array(matrix, dtype=np.float64)
+    normal = real_eigenvector(mirror[:3, :3], -1.0, last=False)
+    if normal is None:
+        raise ValueError("the matrix must mirror at a plane, but has no eigenvalue -1")
+    return fixed_point(mirror), normal
+
+
+def rotation_matrix(angle: float, direction: ArrayLike, point: ArrayLike | None = None) -> Array:
+    """The matrix that rotates by `angle` around the axis `direction` through `point` or the origin."""
+    x, y, z = (float(part) for part in unit_vector(first_three(direction)))
+    sine, cosine = math.sin(angle), math.cos(angle)
+    rest = 1.0 - cosine
+    matrix = np.identity(4)
+    matrix[:3, :3] = (
+        (cosine + rest * x * x, rest * x * y - sine * z, rest * x * z + sine * y),
+        (rest * x * y + sine * z, cosine + rest * y * y, rest * y * z - sine * x),
+        (rest * x * z - sine * y, rest * y * z + sine * x, cosine + rest * z * z),
+    )
+    if point is not None:
+        kept = first_three(point)
+        matrix[:3, 3] = kept - matrix[:3, :3] @ kept
+    return matrix
+
+
+def rotation_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array]:
+    """The angle, the direction of the axis, and a point on it (four homogeneous coordinates).
+
+    Raises ValueError if the matrix does not rotate.
+    """
+    rotation = np.array(matrix, dtype=np.float64)
+    turned = rotation[:3, :3]
+    axis = real_eigenvector(turned.T, 1.0)
+    if axis is None:
+        raise ValueError("the matrix must rotate around an axis, but has no eigenvalue 1")
+    point = fixed_point(rotation)
+    cosine = (float(np.trace(turned)) - 1.0) / 2.0
+    # Each component of the axis that is not zero gives the sine; the last of them is taken.
+    i, j, k = (1, 0, 2)
+    if abs(axis[2]) <= EIGENVALUE_TOLERANCE:
+        i, j, k = (0, 2, 1) if abs(axis[1]) > EIGENVALUE_TOLERANCE else (2, 1, 0)
+    sine = (turned[i, j] + (cosine - 1.0) * axis[i] * axis[j]) / axis[k]
+    return math.atan2(sine, cosine), axis, point
+
+
+def scale_matrix(factor: float, origin: ArrayLike | None = None, direction: ArrayLike | None = None) -> Array:
+    """The matrix that scales by `factor` around `origin`, in all directions or in one."""
+    matrix = np.identity(4)
+    if direction is None:
+        matrix[:3, :3] *= factor
+        if origin is not None:
+            matrix[:3, 3] = (1.0 - factor) * first_three(origin)
+        return matrix
+    unit = unit_vector(first_three(direction))
+    matrix[:3, :3] -= (1.0 - factor) * np.outer(unit, unit)
+    if origin is not None:
+        matrix[:3, 3] = (1.0 - factor) * (first_three(origin) @ unit) * unit
+    return matrix
+
+
+def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
+    """The factor, the origin (four homogeneous coordinates), and the direction, None for all of them.
+
+    Raises ValueError if the matrix leaves no point in place.
+    """
+    scaling = np.array(matrix, dtype=np.float64)
+    factor = float(np.trace(scaling[:3, :3])) - 2.0
+    direction = real_eigenvector(scaling[:3, :3], factor, last=False)
+    if direction is None:
+        return (factor + 2.0) / 3.0, fixed_point(scaling), None
+    return factor, fixed_point(scaling), unit_vector(direction)
+
+
+def shear_matrix(angle: float, direction: ArrayLike, point: ArrayLike, normal: ArrayLike) -> Array:
+    """The matrix that shears by `angle` along `direction`, on the plane through `point` with that normal.
+
+    Raises ValueError if `direction` is not in the plane.
+    """
+    upright = unit_vector(first_three(normal))
+    along = unit_vector(first_three(direction))
+    if abs(upright @ along) > 1e-6:
+        raise ValueError("direction must be orthogonal to normal, the normal vector of the shear plane")
+    slope = math.tan(angle)
+    matrix = np.identity(4)
+    matrix[:3, :3] += slope * np.outer(along, upright)
+    matrix[:3, 3] = -slope * (first_three(point) @ upright) * along
+    return matrix
+
+
+def shear_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array, Array]:
+    """The angle, the direction, a point of the plane (four homogeneous coordinates), and its normal vector.
+
+    Raises ValueError if the matrix does not shear.
+    """
+    shear = np.array(matrix, dtype=np.float64)
+    linear = shear[:3, :3]
+    values, vectors = np.linalg.eig(linear)
+    kept = np.flatnonzero(np.abs(np.real(values) - 1.0) < 1e-4)
+    if len(kept) < 2:
+        raise ValueError(
+            f"the matrix must shear, which leaves a plane in place; its eigenvalues are {values}"
+        )
+    # The plane is spanned by what stays in place; the most independent pair gives the best normal.
+    plane = np.real(vectors[:, kept]).T
+    pairs = [(plane[i], plane[j]) for i in range(len(plane)) for j in range(i)]
+    across = max((np.cross(one, other) for one, other in pairs), key=lambda normal: float(normal @ normal))
+    normal = across / math.sqrt(float(across @ across))
+    moved = (linear - np.identity(3)) @ normal
+    slope = math.sqrt(float(moved @ moved))
+    return math.atan(slope), moved / slope, fixed_point(shear), normal
