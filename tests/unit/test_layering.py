@@ -27,7 +27,7 @@ FLOORS: list[list[set[str]]] = [
     [{"msg"}],
     [{"startup", "net", "workspace"}],
     [{"master", "node"}],
-    [{"launch", "graph", "transforms"}],
+    [{"launch", "graph", "transforms", "filters"}],
     [{"testing"}],
     [{"cli"}],
 ]
@@ -40,6 +40,7 @@ STEP = {room: step for step, rooms in enumerate(STEPS) for room in rooms}
 # Facades that stand on others, whose names are part of what they promise.
 FACADES_BELOW: dict[str, set[str]] = {
     "genpy": {"genmsg"},  # the exceptions of generate_dynamic
+    "message_filters": {"rospy"},  # topics, the clock and logs of rospy's node
     "roslib": {"genpy"},  # roslib.message is the former home of genpy.message
     "rosparam": {"rosgraph"},  # get_param_server returns a rosgraph.Master
     "rospy": {"rosgraph"},  # rospy.names has functions of rosgraph.names

@@ -1,0 +1,10 @@
+"""message_filters, as Noetic has it, on pipros: messages of several topics by their time stamps."""
+
+from message_filters.cache import Cache as Cache
+from message_filters.chain import Chain as Chain
+from message_filters.chain import PassThrough as PassThrough
+from message_filters.sequencer import TimeSequencer as TimeSequencer
+from message_filters.simple_filter import SimpleFilter as SimpleFilter
+from message_filters.simple_filter import Subscriber as Subscriber
+from message_filters.synchronizers import ApproximateTimeSynchronizer as ApproximateTimeSynchronizer
+from message_filters.synchronizers import TimeSynchronizer as TimeSynchronizer
