@@ -1,4 +1,4 @@
-"""`genmsg.base`: the marks of the definition language, and what goes wrong with it."""
+"""`genmsg.base`: the constants of the definition language, and its errors."""
 
 SEP = "/"
 MSG_DIR = "msg"

@@ -12,7 +12,7 @@ __all__ = ["compute_full_text", "compute_full_type_name", "compute_md5", "comput
 
 
 def compute_md5_text(msg_context: MsgContext, spec: MsgSpec) -> str:
-    """The text that the md5 is taken of. The types that `spec` embeds must be loaded."""
+    """The text over which the md5 is computed. The types that `spec` embeds must be loaded."""
     return digest.md5_text(spec.definition(), _lookup(msg_context))
 
 

@@ -17,8 +17,8 @@ SearchPath = Mapping[str, Sequence[str]]
 Parsed = TypeVar("Parsed")
 
 
-class MsgNotFound(Exception):  # genmsg's name for it
-    """There is no such type on the search path."""
+class MsgNotFound(Exception):  # the name in genmsg
+    """The type is not on the search path."""
 
     def __init__(
         self,
@@ -34,7 +34,7 @@ class MsgNotFound(Exception):  # genmsg's name for it
 
 
 class MsgContext:
-    """The definitions that were loaded so far, and what they embed."""
+    """The loaded definitions, and the types that they embed."""
 
     def __init__(self) -> None:
         self._registered: dict[str, MsgSpec] = {}

@@ -1,4 +1,4 @@
-"""`genmsg.msgs`: message definitions in genmsg's own form."""
+"""`genmsg.msgs`: message definitions as objects of genmsg."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def parse_type(msg_type: str) -> tuple[str, bool, int | None]:
     """The bare type, whether it is an array, and the length of a fixed array.
 
     Raises:
-        ValueError: for an empty type, an array of arrays, and a length that is no number.
+        ValueError: for an empty type, an array of arrays, and a length that is not a number.
     """
     base, bracket, length = msg_type.partition("[")
     if not base:
@@ -133,9 +133,9 @@ class Constant:
 
 
 class Field:
-    """A field of a message, its type taken apart."""
+    """A field of a message, with the parts of its type."""
 
-    def __init__(self, name: str, type: str) -> None:  # noqa: A002 # genmsg's name for it
+    def __init__(self, name: str, type: str) -> None:  # noqa: A002 # the name in genmsg
         self.name = name
         self.type = type
         self.base_type, self.is_array, self.array_len = parse_type(type)
@@ -187,7 +187,7 @@ class MsgSpec:
         )
 
     def definition(self) -> MessageSpec:
-        """The definition in pipros' form.
+        """The definition as an object of pipros.
 
         Raises:
             InvalidMsgSpec: the text breaks the rules.

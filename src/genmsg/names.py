@@ -33,7 +33,7 @@ def package_resource_name(name: str) -> tuple[str, str]:
 
 
 def resource_name(res_pkg_name: str, name: str, my_pkg: str | None = None) -> str:
-    """`package/name`, or just the name when the package is one's own."""
+    """`package/name`, or only the name in the package `my_pkg`."""
     if res_pkg_name == my_pkg:
         return name
     return f"{res_pkg_name}{PRN_SEPARATOR}{name}"

@@ -1,4 +1,4 @@
-"""`genmsg.srvs`: service definitions in genmsg's own form."""
+"""`genmsg.srvs`: service definitions as objects of genmsg."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["SrvSpec"]
 
 
 class SrvSpec:
-    """A service definition with its two halves."""
+    """A service definition with its request and response."""
 
     def __init__(
         self,

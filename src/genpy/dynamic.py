@@ -1,4 +1,4 @@
-"""`genpy.dynamic`: message classes from the text in a connection header or a bag."""
+"""`genpy.dynamic`: message classes from the definition in a connection header or a bag."""
 
 from genmsg import InvalidMsgSpec, MsgGenerationException, MsgNotFound
 from pipros.msg.base import Message
@@ -9,7 +9,7 @@ __all__ = ["MsgGenerationException", "generate_dynamic"]
 
 
 class _BrokenText(InvalidMsgSpec, MsgGenerationException):
-    """What programs catch, one or the other."""
+    """An error that is both of the exceptions that programs catch."""
 
 
 class _IncompleteText(MsgNotFound, MsgGenerationException):

@@ -69,7 +69,7 @@ def _load(load: Any, type_name: str) -> Any:
 
 
 class RosMsgUnicodeErrors:
-    """The codec error handler `rosmsg`, which generated modules decode strings with."""
+    """The codec error handler `rosmsg`, with which generated modules decode strings."""
 
     def __init__(self) -> None:
         self.msg_type: str | None = None

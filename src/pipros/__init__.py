@@ -1,10 +1,10 @@
 """ROS 1 from pip: master, client, messages, launch and tools, with no ROS installation.
 
-What programs need is here: `from pipros import Node`. docs/api.md describes it. Importing this package costs
-nothing: a name brings its module along when it is first used.
+The public API: `from pipros import Node`. docs/api.md describes it. The modules of these names are imported
+when a name is first used.
 
-For pytest, which would rewrite the asserts of plugins and warns that this one is imported already (the
-import hook is, in every interpreter): PYTEST_DONT_REWRITE
+For pytest, which rewrites the asserts of plugins and would warn that this package is imported already (by the
+import hook of every interpreter): PYTEST_DONT_REWRITE
 """
 
 __version__ = "0.1.0"
@@ -74,7 +74,7 @@ def __getattr__(name: str) -> object:
     from importlib import import_module
 
     value: object = getattr(import_module(module), name)
-    globals()[name] = value  # the next use does not come here
+    globals()[name] = value  # further uses find it there
     return value
 
 

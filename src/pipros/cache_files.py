@@ -1,7 +1,7 @@
-"""Files that one process keeps for the next one, in a folder that only this user can have written to.
+"""Cache files, in a folder to which only this user can write.
 
-What is read back decides which programs run and is in part code, so nothing is taken from a place where
-another user could have put it. It imports next to nothing: the first import of a message waits for it.
+Their content decides which programs run and is in part code, so a file that another user
+could have written is not used. This module imports little, because every first import of a message needs it.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ _ENTER = os.O_RDONLY | _NO_LINK | getattr(os, "O_DIRECTORY", 0)
 
 
 class Untrusted(PermissionError):
-    """Another user could have written a file, or what is in a folder."""
+    """Another user could have written a file, or files in a folder."""
 
 
 class CacheFolder:
-    """A folder for files without folders in it, used together with the folder that holds it.
+    """A folder of cache files without subfolders.
 
-    Both must belong to this user and be writable for nobody else, and neither may be a symbolic link. The
-    same holds for a file that is read, which must also have one name only. Folders above those two may be
-    links and belong to anybody: whoever can exchange them cannot make folders of ours. What fails the test
-    is not used, and that is said once on standard error. A cache that is missing, full or read-only is
-    done without.
+    The folder and its parent must belong to this user, must not be writable for others, and must not be
+    symbolic links. The same holds for a file that is read; it must also have only one name. Folders further
+    up may be links and belong to anybody: who can replace them cannot make folders that belong to this user.
+    Otherwise the cache is not used, and a warning is printed once. A cache that is missing, full or
+    read-only is ignored.
 
-    Files are replaced in one step, so any number of processes may share the folder.
+    Files are replaced atomically, so any number of processes may share the folder.
     """
 
     __slots__ = ("_path",)
@@ -40,7 +40,7 @@ class CacheFolder:
         self._path = path
 
     def read(self, name: str) -> bytes | None:
-        """The content of a file; None when it is missing or not to be trusted."""
+        """The content of a file; None when it is missing or not trusted."""
         try:
             if not _HAS_OWNERS:
                 return _read_plain(os.path.join(self._path, name))
@@ -56,7 +56,7 @@ class CacheFolder:
         return None
 
     def write(self, name: str, content: bytes) -> None:
-        """Makes or replaces a file, readable for this user only, if that is possible."""
+        """Makes or replaces a file that only this user can read, if possible."""
         unfinished = f".{name}.{os.urandom(6).hex()}"
         try:
             self._make()
@@ -77,8 +77,8 @@ class CacheFolder:
         """A descriptor of the folder.
 
         Raises:
-            Untrusted: it, or the folder that holds it, could be another user's work.
-            OSError: it is not there.
+            Untrusted: another user could have made it or its parent.
+            OSError: it does not exist.
         """
         above_path, name = os.path.split(self._path)
         above = _enter(above_path, None, above_path)
@@ -93,13 +93,13 @@ class CacheFolder:
         while not os.path.lexists(folder):
             missing.append(folder)
             folder = os.path.dirname(folder)
-        # In somebody else's folder nothing is made: root would leave there what its owner cannot use.
+        # Nothing is made in another user's folder: root would leave files there that its owner cannot use.
         if missing and _HAS_OWNERS and os.stat(folder).st_uid != os.getuid():
             raise PermissionError(f"{folder} belongs to another user")
         for path in reversed(missing):
-            try:  # contextlib would take its time to import
+            try:  # importing contextlib takes time
                 os.mkdir(path, 0o700)
-            except FileExistsError:  # another process was quicker
+            except FileExistsError:  # another process made it meanwhile
                 continue
 
 
@@ -107,7 +107,7 @@ def _enter(name: str, above: int | None, path: str) -> int:
     try:
         folder = os.open(name, _ENTER, dir_fd=above)
     except OSError as error:
-        # What a link answers to O_NOFOLLOW and O_DIRECTORY differs between systems.
+        # The error of a link with O_NOFOLLOW and O_DIRECTORY differs between systems.
         if error.errno in (errno.ELOOP, errno.ENOTDIR, errno.EMLINK):
             raise Untrusted(f"{path} is a symbolic link or not a folder") from None
         raise
@@ -141,7 +141,7 @@ def _read_own(name: str, folder: int, folder_path: str) -> bytes:
 
 
 def check_owner(status: os.stat_result, path: str) -> None:
-    """Raises Untrusted unless a file or folder belongs to this user, and nobody else may write to it."""
+    """Raises `Untrusted` unless a file or folder belongs to this user, and no other user may write to it."""
     if status.st_uid != os.getuid():
         raise Untrusted(f"{path} belongs to another user (uid {status.st_uid})")
     if status.st_mode & _OTHERS_MAY_WRITE:
@@ -170,6 +170,6 @@ def _warn(error: Untrusted) -> None:
     from pipros.warn_once import warn_once
 
     warn_once(
-        f"WARNING: a cache of pipros is not used: {error}. Other users could choose there what your programs "
-        "run. Remove it, or set ROS_HOME to a folder of your own"
+        f"WARNING: a cache of pipros is not used: {error}. Other users could put code there that your "
+        "programs run. Remove it, or set ROS_HOME to a folder of your own"
     )

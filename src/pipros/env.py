@@ -16,21 +16,21 @@ DEFAULT_MASTER_URI = f"http://localhost:{DEFAULT_MASTER_PORT}"
 
 
 class InvalidEnvironment(PiprosError, ValueError):
-    """An environment variable has a value that ROS cannot work with."""
+    """An environment variable has an invalid value."""
 
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """What a ROS process is told by its surroundings.
+    """The ROS environment variables of a process.
 
     Attributes:
         master_uri: `ROS_MASTER_URI`.
-        hostname: `ROS_HOSTNAME`, the name to advertise; wins over `ip`.
+        hostname: `ROS_HOSTNAME`, the name to advertise; takes precedence over `ip`.
         ip: `ROS_IP`, the address to advertise.
         ipv6: whether `ROS_IPV6` is `on`.
         namespace: `ROS_NAMESPACE` with a leading and trailing slash; `/` when unset.
-        package_path: the folders of `ROS_PACKAGE_PATH`, first one wins.
-        ros_home: `ROS_HOME`, else `~/.ros`. In this and the next two, `~` is the home folder already.
+        package_path: the folders of `ROS_PACKAGE_PATH`; the first has precedence.
+        ros_home: `ROS_HOME`, else `~/.ros`. In this and the next two, `~` is expanded.
         log_dir: `ROS_LOG_DIR`, else `<ros_home>/log`.
         test_results_dir: `ROS_TEST_RESULTS_DIR`, else `<ros_home>/test_results`.
         console_format: `ROSCONSOLE_FORMAT`, None when unset.
@@ -51,7 +51,7 @@ class Environment:
 
     @classmethod
     def from_os(cls, variables: Mapping[str, str] | None = None) -> Environment:
-        """Reads the variables given, by default those of this process, at the time of the call."""
+        """Reads `variables`, by default those of this process at the time of the call."""
         get = (os.environ if variables is None else variables).get
         home = Path(expanded(get("ROS_HOME") or "~/.ros"))
         namespace = (get("ROS_NAMESPACE") or "").strip("/")
@@ -88,6 +88,6 @@ def split_master_uri(uri: str) -> tuple[str, int]:
         host, port = "", 0
     if not host or not port:
         raise InvalidEnvironment(
-            f"ROS_MASTER_URI [{uri}] needs the form http://HOST:PORT, for example {DEFAULT_MASTER_URI}"
+            f"ROS_MASTER_URI [{uri}] must have the form http://HOST:PORT, for example {DEFAULT_MASTER_URI}"
         )
     return host, port

@@ -1,15 +1,15 @@
-"""The few errors of pipros. Each says what happened, to whom, and what to try."""
+"""The common errors of pipros. Each says what happened, to which peer or object, and what to try."""
 
 from __future__ import annotations
 
 from pipros.printable import printable
 
 _TEXT_LIMIT = 2_000
-"""Characters of a peer's words in an error."""
+"""Characters of a peer's text that are quoted in an error."""
 
 
 class PiprosError(Exception):
-    """Root of all errors that pipros raises on purpose."""
+    """The base class of all errors of pipros."""
 
 
 class InvalidName(PiprosError, ValueError):
@@ -21,9 +21,9 @@ class NotFound(PiprosError, LookupError):
 
 
 class ProtocolError(PiprosError):
-    """Bytes from a peer break the protocol. The connection that they came over is closed.
+    """Bytes from a peer violate the protocol. The connection is closed.
 
-    What it quotes of the peer is made printable, as in all errors about peers.
+    Text of the peer is made printable, as in all errors about peers.
     """
 
     def __init__(self, text: str = "") -> None:
@@ -35,13 +35,14 @@ class LimitExceeded(ProtocolError):
 
 
 class Unreachable(PiprosError, ConnectionError):
-    """No connection to a peer, or it was lost before the answer came.
+    """A connection to a peer failed, or was lost before the answer came.
 
-    It is a ConnectionError too, which scripts written for genuine rospy catch.
+    It is also a ConnectionError, which scripts for genuine rospy catch.
 
     Attributes:
         peer: the URI or host:port that was tried.
-        reason: what the operating system said, in plain words.
+        reason: the error of the operating system.
+        cure: what to try; may be empty.
     """
 
     def __init__(self, peer: str, reason: str, cure: str = "") -> None:
@@ -52,12 +53,12 @@ class Unreachable(PiprosError, ConnectionError):
 
 
 class Refused(PiprosError):
-    """A peer understood the request and said no.
+    """A peer understood the request and refused it.
 
     Attributes:
         peer: who refused.
         code: the status code of the ROS API (-1: the caller's error, 0: the peer's failure).
-        text: the peer's own words.
+        text: the peer's message.
     """
 
     def __init__(self, peer: str, code: int, text: str) -> None:
@@ -68,4 +69,4 @@ class Refused(PiprosError):
 
 
 class Interrupted(PiprosError):
-    """A wait ended because the node is shutting down."""
+    """A wait ended because the node shuts down."""

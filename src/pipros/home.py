@@ -1,6 +1,6 @@
-"""The home folder of this user, also where none is known: a container with a user number and nothing more.
+"""The home folder of this user, with a fallback for users without one, such as a bare user id in a container.
 
-Genuine ROS makes a folder named `~` in the working folder then.
+Genuine ROS makes a folder named `~` in the working folder in that case.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from stat import S_ISDIR
 
 
 def expanded(path: str) -> str:
-    """The path with the home folder for a leading `~`, and that of another user for `~name`, if there is one.
+    """The path with a leading `~` or `~name` replaced by the home folder of that user.
 
     Never raises, unlike `Path.expanduser`.
     """
@@ -24,9 +24,9 @@ def expanded(path: str) -> str:
 
 @cache
 def fallback_home() -> str:
-    """A folder for this user alone in the temporary folder; the same one in every process, if it can be had.
+    """A private folder for this user in the temporary folder, the same in every process if possible.
 
-    Never raises: where no folder can be made, each file that is wanted there will say so by itself.
+    Never raises: if the folder cannot be made, using files in it will fail.
     """
     import tempfile
 
@@ -43,7 +43,7 @@ def fallback_home() -> str:
     from pipros.warn_once import warn_once
 
     warn_once(
-        f"WARNING: HOME is not set, and {folder} could be another user's work. Files of ROS go to {own}; "
+        f"WARNING: HOME is not set, and another user could have made {folder}. ROS files go to {own}; "
         "set HOME or ROS_HOME"
     )
     return own

@@ -1,4 +1,4 @@
-"""Files from strangers, read whole: with a limit, and no devices or pipes, which may have no end."""
+"""Reads whole files from untrusted sources, with a limit. Pipes and devices are refused."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> b
         limit_bytes: by default `file_bytes` of the limits of this process.
 
     Raises:
-        OSError: it cannot be read, is larger, or not a regular file; `strerror` says which.
+        OSError: it cannot be read, is larger, or is not a regular file; `strerror` says which.
     """
     if limit_bytes is None:
         from pipros.limits import process_limits
@@ -33,10 +33,13 @@ def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> b
 
 
 def read_text(path: str | os.PathLike[str], limit_bytes: int | None = None, *, errors: str = "strict") -> str:
-    """The content of a regular file as UTF-8, with `\\n` for every end of a line.
+    """The content of a regular file as UTF-8, with `\\n` line endings.
+
+    Args:
+        errors: how invalid bytes are handled, as in `bytes.decode`.
 
     Raises:
-        OSError: as of `read_file`.
-        UnicodeDecodeError: it is not UTF-8, unless `errors` says what to do then, as `bytes.decode` has it.
+        OSError: as `read_file`.
+        UnicodeDecodeError: it is not UTF-8, and `errors` is `strict`.
     """
     return read_file(path, limit_bytes).decode("utf-8", errors).replace("\r\n", "\n").replace("\r", "\n")

@@ -1,8 +1,8 @@
-"""Waits that a signal always gets through to.
+"""Waits that every signal interrupts.
 
-Python runs the handler of a signal between two byte codes of the main thread. A signal that arrives in the
-moment in which that thread begins to wait is handled only when the wait is over: an endless wait would lose
-Ctrl-C. So every wait of a main thread is made of short slices.
+Python runs signal handlers between two byte codes of the main thread. A signal that arrives just
+before that thread begins to wait is handled only after the wait: an endless wait would lose
+Ctrl-C. So every wait of a main thread consists of short slices.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _Item = TypeVar("_Item")
 
 
 def wait_in_slices(wait_for: Callable[[float], bool], timeout_s: float | None = None) -> bool:
-    """Waits with `wait_for`, such as `event.wait`; False when the time is over first."""
+    """Waits with `wait_for`, such as `event.wait`; False when the time is over."""
     if timeout_s is not None and timeout_s <= SLICE_S:
         return wait_for(max(timeout_s, 0))
     end = None if timeout_s is None else time.monotonic() + timeout_s
@@ -31,7 +31,7 @@ def wait_in_slices(wait_for: Callable[[float], bool], timeout_s: float | None = 
 
 
 def take_within_slice(queue: SimpleQueue[_Item], timeout_s: float = SLICE_S) -> _Item | None:
-    """The next item of a queue, or None when none came within the time, which is one slice at most."""
+    """The next item of a queue, or None after the timeout, which is limited to one slice."""
     try:
         return queue.get(timeout=max(0.0, min(SLICE_S, timeout_s)))
     except Empty:

@@ -1,9 +1,9 @@
-"""Keeps a Ctrl-C that Python would drop: see `install`.
+"""Repeats a Ctrl-C that Python would ignore: see `install`.
 
-Python raises KeyboardInterrupt wherever the main thread happens to be. When that is a `__del__` or a
-callback of the garbage collector, which every import runs through, Python can only report the exception as
-ignored, and the program goes on as if nobody had pressed anything. The hook that reports it then sends
-SIGINT again, from another thread: inside the report the next exception would be ignored as well.
+Python raises KeyboardInterrupt wherever the main thread is. In a `__del__` or a
+callback of the garbage collector, which runs in every import, Python can only report the exception as
+ignored, and the program continues. The hook that reports it therefore sends
+SIGINT again, from another thread, because an exception inside the hook would be ignored as well.
 """
 
 from __future__ import annotations
@@ -16,21 +16,21 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-#: How long after the report SIGINT is sent again; the report is over by then.
+#: The delay before SIGINT is sent again; the report is over by then.
 _AGAIN_S = 0.02
 
 
 def install() -> None:
-    """Has every Ctrl-C of this process count, also one that Python only reports. Harmless when repeated."""
+    """Makes every Ctrl-C of this process effective, also one that Python only reports. May be repeated."""
     if not isinstance(sys.unraisablehook, _InterruptKeeper):
         sys.unraisablehook = _InterruptKeeper(sys.unraisablehook)
 
 
 def accept_ctrl_c() -> None:
-    """Has SIGINT raise KeyboardInterrupt also when the process was started with SIGINT ignored.
+    """Makes SIGINT raise KeyboardInterrupt, even if the process was started with SIGINT ignored.
 
-    Shells start the background jobs of scripts (`command &`) that way. Noetic's commands that are ROS nodes
-    end on SIGINT all the same; other commands keep ignoring it. Does nothing outside the main thread.
+    Shells start background jobs of scripts (`command &`) that way. Noetic's commands that are ROS nodes
+    end on SIGINT nevertheless; other commands keep ignoring it. Does nothing outside the main thread.
     """
     if threading.current_thread() is not threading.main_thread():
         return
@@ -39,7 +39,7 @@ def accept_ctrl_c() -> None:
 
 
 class _InterruptKeeper:
-    """An `unraisablehook` that repeats a KeyboardInterrupt, and leaves all else to the hook before it."""
+    """An `unraisablehook` that repeats a KeyboardInterrupt, and passes all else to the previous hook."""
 
     def __init__(self, report: Callable[[Any], object]) -> None:
         self._report = report

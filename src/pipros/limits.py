@@ -1,7 +1,7 @@
-"""Every bound on what a peer, a file or a name may cost, with its default, in one place.
+"""All limits on the cost of peers, files and names, with their defaults.
 
 `PIPROS_LIMITS` changes them for a process: `PIPROS_LIMITS="frame_bytes=1000000,handshakes=64"`. Programs
-pass a `Limits` of their own to `Node` and `Master`. docs/reliability.md says what happens at each one.
+may pass a `Limits` to `Node` and `Master`. docs/reliability.md says what happens at each limit.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ _MIB = 1024 * _KIB
 
 
 class InvalidLimits(PiprosError, ValueError):
-    """`PIPROS_LIMITS` names an unknown limit, or gives one a value that it cannot have."""
+    """`PIPROS_LIMITS` names an unknown limit, or has an invalid value for one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The bounds of one process, one node or one master.
+    """The limits of one process, one node or one master.
 
     Attributes:
         header_bytes: a TCPROS connection header.
@@ -53,7 +53,7 @@ class Limits:
         name_characters: a name or a URI in a call to the master.
         parameter_bytes: all parameters of a master together.
         registration_bytes: the names, types and URIs of all registrations of a master together.
-        topic_types: types that a master keeps of topics that nobody has any more.
+        topic_types: types that a master keeps for topics without publishers and subscribers.
         topic_type_bytes: the names of those topics and their types together.
         notices: calls of a master that wait for one node.
         notice_s: the time for a node to answer such a call.
@@ -143,7 +143,7 @@ class Limits:
 
     @classmethod
     def parse(cls, text: str) -> Limits:
-        """Reads `name=value` pairs, separated by commas; what is not named keeps its default.
+        """Reads `name=value` pairs, separated by commas; all other limits keep their defaults.
 
         Raises:
             InvalidLimits: an unknown name, or a value that is not a number greater than zero. 0 is allowed

@@ -1,7 +1,7 @@
-"""Log files: opened so that another user cannot lead them elsewhere, and a full disk ends nothing.
+"""Log files: opened so that another user cannot redirect them, and tolerant of a full disk.
 
-Log folders may be shared. Another user who can write there could put a link in the place of a log file, and
-the lines of a node, which its peers choose in part, would be appended to any file of its user.
+Log folders may be shared. Another user who can write there could replace a log file by a link, and
+lines, which peers choose in part, would be appended to any file of the node's user.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ _LINKS_FOLLOWED = 10
 
 
 class Planted(PermissionError):
-    """A file to write to could have been put there by another user."""
+    """Another user could have put a file or link at the path that is to be written."""
 
 
 def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
-    """A descriptor of a file to write to, made with the usual rights (umask) where there is none.
+    """Opens a file for writing; a new one gets the usual permissions (umask). Returns the descriptor.
 
-    Links that belong to this user or to root are followed, those of others are not. What is there must be a
-    regular file without a second name, or a device such as `/dev/null`. Whose file it is does not matter:
-    where a colleague allows it, two may write to one.
+    Links that belong to this user or to root are followed, those of others are not. The file must be a
+    regular file without a second name, or a device such as `/dev/null`. It may belong to another user,
+    so that users can share a log file.
 
     Args:
-        append: whether to keep what is in the file.
+        append: whether to keep the content of the file.
 
     Raises:
-        Planted: saying what is wrong with what is there.
+        Planted: with the reason.
         OSError: it cannot be opened.
     """
     place = os.fspath(path)
@@ -51,7 +51,7 @@ def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
             if error.errno not in (errno.ELOOP, errno.EMLINK):
                 raise
         folder = os.path.realpath(os.path.dirname(place))
-        if folder.startswith("/proc/"):  # where /dev/stderr leads: a pipe, perhaps
+        if folder.startswith("/proc/"):  # the target of /dev/stderr, which may be a pipe
             place = os.path.join(folder, os.path.basename(place))
             return os.open(place, _WRITE | os.O_CLOEXEC | (flags & os.O_APPEND), 0o666)
         place = os.path.join(os.path.dirname(place), _target(place))
@@ -91,11 +91,11 @@ def _check_link(status: os.stat_result, path: str) -> None:
 
 
 def _target(path: str) -> str:
-    """Where a link leads; raises `Planted` when another user made it."""
+    """The target of a link; raises `Planted` when another user made it."""
     if sys.platform != "linux":
         refuse_planted_link(path)
         return os.readlink(path)
-    # By descriptor: another user could put a link of theirs in the place of ours after the check.
+    # By descriptor: another user could replace the link after the check.
     link = os.open(path, os.O_PATH | os.O_NOFOLLOW | os.O_CLOEXEC)
     try:
         _check_link(os.fstat(link), path)
@@ -105,15 +105,15 @@ def _target(path: str) -> str:
 
 
 class LogFile:
-    """Appends lines to a file, put aside when it grows too large. May be used from several threads.
+    """Appends lines to a file, which is rotated when it grows too large. Thread-safe.
 
-    When a line cannot be written, because the disk is full, say, that is said once on standard error. The
-    lines that follow are tried, and lost, in silence; the first one that can be written again comes after
-    one that says how many were lost.
+    When a line cannot be written, for example because the disk is full, a warning is printed once. Further
+    lines are lost silently until one can be written again; before it comes a line with the
+    number of lost lines.
     """
 
     def __init__(self, path: str | os.PathLike[str], limits: Limits | None = None) -> None:
-        """Opens the file, in a folder that is there.
+        """Opens the file in an existing folder.
 
         Raises:
             OSError: it cannot be opened.
@@ -122,7 +122,7 @@ class LogFile:
         self._limits = limits or process_limits()
         self._lock = threading.Lock()
         self._lost = 0
-        self._is_torn = False
+        self._ends_inside_line = False
         self._is_closed = False
         self._descriptor: int | None = open_to_write(self._path)
         self._size = os.fstat(self._descriptor).st_size
@@ -135,7 +135,7 @@ class LogFile:
                 return
             try:
                 if self._size + len(data) > self._limits.log_bytes and self._size:
-                    self._put_aside()
+                    self._rotate()
                 if self._descriptor is None:
                     self._reopen()
                 if self._lost:
@@ -150,7 +150,7 @@ class LogFile:
                 )
 
     def close(self) -> None:
-        """Closes the file. Harmless when repeated."""
+        """Closes the file. May be repeated."""
         with self._lock:
             self._is_closed = True
             self._close()
@@ -158,17 +158,17 @@ class LogFile:
     def _append(self, data: bytes) -> None:
         if self._descriptor is None:
             return
-        if self._is_torn:  # the disk became full in the middle of a line
+        if self._ends_inside_line:  # the disk became full in the middle of a line
             data = b"\n" + data
         view = memoryview(data)
         while view:
             written = os.write(self._descriptor, view)
             self._size += written
             view = view[written:]
-            self._is_torn = len(view) > 0
-        self._is_torn = False
+            self._ends_inside_line = len(view) > 0
+        self._ends_inside_line = False
 
-    def _put_aside(self) -> None:
+    def _rotate(self) -> None:
         self._close()
         for number in range(self._limits.log_files - 1, 0, -1):
             younger = f"{self._path}.{number - 1}" if number > 1 else self._path
@@ -177,11 +177,11 @@ class LogFile:
         self._reopen(append=self._limits.log_files > 1)
 
     def _reopen(self, *, append: bool = True) -> None:
-        with suppress(OSError):  # a run may last longer than its log folder
+        with suppress(OSError):  # the log folder may have been deleted during the run
             os.makedirs(os.path.dirname(self._path) or ".", exist_ok=True)
         self._descriptor = open_to_write(self._path, append=append)
         self._size = os.fstat(self._descriptor).st_size
-        self._is_torn = False
+        self._ends_inside_line = False
 
     def _close(self) -> None:
         descriptor, self._descriptor = self._descriptor, None

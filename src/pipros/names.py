@@ -1,7 +1,7 @@
-"""Graph resource names: what is legal, how they resolve, how arguments remap them.
+"""Graph resource names: legality, resolution, remapping arguments.
 
-The rules are those of http://wiki.ros.org/Names as genuine ROS applies them. Nothing here
-knows of a node or an environment: a name goes in, a name comes out.
+The rules are those of http://wiki.ros.org/Names as genuine ROS applies them. The functions are pure,
+except `anonymous`, which uses the process id and the time.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ _ILLEGAL_IN_ANONYMOUS = re.compile(r"[.\-:]")
 
 
 def is_legal(name: str) -> bool:
-    """True for a name that may stand in the graph: `a`, `/a/b`, `~a`, and the empty name."""
+    """True for a legal graph name: `a`, `/a/b`, `~a`, and the empty name."""
     return not name or (_LEGAL.fullmatch(name) is not None and "//" not in name)
 
 
 def is_legal_base(name: str) -> bool:
-    """True for a name without any namespace, as a node name must be: `talker`."""
+    """True for a legal name without a namespace, as a node name must be: `talker`."""
     return _LEGAL_BASE.fullmatch(name) is not None
 
 
@@ -51,7 +51,7 @@ def canonicalize(name: str) -> str:
 
 
 def namespace(name: str) -> str:
-    """The namespace that a name stands in, always with a trailing slash: `/a/b/` is in `/a/`.
+    """The namespace of a name, always with a trailing slash: `/a/b/` is in `/a/`.
 
     >>> namespace("/a/b/")
     '/a/'
@@ -60,7 +60,7 @@ def namespace(name: str) -> str:
 
 
 def as_namespace(name: str) -> str:
-    """The name with a trailing slash: what every name below it begins with.
+    """The name with a trailing slash: the prefix of every name below it.
 
     >>> as_namespace("/a/b"), as_namespace("/")
     ('/a/b/', '/')
@@ -69,7 +69,7 @@ def as_namespace(name: str) -> str:
 
 
 def join(ns: str, name: str) -> str:
-    """Puts `name` below the namespace `ns`; a global or private name wins over it.
+    """`name` in the namespace `ns`; a global or private name is returned unchanged.
 
     >>> join("/robot", "battery"), join("/robot/", "/battery"), join("~", "rate")
     ('/robot/battery', '/battery', '~rate')
@@ -85,7 +85,7 @@ def make_global_namespace(ns: str) -> str:
     """The namespace with a leading and a trailing slash.
 
     Raises:
-        InvalidName: for a private name, which is no namespace.
+        InvalidName: for a private name, which cannot be a namespace.
     """
     if is_private(ns):
         raise InvalidName(f"cannot turn [{ns}] into a global name")
@@ -95,10 +95,10 @@ def make_global_namespace(ns: str) -> str:
 
 
 def resolve(name: str, node_name: str, remappings: Mapping[str, str] | None = None) -> str:
-    """The global name that `name` means inside the node `node_name`, remappings applied.
+    """The global name of `name` inside the node `node_name`, with remappings applied.
 
-    `node_name` is the node's full name (`/ns/node`). The keys and values of `remappings` are
-    global names already, so that a key written relatively matches only what it resolves to.
+    `node_name` is the node's full name (`/ns/node`). The keys and values of `remappings` must be
+    global names (see `resolve_remappings`).
 
     >>> resolve("~rate", "/ns/talker"), resolve("rate", "/ns/talker"), resolve("", "/ns/talker")
     ('/ns/talker/rate', '/ns/rate', '/ns/')
@@ -116,21 +116,21 @@ def resolve(name: str, node_name: str, remappings: Mapping[str, str] | None = No
 
 
 def anonymous(base: str) -> str:
-    """`base` made unique the way rospy does it: `base_<process id>_<milliseconds>`."""
+    """`base` made unique as in rospy: `base_<process id>_<milliseconds>`."""
     return _ILLEGAL_IN_ANONYMOUS.sub("_", f"{base}_{os.getpid()}_{int(time.time() * 1000)}")
 
 
 @dataclass(frozen=True, slots=True)
 class Arguments:
-    """A command line, sorted into what the ROS argument rules make of it.
+    """The arguments of a command line, sorted by the ROS rules.
 
     Attributes:
         remappings: `from:=to`, both as written.
-        params: `_name:=value`, the name without its underscore, the value as text (YAML).
+        params: `_name:=value`, the name without its underscore, the value as YAML text.
         special: `__name:=value`, keys with both underscores: `__name`, `__ns`, `__log`,
             `__ip`, `__hostname`, `__master`, ….
         rest: all other arguments in order.
-        malformed: arguments with a key and more than one `:=`, which set nothing.
+        malformed: arguments with a key and more than one `:=`, which have no effect.
     """
 
     remappings: Mapping[str, str] = field(default_factory=dict)
@@ -141,12 +141,12 @@ class Arguments:
 
 
 def is_remapping_argument(argument: str) -> bool:
-    """True for `key:=...`, also with nothing behind it; `:=` and `:=b` have no key."""
+    """True for `key:=...`, also with an empty value; `:=` and `:=b` do not have a key."""
     return ":=" in argument and not argument.startswith(":=")
 
 
 def is_legal_remapping(argument: str) -> bool:
-    """True for a `key:=...` that programs are not shown: the key is a name, or begins with an underscore.
+    """True for a `key:=...` that programs do not get as an argument: the key is a name, or begins with `_`.
 
     >>> [is_legal_remapping(argument) for argument in ("a:=b", "_rate:=5", "-a:=b", "a b:=c", ":=b")]
     [True, True, False, False, False]

@@ -1,14 +1,14 @@
-"""Text from peers and files, made fit for a terminal, a log and one line of a listing."""
+"""Makes text from peers and files safe for a terminal, a log, and one line of a listing."""
 
 from __future__ import annotations
 
 import sys
 
-TYPE_CHECKING = False  # as type checkers see it; this module is on the way of every first import of a message
+TYPE_CHECKING = False  # true for type checkers; every first import of a message imports this module
 if TYPE_CHECKING:
     from typing import IO
 
-#: Longer texts are cut where a peer's words are quoted.
+#: Longer texts of peers are cut when they are quoted.
 QUOTE_LIMIT = 200
 
 
@@ -32,12 +32,12 @@ def printable(value: object, limit: int = QUOTE_LIMIT) -> str:
 
 
 def listed(value: object) -> str:
-    """As `printable`, uncut: for listings, in which names may be long."""
+    """As `printable` without a limit: for listings, in which names may be long."""
     return printable(value, sys.maxsize)
 
 
 def printable_lines(text: str) -> str:
-    """A text of several lines without control characters, but for its line breaks and tabs.
+    """A text of several lines without control characters other than line breaks and tabs.
 
     >>> printable_lines("a\\tb\\r\\nc")
     'a\\tb\\\\r\\nc'

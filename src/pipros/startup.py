@@ -1,8 +1,8 @@
-"""Makes the messages of ROS packages importable, and shows rospkg the packages that come with pipros.
+"""Makes the messages of ROS packages importable, and tells rospkg about the packages that come with pipros.
 
 `pipros.pth` imports this module whenever a Python interpreter of the environment starts, unless
-`PIPROS_NO_IMPORT_HOOK` is set. It puts finders into `sys.meta_path` and imports nothing more: what looks for
-packages is imported when an import asks for one.
+`PIPROS_NO_IMPORT_HOOK` is set. It adds finders to `sys.meta_path` and imports nothing else: the search for
+packages is imported when an import needs it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class _RospkgFinder:
-    """Finds the module in which rospkg learns where packages are."""
+    """Finds the module that gives rospkg the package path."""
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, _target: ModuleType | None = None

@@ -1,4 +1,4 @@
-"""Warnings about the machine, not about the user's program: said once in a process."""
+"""Warnings about the machine rather than the user's program, printed once in a process."""
 
 from __future__ import annotations
 

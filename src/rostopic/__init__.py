@@ -106,13 +106,13 @@ def get_topic_list(master: object = None) -> tuple[list[tuple[str, str, list[str
     """
     with GraphClient("rostopic") as graph:
         try:
-            picture = SystemState.from_state(graph.master.get_system_state())
+            state = SystemState.from_state(graph.master.get_system_state())
             types = dict(graph.master.get_topic_types())
         except Unreachable as error:
             raise ConnectionRefusedError(errno.ECONNREFUSED, str(error)) from error
     return tuple(
         [(topic, types.get(topic, "unknown type"), list(nodes)) for topic, nodes in kind.items()]
-        for kind in (picture.publishers, picture.subscribers)
+        for kind in (state.publishers, state.subscribers)
     )
 
 

@@ -42,7 +42,7 @@ class ROSTopicHz:
         """Prints what is new."""
         found = {str(topic): figures for topic in topics if (figures := self._news(topic)) is not None}
         if not found:
-            print(_text.NO_NEWS)
+            print(_text.NO_NEW_MESSAGES)
         elif len(topics) == 1:
             print(_text.rate_text(next(iter(found.values()))))
         else:
@@ -50,7 +50,7 @@ class ROSTopicHz:
 
     def _news(self, topic: str | None) -> Figures | None:
         rate = self._rates.get(topic)
-        return rate.figures() if rate is not None and rate.has_news else None
+        return rate.figures() if rate is not None and rate.has_new else None
 
 
 class ROSTopicBandwidth:
@@ -93,4 +93,4 @@ class ROSTopicDelay:
     def print_delay(self) -> None:
         """Prints the figures."""
         figures = self._delays_s.figures()
-        print(_text.NO_NEWS if figures is None else _text.delay_text(figures))
+        print(_text.NO_NEW_MESSAGES if figures is None else _text.delay_text(figures))

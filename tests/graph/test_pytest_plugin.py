@@ -216,7 +216,7 @@ def test_a_launched_node_that_wants_it_comes_back_and_one_without_program_is_nam
 
     result.assert_outcomes(passed=2, failed=2)
     result.stdout.fnmatch_lines(
-        ["*NodesDidNotStart: could not be started: n.*", "E       Failed: no a miracle within 0.05 s"]
+        ["*NodesDidNotStart: cannot start n;*", "E       Failed: no a miracle within 0.05 s"]
     )
 
 

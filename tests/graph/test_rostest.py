@@ -208,7 +208,7 @@ def test_a_file_outside_of_all_packages_needs_a_package_for_its_results(
     named = ros.pipros.run("rostest", "--package=pkg", f"--pkgdir={package}", str(outside))
 
     assert refused.returncode == 1
-    assert "is in no ROS package" in refused.stderr[-1]
+    assert "is not inside a ROS package" in refused.stderr[-1]
     assert named.returncode == 0
     assert (ros.home / ".ros/test_results/pkg/rostest-outside.xml").exists()
 

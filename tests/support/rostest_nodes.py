@@ -127,7 +127,7 @@ SCENES = (
         "publishtest",
         "{topics: [{name: level, timeout: 5, negative: true}]}",
         _publish(False),
-        "a message on [/level] is there, and must not be",
+        "a message on [/level] exists, and must not",
     ),
     Scene(
         "advertisetest",
@@ -167,7 +167,7 @@ ONLY_OURS = (
         "hztest",
         "{topic: level, hz: 0, test_duration: 5, wait_time: 10}",
         _hz(False),
-        "messages received, and none must be",
+        "expected no messages, received",
     ),
     # Genuine nodes without anything to check end with a traceback and without results.
     Scene("publishtest", "{unused: 0}", _publish(False), "No topic is specified in rosparam."),

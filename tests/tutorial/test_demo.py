@@ -101,4 +101,4 @@ def test_a_master_uri_that_is_none_is_refused(ros: RosSystem) -> None:
     demo = ros.pipros.run(DEMO, ROS_MASTER_URI="localhost:11311")
 
     assert demo.returncode == 1
-    assert "ROS_MASTER_URI [localhost:11311] needs the form http://HOST:PORT" in demo.output
+    assert "ROS_MASTER_URI [localhost:11311] must have the form http://HOST:PORT" in demo.output

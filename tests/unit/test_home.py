@@ -82,7 +82,7 @@ def test_what_another_user_could_have_put_there_is_not_used(
     assert used.parent == homeless
     assert used != stand_in(homeless)
     assert used.stat().st_mode & 0o777 == 0o700
-    assert f"Files of ROS go to {used}; set HOME or ROS_HOME" in capfd.readouterr().err
+    assert f"ROS files go to {used}; set HOME or ROS_HOME" in capfd.readouterr().err
 
 
 @needs_other_users

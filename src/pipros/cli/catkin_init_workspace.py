@@ -1,4 +1,4 @@
-"""`catkin_init_workspace`: makes a source folder one that genuine catkin can build, too."""
+"""`catkin_init_workspace`: prepares a source folder so that genuine catkin can build it, too."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def initialise(source: Path) -> str:
-    """Writes the top-level `CMakeLists.txt` of a source folder; says what was done."""
+    """Writes the top-level `CMakeLists.txt` of a source folder; returns a line that says what was done."""
     file = source / "CMakeLists.txt"
     toplevel = find_toplevel()
     if toplevel is not None:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.cli.catkin_init_workspace import initialise
-from pipros.cli.make_args import MakeWords, read_make_words
+from pipros.cli.make_args import MakeArguments, read_make_arguments
 from pipros.cli.streams import command
 from pipros.errors import PiprosError
 from pipros.workspace import genuine_catkin
@@ -96,7 +96,7 @@ def _check_targets(
 
 
 def _clean_results(targets: list[str], layout: Layout) -> None:
-    """Removes test results for the targets that are there for it."""
+    """Removes test results if a target asks for it."""
     for target in targets:
         if target == "clean_test_results" or target.startswith("clean_test_results_"):
             name = target.removeprefix("clean_test_results").removeprefix("_")
@@ -112,8 +112,8 @@ def _leave_error(file: Path, test: str, problem: str) -> None:
     file.write_text(format_suite(Suite(test, (case,))), "utf-8")
 
 
-def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], MakeWords]:
-    """Options, `-D` settings, and what is for make."""
+def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], MakeArguments]:
+    """The options, the `-D` settings, and the arguments for make."""
     parser = ArgumentParser(
         prog="catkin_make",
         description="Creates the catkin workspace layout and builds it. Packages without compiled code are "
@@ -144,13 +144,13 @@ def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], MakeWords]:
     )
     add("--make-args", nargs="*", default=[], help="Arguments which are passed to make")
     add("--override-build-tool-check", action="store_true", help="Accepted for Noetic's sake")
-    # argparse takes what begins with a dash for an option, also behind --cmake-args.
+    # argparse treats every word with a leading dash as an option, also after --cmake-args.
     settings = [word for word in arguments if word.startswith("-D") and len(word) > 2]
     words = [word for word in arguments if word not in settings]
     given = words.index("--make-args") if "--make-args" in words else len(words)
-    for_make = read_make_words(words[given + 1 :])
+    for_make = read_make_arguments(words[given + 1 :])
     options, rest = parser.parse_known_args(words[:given])
-    for_make += read_make_words(rest)
+    for_make += read_make_arguments(rest)
     if for_make.unknown:
         parser.error(f"unrecognized arguments: {' '.join(for_make.unknown)}")
     definitions = {}
@@ -189,11 +189,11 @@ def _check(layout: Layout) -> None:
     if not layout.source.is_dir():
         raise WorkspaceError(
             f'The specified source space "{layout.source}" does not exist\n'
-            "Call catkin_make in the folder that contains src"
+            "Run catkin_make in the folder that contains src"
         )
 
 
-def _build_options(options: Namespace, definitions: dict[str, str], for_make: MakeWords) -> BuildOptions:
+def _build_options(options: Namespace, definitions: dict[str, str], for_make: MakeArguments) -> BuildOptions:
     targets = for_make.targets
     only = {*options.pkg, *options.only_pkg_with_deps}
     only.update(filter(None, definitions.get("CATKIN_WHITELIST_PACKAGES", "").split(";")))
@@ -236,7 +236,7 @@ def _report(result: BuildResult, *, has_more_to_do: bool) -> int:
 
 
 def _clean(layout: Layout) -> int:
-    """What `make clean` is for: everything that a build made, so that the next one makes it anew."""
+    """As `make clean`: removes everything that a build made."""
     for folder in (
         layout.build / "pipros",
         layout.devel / "lib",

@@ -19,7 +19,7 @@ _RULE = "-" * 49
 
 @dataclass(frozen=True, slots=True)
 class _Counts:
-    """What one result file counts."""
+    """The counts of one result file."""
 
     tests: int = 0
     errors: int = 0
@@ -36,7 +36,7 @@ class _Counts:
 
     @property
     def has_trouble(self) -> bool:
-        """Whether anything went wrong, or was left out."""
+        """Whether a test failed, had an error, or was skipped."""
         return bool(self.errors or self.failures or self.skipped)
 
     def __str__(self) -> str:
@@ -82,7 +82,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _results(folder: Path) -> Iterator[tuple[Path, _Counts | str]]:
-    """All XML files below a folder with what they count, or why they are no results."""
+    """All XML files below a folder with their counts, or the reason why a file does not have results."""
     for file in sorted(folder.rglob("*.xml")):
         try:
             yield file, _count(parse(read_file(file), str(file)))
@@ -100,7 +100,7 @@ def _count(root: Element) -> _Counts:
         raise ValueError("the root tag is neither 'testsuite' nor 'testsuites'")
     total = _Counts()
     for element in (root, *root.all("testsuite")):
-        with suppress(KeyError):  # what does not count everything counts for nothing
+        with suppress(KeyError):  # an element without all counts is ignored, as in Noetic
             total += _counts_of(element)
     return total
 

@@ -15,13 +15,13 @@ from pipros.node.start_params import is_on
 
 @contextlib.contextmanager
 def command_node(name: str, argv: Sequence[str] = (), *, wall_time: bool = False) -> Iterator[Node]:
-    """A started node with a unique name, that leaves the graph in good order however the command ends.
+    """A started node with a unique name, which unregisters itself however the command ends.
 
-    SIGTERM ends the command the way Ctrl-C does.
+    SIGTERM ends the command as Ctrl-C does.
 
     Args:
-        argv: the command line; its remapping arguments name the node and its topics.
-        wall_time: keep to the machine's clock, even when the system's time is simulated.
+        argv: the command line, with the remapping arguments of the node.
+        wall_time: use the machine's clock even when `/use_sim_time` is set.
     """
     node = Node(name, anonymous=True, argv=argv)
     with _sigterm_as_ctrl_c(), node:

@@ -1,4 +1,4 @@
-"""The words on a command line of `catkin_make` that are for make: targets, variables and options."""
+"""The arguments of `catkin_make` that are meant for make: targets, variables and options."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _FORCING = ("-B", "--always-make")
 
 
 @dataclass(frozen=True, slots=True)
-class MakeWords:
-    """What was said to make.
+class MakeArguments:
+    """The arguments for make.
 
     Attributes:
-        jobs: how many jobs, in the short form of the options.
-        is_forced: whether everything is to be made anew.
-        unknown: options that nobody knows.
+        jobs: options for the number of jobs, in their short form.
+        is_forced: whether to build everything again.
+        unknown: unknown options.
     """
 
     targets: tuple[str, ...] = ()
@@ -28,8 +28,8 @@ class MakeWords:
     is_forced: bool = False
     unknown: tuple[str, ...] = ()
 
-    def __add__(self, other: MakeWords) -> MakeWords:
-        return MakeWords(
+    def __add__(self, other: MakeArguments) -> MakeArguments:
+        return MakeArguments(
             self.targets + other.targets,
             self.jobs + other.jobs,
             self.is_forced or other.is_forced,
@@ -37,9 +37,9 @@ class MakeWords:
         )
 
 
-def read_make_words(words: Sequence[str]) -> MakeWords:
-    """Sorts the words. Variables (`VERBOSE=1`) mean nothing where nothing is compiled."""
-    found = MakeWords()
+def read_make_arguments(words: Sequence[str]) -> MakeArguments:
+    """Sorts the arguments. Variables (`VERBOSE=1`) are ignored: nothing is compiled."""
+    found = MakeArguments()
     rest = list(words)
     while rest:
         word = rest.pop(0)
@@ -47,15 +47,15 @@ def read_make_words(words: Sequence[str]) -> MakeWords:
         if name in _WITH_NUMBER:
             if not sign and rest and _is_number(rest[0]):
                 value = rest.pop(0)
-            found += MakeWords(jobs=(_WITH_NUMBER[name] + value,))
+            found += MakeArguments(jobs=(_WITH_NUMBER[name] + value,))
         elif word[:2] in ("-j", "-l") and _is_number(word[2:]):
-            found += MakeWords(jobs=(word,))
+            found += MakeArguments(jobs=(word,))
         elif word in _FORCING:
-            found += MakeWords(is_forced=True)
+            found += MakeArguments(is_forced=True)
         elif word.startswith("-"):
-            found += MakeWords() if name in _WITHOUT_MEANING else MakeWords(unknown=(word,))
+            found += MakeArguments() if name in _WITHOUT_MEANING else MakeArguments(unknown=(word,))
         elif not sign:
-            found += MakeWords(targets=(word,))
+            found += MakeArguments(targets=(word,))
     return found
 
 

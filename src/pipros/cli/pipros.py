@@ -1,4 +1,4 @@
-"""`pipros`: what Noetic has no command for."""
+"""`pipros`: subcommands for which Noetic has no command."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The frame of every command: options as ROS prints them, errors as one line, a quiet end.
+"""The common part of all commands: options as ROS prints them, one line per error, no traceback at the end.
 
-Interpreter start-up is most of what a person waits for, so nothing here imports what only some
+Most of the time of a command is interpreter start-up, so this module imports nothing that only some
 commands need.
 """
 
@@ -34,14 +34,14 @@ class MasterUnreachable(CommandError):
 
 
 def option_parser(command: str, usage: str, description: str | None = None) -> OptionParser:
-    """Options the way ROS commands have them: `Usage: rostopic list [/namespace]`, mistakes end with 2."""
+    """A parser with usage texts as in Noetic: `Usage: rostopic list [/namespace]`. Errors exit with 2."""
     return OptionParser(usage=f"usage: {command} {usage}", prog=command, description=description)
 
 
 def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str, code: int) -> int:
     """Runs the subcommand that the first argument names; prints the overview when it names none.
 
-    The subcommands are `module:function`, so that a command imports only the one that is asked for.
+    The subcommands are `module:function`, so that only the chosen one is imported.
     """
     if not argv or argv[0] not in subcommands:
         print(overview)
@@ -52,18 +52,18 @@ def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str,
 
 
 def run(body: Callable[[], int], *, error_code: int = 1) -> int:
-    """Runs a command to its exit code, with the ends that all commands share.
+    """Runs a command and returns its exit code.
 
-    An error is printed on standard error and ends with `error_code`. Ctrl-C ends with 0 and without a
-    traceback, as Noetic's commands do. A reader that closed the pipe (`| head`) ends the command quietly.
+    An error is printed on standard error and returns `error_code`. Ctrl-C returns 0 without a
+    traceback, as Noetic's commands do, and so does a pipe whose reader closed it (`| head`).
     """
     try:
         code = body()
         sys.stdout.flush()
     except KeyboardInterrupt:
-        return _quiet_end()
+        return _end_quietly()
     except BrokenPipeError:
-        return _quiet_end()
+        return _end_quietly()
     except PiprosError as error:
         _flush()
         print(f"ERROR: {_headline(error)}", file=sys.stderr)
@@ -72,7 +72,7 @@ def run(body: Callable[[], int], *, error_code: int = 1) -> int:
 
 
 def _headline(error: PiprosError) -> str:
-    """The error as scripts know it; people at a terminal are also told what to try."""
+    """The error as scripts know it; on a terminal followed by what to try."""
     if isinstance(error, Unreachable) and error.peer.startswith("master "):
         error = MasterUnreachable(str(error))
     if isinstance(error, MasterUnreachable) and error.reason and sys.stderr.isatty():
@@ -80,13 +80,13 @@ def _headline(error: PiprosError) -> str:
     return str(error)
 
 
-def _quiet_end() -> int:
+def _end_quietly() -> int:
     _flush()
     return 0
 
 
 def _flush() -> None:
-    """Writes what is buffered; when nobody reads any more, keeps the interpreter from complaining at exit."""
+    """Writes buffered output; drops it if the reader is gone, so that Python reports nothing at exit."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:

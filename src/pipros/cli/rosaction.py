@@ -1,4 +1,4 @@
-"""`rosaction`: what there is of actions, and what they hold. See `pipros.cli.rosmsg`."""
+"""`rosaction`: lists and shows action types. See `pipros.cli.rosmsg`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rosclean`: how much room the log files take, and making some."""
+"""`rosclean`: shows the size of the log files, and deletes old ones."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def size_of(folder: Path) -> int:
-    """The bytes that a folder takes, links not followed."""
+    """The size of a folder in bytes; links are not followed."""
     total = 0
     for place, _, files in os.walk(folder):
         for name in files:
             try:
                 total += os.lstat(os.path.join(place, name)).st_size
             except OSError:
-                continue  # it was just deleted
+                continue  # it was deleted meanwhile
     return total
 
 

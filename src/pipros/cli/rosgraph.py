@@ -1,4 +1,4 @@
-"""`rosgraph`: prints who sends to whom, and again whenever that changes, until Ctrl-C."""
+"""`rosgraph`: prints which nodes send to which, and again whenever that changes, until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Usage:
 \trosgraph
 """
 
-#: Noetic's exit code after the usage, unless somebody asked for it.
+#: Noetic's exit code after the usage, except with --help.
 USAGE_ERROR = 255
 
 LOOK_INTERVAL_S = 1.0
@@ -53,7 +53,7 @@ def _follow() -> int:
 
 
 def describe(state: SystemState) -> str:
-    """Each node with those that it receives from and sends to, by what the master knows; then services."""
+    """Each node with its inbound and outbound peers, as registered at the master; then the services."""
     inbound: dict[str, set[str]] = {node: set() for node in state.nodes()}
     outbound: dict[str, set[str]] = {node: set() for node in state.nodes()}
     for topic, publishers in state.publishers.items():

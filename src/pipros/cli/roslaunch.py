@@ -1,4 +1,4 @@
-"""`roslaunch`: starts what launch files describe, or tells about it."""
+"""`roslaunch`: starts what launch files describe, or prints information about them."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def run(make_session: Callable[[], Launching], console: Console, options: Values) -> int:
-    """Starts a session, waits for its end, and cleans up, whatever happens in between."""
+    """Starts a session, waits for its end, and cleans up in any case."""
     if options.wait:
         with suppress(KeyboardInterrupt):
             _wait_for_master(console)
@@ -98,14 +98,14 @@ def _write_pid(file: Path) -> None:
 
 
 def _pid_file_of_core(port: int | None) -> Path:
-    """Where scripts look for the process that runs the master: `~/.ros/roscore-11311.pid`."""
+    """The file in which scripts find the pid of the master: `~/.ros/roscore-11311.pid`."""
     from pipros.env import DEFAULT_MASTER_PORT, Environment
 
     return Environment.from_os().ros_home / f"roscore-{port or DEFAULT_MASTER_PORT}.pid"
 
 
 def report(console: Console, error: Exception) -> int:
-    """Prints an error as Noetic's roslaunch does; the exit code that goes with it."""
+    """Prints an error as Noetic's roslaunch does; returns its exit code."""
     from pipros.launch.model import LaunchError
 
     kind = "RLException" if isinstance(error, LaunchError) else type(error).__name__
@@ -119,9 +119,9 @@ def report(console: Console, error: Exception) -> int:
 
 
 def _handle_signals(session: Callable[[], Launching | None]) -> Callable[[], None]:
-    """Lets Ctrl-C and its like end the session in order. Returns what restores the handlers of before.
+    """Lets SIGINT, SIGTERM and SIGHUP stop the session. Returns a function that restores the old handlers.
 
-    While a session is only coming up, KeyboardInterrupt ends that.
+    Before the session exists they raise KeyboardInterrupt.
     """
     requested = False
 
@@ -184,7 +184,7 @@ def _wait_for_master(console: Console) -> None:
 
 
 def _inspection(options: Values) -> Callable[[Sequence[str], dict[str, str], PackageIndex], int] | None:
-    """What to print instead of starting anything; the first wish in Noetic's order wins."""
+    """The function that prints information instead of starting nodes. Noetic's order of options decides."""
     from functools import partial
 
     from pipros.cli import roslaunch_inspect as inspect

@@ -1,4 +1,4 @@
-"""`roslaunch-check`: looks for mistakes in a launch file, or in all of a folder, and leaves a result file."""
+"""`roslaunch-check`: looks for mistakes in one launch file or all of a folder, and writes a result file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _CLASS_NAME = "roslaunch.RoslaunchCheck"
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Returns 0 when all is well, 1 when there are mistakes, with all of them on stderr."""
+    """Returns 0 without mistakes; else 1, with all of them on stderr."""
     parser = OptionParser(
         usage="usage: %prog [options] <file|directory> [env=value...]", prog="roslaunch-check"
     )
@@ -67,7 +67,7 @@ def _check(path: Path, output: Path | None, *, with_test_depends: bool, ignore_u
     if not path.exists():
         raise NotFound(f"[{path}] does not exist")
     if owner is None:
-        raise NotFound(f"[{path}] is in no ROS package of ROS_PACKAGE_PATH")
+        raise NotFound(f"[{path}] is not inside a ROS package of ROS_PACKAGE_PATH")
     found: list[str] = []
     for file in _launch_files(path):
         print("checking", file)

@@ -1,4 +1,4 @@
-"""`roslaunch-deps`: the packages that launch files need, and which of them the manifest does not name."""
+"""`roslaunch-deps`: the packages that launch files need, and those that the manifest does not declare."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pipros.workspace.manifest import read_manifest
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Prints the packages and returns the exit code; with `-w` it is 1 when some are not declared."""
+    """Prints the packages and returns the exit code: with `-w` 1 when some are not declared."""
     parser = OptionParser(usage="usage: %prog [options] <file(s)...>", prog="roslaunch-deps")
     parser.add_option("-v", "--verbose", action="store_true", default=False, help="Verbose output")
     parser.add_option(
@@ -49,12 +49,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     print(f"Dependencies:\n{' '.join(needed)}\n")
     for name, owner in owners.items():
-        undeclared = [one for one in needed if one not in read_manifest(owner.path).depends()]
+        undeclared = [package for package in needed if package not in read_manifest(owner.path).depends()]
         if undeclared:
             print("Missing declarations:")
             print(f"{name}/package.xml:")
-            for one in undeclared:
-                print(f"  <exec_depend>{one}</exec_depend>")
+            for package in undeclared:
+                print(f"  <exec_depend>{package}</exec_depend>")
             return 1
     return 0
 

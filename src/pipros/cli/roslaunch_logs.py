@@ -1,4 +1,4 @@
-"""`roslaunch-logs`: the log folder of the run that is going on."""
+"""`roslaunch-logs`: prints the log folder of the current run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NO_MASTER = 2
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Prints the folder; ends with 2 when no master answers."""
+    """Prints the folder; returns 2 when no master answers."""
     _ = argv
     environment = Environment.from_os()
     client = MasterClient(environment.master_uri, "/roslaunch", timeout_s=5.0)

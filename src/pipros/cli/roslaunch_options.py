@@ -1,4 +1,4 @@
-"""The options of roslaunch and roscore, and what they mean to a session."""
+"""The options of roslaunch and roscore, and the session options that they stand for."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ USAGE = (
 
 
 def make_parser() -> OptionParser:
-    """All options that genuine `roslaunch --help` lists, and those of ours."""
+    """All options that genuine `roslaunch --help` lists, and those that only pipros has."""
     parser = OptionParser(usage=USAGE, prog="roslaunch")
     add = parser.add_option
     add(
@@ -173,7 +173,7 @@ def add_core_options(parser: OptionParser) -> None:
 
 
 def check_child_options(parser: OptionParser, options: Values, words: Sequence[str]) -> None:
-    """Ends the program when `--child` lacks what it needs, or comes with a file."""
+    """Exits when an option that `--child` needs is missing, or a file is given."""
     if not options.server_uri:
         parser.error("--child option requires --server_uri to be set as well")
     if not options.run_id:
@@ -183,7 +183,7 @@ def check_child_options(parser: OptionParser, options: Values, words: Sequence[s
 
 
 def session_options(options: Values) -> SessionOptions:
-    """What the command line of roslaunch or roscore asks for.
+    """The options of a session, from the command line of roslaunch or roscore.
 
     Raises:
         LaunchError: the port is not between 0 and 65535, or a timeout is not positive.
@@ -212,7 +212,7 @@ def session_options(options: Values) -> SessionOptions:
 
 
 def run_options(options: Values) -> RunOptions:
-    """How the nodes are to be run.
+    """How nodes are run, from the command line.
 
     Raises:
         LaunchError: a timeout is not positive.
@@ -234,7 +234,7 @@ def run_options(options: Values) -> RunOptions:
 
 
 def _store(options: Values) -> Path | None:
-    """The file in which `roscore --resume` keeps what it knows: one for each port."""
+    """The file in which `roscore --resume` stores parameters and registrations: one for each port."""
     if not getattr(options, "resume", False):
         return None
     from pipros.env import DEFAULT_MASTER_PORT, Environment

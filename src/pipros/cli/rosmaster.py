@@ -1,4 +1,4 @@
-"""`rosmaster`: the master alone. What people start is `roscore`; scripts and roslaunch start this."""
+"""`rosmaster`: the master alone. Users start `roscore`; scripts and roslaunch start this."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def _parser() -> OptionParser:
         type="str",
         help="set rosmaster.master logger level ('debug', 'info', 'warn', 'error', 'fatal')",
     )
-    # roslaunch and scripts of older days pass it; it has no meaning any more.
+    # Old versions of roslaunch and old scripts pass it. It has no effect.
     parser.add_option("-v", "--verbose", action="store_true", help=SUPPRESS_HELP)
     parser.add_option(
         "--bind", metavar="ADDRESS", help="address to listen on; 0.0.0.0 opens it to the network"
@@ -118,7 +118,7 @@ def _print_statistics(uri: str) -> int:
     try:
         print(describe(uri, MasterClient(uri, "/rosmaster", timeout_s=10).call(METHOD)))
     except Fault:
-        print(f"ERROR: the master at {uri} is not one of pipros and keeps no statistics", file=sys.stderr)
+        print(f"ERROR: the master at {uri} is not a pipros master: it has no statistics", file=sys.stderr)
     except (PiprosError, ValueError) as error:
         print(f"ERROR: {error}", file=sys.stderr)
     else:

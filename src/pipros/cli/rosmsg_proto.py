@@ -1,4 +1,4 @@
-"""`rosmsg-proto`: an empty message as YAML, as shells offer it behind `rostopic pub /topic type`."""
+"""`rosmsg-proto`: an empty message as YAML, as shells complete it after `rostopic pub /topic type`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pipros.msg.time import TVal
 from pipros.workspace.type_catalogue import MESSAGES, SERVICES
 
 SMALL = 4
-"""From the first message on with more fields or elements than this, what has no parts stands in one line."""
+"""From the first message with more fields or elements on, values without parts are written in one line."""
 
 FLOW_STYLES = {0: False, 1: True}
 
@@ -105,7 +105,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 class UnknownType(PiprosError):
-    """There is no such message or service."""
+    """The message or service does not exist."""
 
 
 def example(kind: str, name: str) -> Message:
@@ -162,13 +162,13 @@ class _Fields(dict[str, Any]):
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes fields in their order, and small parts in one line once a large message has come."""
+    """Writes fields in their order, and small parts in one line from the first large message on."""
 
     is_mixed = True
 
     def represent_fields(self, fields: _Fields) -> yaml.Node:
         if self.is_mixed and fields.is_large:
-            self.default_flow_style = None  # type: ignore[assignment]  # one way of three, in PyYAML
+            self.default_flow_style = None  # type: ignore[assignment]  # PyYAML's mixed style
         return self.represent_mapping("tag:yaml.org,2002:map", list(fields.items()))
 
     def ignore_aliases(self, _data: Any) -> bool:
@@ -184,7 +184,7 @@ class _Skeleton:
         self._fill_arrays = fill_arrays
 
     def fields(self, value: Message | TVal) -> _Fields:
-        """The fields of a message or a time, those of their parts below."""
+        """The fields of a message or a time, with those of its parts."""
         if isinstance(value, TVal):
             named = {"secs": ("int32", value.secs), "nsecs": ("int32", value.nsecs)}
         else:
@@ -203,7 +203,7 @@ class _Skeleton:
         return value
 
     def _element(self, kind: str) -> Any:
-        """What stands for the elements of an empty array."""
+        """The element that is shown for an empty array."""
         if kind in INTEGERS or kind in FLOATS:
             return 0
         if kind in ("bool", "string"):

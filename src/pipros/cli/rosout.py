@@ -1,4 +1,4 @@
-"""`rosrun rosout rosout`: the `/rosout` node in a process of its own, for masters that run without one."""
+"""`rosrun rosout rosout`: the `/rosout` node as a separate process, for masters that run without it."""
 
 from __future__ import annotations
 

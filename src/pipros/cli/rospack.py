@@ -1,4 +1,4 @@
-"""`rospack`: where packages are, and which need which."""
+"""`rospack`: finds packages and their dependencies."""
 
 from __future__ import annotations
 
@@ -47,18 +47,18 @@ USAGE: rospack <command> [options] [package]
  is used (if it contains a package.xml or manifest.xml).
 """
 
-# Noetic has two ways to say that there is no such package.
+# Noetic has two texts for an unknown package.
 _NO_SUCH_PACKAGE = dict.fromkeys(("depends", "depends1", "depends-on", "depends-on1"), "no such package {}")
 
 _VALUE_OPTIONS = ("--target", "--attrib", "--top", "--length", "--lang")
 
 
 class _Failed(PiprosError):
-    """The command cannot be carried out; its text is what rospack says."""
+    """The command fails; the text is printed after `[rospack] Error: `."""
 
 
 class _Query:
-    """One question: the package it is about, its options, and where the answers are."""
+    """The arguments of one command, with the package index and the dependency graph."""
 
     def __init__(self, command: str, words: Sequence[str], options: Mapping[str, str]) -> None:
         self._words = words
@@ -72,16 +72,16 @@ class _Query:
         """The package named, or the one around the current folder."""
         name = self._words[0] if self._words else ""
         if not name:
-            here = self.index.containing(Path.cwd())
-            if here is None or here.path != Path.cwd():
+            current = self.index.containing(Path.cwd())
+            if current is None or current.path != Path.cwd():
                 raise _Failed("no package given")
-            name = here.name
+            name = current.name
         if self.index.get(name) is None:
             raise _Failed(self._unknown.format(name))
         return name
 
     def option(self, name: str, complaint: str) -> str:
-        """The value of an option; the complaint is what Noetic says when it is missing."""
+        """The value of an option; `complaint` is Noetic's error when it is missing."""
         value = self.options.get(name, "")
         if not value:
             raise _Failed(complaint)
@@ -206,7 +206,7 @@ def _depends_manifests(query: _Query) -> list[str]:
 
 
 def _depends_msgsrv(query: _Query) -> list[str]:
-    # Only packages of rosbuild kept generated files in folders of their own.
+    # Only rosbuild packages had separate folders for generated files.
     query.graph.all(query.package)
     return [""]
 
@@ -248,8 +248,8 @@ def _export(query: _Query) -> list[str]:
 
 def _rosdep(query: _Query) -> list[str]:
     name = query.package
-    needed = {one for package in [name, *query.graph.all(name)] for one in query.graph.named(package)}
-    return [f"name: {one}" for one in sorted(needed)]
+    needed = {key for package in [name, *query.graph.all(name)] for key in query.graph.named(package)}
+    return [f"name: {key}" for key in sorted(needed)]
 
 
 def _rosdep0(query: _Query) -> list[str]:
@@ -257,19 +257,19 @@ def _rosdep0(query: _Query) -> list[str]:
 
 
 def _nothing(query: _Query) -> list[str]:
-    # Version control of packages ended with rosbuild; the question is still understood.
-    _ = query.package  # complains about one that does not exist
+    # Manifests of rosbuild named a version control system; the commands still exist.
+    _ = query.package  # raises for an unknown package
     return []
 
 
 def _flags(option: str, prefix: str = "") -> Callable[[_Query], list[str]]:
-    """Answers what pkg-config answers, without the prefix of each flag."""
+    """A command that prints the flags of pkg-config, each without its prefix."""
 
     def ask(query: _Query) -> list[str]:
         name = query.package
         if "--deps-only" in query.options:
             query.graph.all(name)
-            return [""]  # pkg-config knows the dependencies, too, and gives all at once
+            return [""]  # the flags of pkg-config include those of the dependencies
         from pipros.workspace.pkg_config import flags
 
         return [" ".join(flags(name, option, prefix))]

@@ -1,4 +1,4 @@
-"""`rosrun`: finds a program by its package and its name, and becomes that program."""
+"""`rosrun`: finds a program by package and name, and replaces itself by it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Usage: rosrun [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
   an executable named EXECUTABLE in the PACKAGE tree.
   If it finds it, it will run it with ARGS."""
 
-# The exit codes of Noetic's rosrun; the last two are the shell's for what cannot be run.
+# The exit codes of Noetic's rosrun; the last two are a shell's for programs that cannot be run.
 UNKNOWN_PACKAGE = 2
 NOT_FOUND = 3
 CANNOT_RUN = 126
@@ -28,7 +28,7 @@ NO_SUCH_COMMAND = 127
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Returns an exit code only when there is nothing to run; otherwise this process becomes the program."""
+    """Returns an exit code only when no program can be run; otherwise the program replaces this process."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     prefix, debug = "", False
     while arguments and arguments[0] in ("--prefix", "--debug", "-d", "-h", "--help"):
@@ -72,7 +72,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _choose(found: Executables) -> Path | None:
-    """The one program that is meant; a person is asked when there are several."""
+    """The program to run; asks the user when there are several."""
     if len(found.runnable) <= 1 or found.relay:
         return found.runnable[0] if found.runnable else None
     print("[rosrun] You have chosen a non-unique executable, please pick one of the following:")
@@ -82,12 +82,12 @@ def _choose(found: Executables) -> Path | None:
     answer = sys.stdin.readline().strip()
     if answer.isdecimal() and 1 <= int(answer) <= len(found.runnable):
         return found.runnable[int(answer) - 1]
-    print(f"[rosrun] [{answer}] is not one of these numbers, so nothing is run", file=sys.stderr)
+    print(f"[rosrun] [{answer}] is not one of these numbers; nothing was run", file=sys.stderr)
     return None
 
 
 def _run(program: Path, command: list[str]) -> int:
-    # A script with a bad first line starts well and fails in its interpreter's words, which help nobody.
+    # The interpreter's own error about a script with a wrong first line does not help.
     reason = why_not_startable(program) if command[0] == str(program) else None
     if reason is not None:
         print(f"[rosrun] {reason}", file=sys.stderr)
@@ -140,7 +140,7 @@ def _complain_about_name(package: Package, name: str, found: Executables) -> Non
 
 
 def _suggest(name: str, known: list[str]) -> None:
-    """Names what is nearest to a mistyped name. On stderr, so that stdout stays as scripts know it."""
+    """Suggests names close to a mistyped one. On stderr, so that stdout equals Noetic's."""
     from difflib import get_close_matches
 
     near = get_close_matches(name, known, n=3, cutoff=0.7)

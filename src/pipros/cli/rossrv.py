@@ -1,4 +1,4 @@
-"""`rossrv`: what there is of services, and what they hold. See `pipros.cli.rosmsg`."""
+"""`rossrv`: lists and shows service types. See `pipros.cli.rosmsg`."""
 
 from __future__ import annotations
 

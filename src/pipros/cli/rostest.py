@@ -1,4 +1,4 @@
-"""`rostest [package] file`: runs the tests of a launch file, each with the nodes of the file around it."""
+"""`rostest [package] file`: runs each test of a launch file together with the file's nodes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pipros.launch.find_launch_files import resolve_files
 from pipros.launch.load_context import LoadContext
 from pipros.launch.logs import LogFolder
 from pipros.launch.xml import load
-from pipros.testing.fixture import LaunchStage
+from pipros.testing.fixture import LaunchFixture
 from pipros.testing.program import make_xml_runner
 from pipros.testing.result_paths import NoPlaceForResults, results_file, rostest_name
 from pipros.testing.results import Suite, Totals
@@ -37,7 +37,7 @@ INTERRUPTED = 130
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """The command line, as genuine rostest has it."""
+    """The options of genuine rostest."""
 
     text: bool
     package_folder: str | None
@@ -78,7 +78,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     rostest = Rostest(
         Plan(package.name, file, launch, base, options.text),
         index,
-        lambda: LaunchStage(
+        lambda: LaunchFixture(
             launch,
             index,
             environment,
@@ -123,14 +123,14 @@ def _run(rostest: Rostest, package: str, name: str, base: Path | None) -> int:
 
 
 def _run_as_text(rostest: Rostest) -> int:
-    """Test programs report by themselves here, so only whether they could be run is known."""
+    """Test programs print their own report, so only whether they could be run is known."""
     result = unittest.TextTestRunner(verbosity=2).run(rostest.suite())
     print("\nWARNING: overall test result is not accurate when --text is enabled")
     return 0 if result.wasSuccessful() else COULD_NOT_RUN
 
 
 def _open_log(environment: Environment) -> tuple[Console, Path]:
-    """The console of all stages, with the log file of this process. Says where that file is."""
+    """The console of all fixtures, with the log file of this process; prints the path of that file."""
     folder = LogFolder(environment.log_dir.absolute())
     log = folder.file_of_launcher("rostest")
     console = Console(has_title=False)
@@ -147,15 +147,15 @@ def _open_log(environment: Environment) -> tuple[Console, Path]:
 
 
 def _package_of(file: Path, options: Options, index: PackageIndex) -> Package:
-    """The package whose results these are: the one that is named, else the one that the file is in."""
+    """The package of the results: the one given by an option, else the one that contains the file."""
     found = index.containing(file)
     folder = Path(options.package_folder).absolute() if options.package_folder else None
     if options.package and (folder or found):
         return Package(options.package, folder or (found.path if found else file.parent))
     if found is None:
         raise NotFound(
-            f"[{file}] is in no ROS package, so there is no name for its results. "
-            "Give one by --package=NAME --pkgdir=FOLDER"
+            f"[{file}] is not inside a ROS package, so its results have no name. "
+            "Give one with --package=NAME --pkgdir=FOLDER"
         )
     return Package(found.name, folder or found.path)
 
@@ -180,22 +180,22 @@ def _parser() -> OptionParser:
         *("-t", "--text"),
         action="store_true",
         dest="text_mode",
-        help="reports of the tests on the console, and no result files",
+        help="print the reports of the tests, and write no result files",
     )
     parser.add_option("--pkgdir", metavar="PKG_DIR", dest="pkg_dir", help="folder of the package")
-    parser.add_option("--package", metavar="PACKAGE", help="package whose results these are")
+    parser.add_option("--package", metavar="PACKAGE", help="name of the package")
     parser.add_option(
-        "--results-filename", metavar="NAME", help="result file is rostest-NAME.xml instead of after the file"
+        "--results-filename", metavar="NAME", help="write rostest-NAME.xml instead of a name after the file"
     )
     parser.add_option(
         "--results-base-dir",
         metavar="FOLDER",
-        help="folder of the results, with one below it for the package",
+        help="folder of the results, with one subfolder per package",
     )
     parser.add_option(
         *("-r", "--reuse-master"),
         action="store_true",
-        help="use the ROS master that runs instead of one of its own on a free port",
+        help="use the running ROS master instead of starting one on a free port",
     )
     parser.add_option(
         *("-c", "--clear"),

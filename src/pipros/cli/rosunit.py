@@ -1,4 +1,4 @@
-"""`rosunit file [arguments]`: runs one test program that needs no ROS system, and gathers its results."""
+"""`rosunit file [arguments]`: runs one test program without a ROS system, and collects its results."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from pipros.testing.xunit import parse_suites
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.interpreter import command_of, with_own_python_first
 
-# Reports leave out the frames of modules with this mark: what failed is said in words.
+# unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True
 
 COULD_NOT_RUN = 1
@@ -47,7 +47,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_option("--name", metavar="TEST_NAME", dest="test_name", help="Test name")
     parser.add_option("--package", metavar="PACKAGE_NAME", dest="pkg", help="Package name (optional)")
-    # What comes after the file belongs to the test program, dashes and all.
+    # Everything after the file is for the test program, options included.
     parser.disable_interspersed_args()
     options, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     if not words:
@@ -70,7 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 class _BareTest:
-    """A test program, and the suites that it left."""
+    """A test program, and the suites in its result file."""
 
     def __init__(
         self,
@@ -91,7 +91,7 @@ class _BareTest:
         self.suites: list[Suite] = []
 
     def case(self) -> unittest.TestCase:
-        """A case that passes when the program ran to its end and left results."""
+        """A case that passes when the program ended and wrote its results."""
         owner = self
 
         def run_test(case: unittest.TestCase) -> None:
@@ -132,8 +132,8 @@ class _BareTest:
 def _run(test: _BareTest, package: str, name: str) -> int:
     wrapper = results_file(package, name, is_rostest=True)
     result = make_xml_runner(package, name, wrapper, is_rostest=True).run(unittest.TestSuite([test.case()]))
-    left = [(f"{package}.rosunit-{name}", suite) for suite in test.suites]
-    print(runner_summary(Suite("rosunit", tuple(result.cases)), left, "ROSUNIT"))
+    suites = [(f"{package}.rosunit-{name}", suite) for suite in test.suites]
+    print(runner_summary(Suite("rosunit", tuple(result.cases)), suites, "ROSUNIT"))
     if not result.wasSuccessful():
         return COULD_NOT_RUN
     return 0 if Totals.of(test.suites).passed else CASES_FAILED

@@ -1,4 +1,4 @@
-"""`rosversion`: the version of a package, or the name of the distribution."""
+"""`rosversion`: prints the version of a package, or the name of the distribution."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipros.input_file import read_file
 from pipros.workspace.index import Package, PackageIndex
 
 DISTRO = "noetic"
-"""The distribution whose behaviour pipros has; `ROS_DISTRO` may say otherwise."""
+"""The distribution that pipros follows; `ROS_DISTRO` overrides the name."""
 
 UNKNOWN_VERSION = "<unversioned>"
 

@@ -1,4 +1,4 @@
-"""What every command starts in: usable standard streams, and a Ctrl-C that counts."""
+"""The decorator of every command: usable standard streams, and a Ctrl-C that is never lost."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ _Arguments = ParamSpec("_Arguments")
 
 
 class OutputFailed(OSError):
-    """Standard output cannot be written: the disk behind it is full, say."""
+    """Standard output cannot be written: its disk is full, for example."""
 
 
 def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     """Makes `main` a command that can be started with any standard streams and interrupted at any moment.
 
-    - Ctrl-C ends it whatever it is doing (`pipros.interrupts`).
-    - A closed stream (`>&-`) is `/dev/null` to the command and to what it starts, as for Noetic's commands.
+    - Ctrl-C ends it at any moment (`pipros.interrupts`).
+    - A closed stream (`>&-`) is `/dev/null` for the command and its children, as for Noetic's commands.
       No file or socket that is opened later can take its number.
     - Output that cannot be written ends the command with one line on standard error and code 120.
-    - A reader that closed the pipe (`| head`) ends it quietly, with code 0.
-    - A character that the encoding of the terminal lacks is written as `\\xe9`, all else as it is.
+    - A pipe whose reader closed it (`| head`) ends it silently, with code 0.
+    - A character that the encoding of the terminal lacks is written as `\\xe9`.
 
-    Output is written when the command returns. Streams that replaced the process's own, as in tests, are
-    left alone.
+    Output is flushed when the command returns. Streams that replaced the process's own, as in tests, are
+    not changed.
     """
 
     @wraps(main)
@@ -62,7 +62,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
 
 
 def discard_output() -> None:
-    """Sends what is still buffered, and all that follows, to the null device: nobody can read it."""
+    """Sends buffered and further output to the null device."""
     with contextlib.suppress(OSError, ValueError):
         null = os.open(os.devnull, os.O_WRONLY)
         os.dup2(null, sys.stdout.fileno())
@@ -71,7 +71,7 @@ def discard_output() -> None:
 
 
 class _ReportingFile(io.FileIO):
-    """The file behind standard output. Its errors are `OutputFailed`, unlike any other OSError."""
+    """The file of standard output. Its errors are `OutputFailed`, to tell them from other OSErrors."""
 
     def write(self, data: Any, /) -> int:
         try:
@@ -91,7 +91,7 @@ def _reporting_output(stream: Any) -> Any:
     stream.flush()
     own = _ReportingFile(raw.fileno(), "wb", closefd=False)
     return io.TextIOWrapper(
-        io.BufferedWriter(own) if is_buffered else own,  # as Python has it with -u
+        io.BufferedWriter(own) if is_buffered else own,  # with -u Python does not buffer
         encoding=stream.encoding,
         errors=_lenient_errors(stream),
         line_buffering=stream.line_buffering,

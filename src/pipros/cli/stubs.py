@@ -1,4 +1,4 @@
-"""`pipros stubs PKG…`: type stubs for the messages of packages, so that editors know their fields."""
+"""`pipros stubs PKG…`: writes type stubs for the messages of packages, so that editors know their fields."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="pipros stubs",
         description="Writes type stubs for the messages and services of ROS packages. Editors that use "
-        "pyright look into the folder typings by themselves; mypy wants mypy_path = typings.",
+        "pyright read the folder typings without configuration; mypy needs mypy_path = typings.",
     )
     parser.add_argument("packages", nargs="+", metavar="PKG")
     parser.add_argument(
         "-o", "--output", type=Path, default=Path("typings"), metavar="DIR", help="default: typings"
     )
     parser.add_argument(
-        "--installable", action="store_true", help="name folders PKG-stubs, as PEP 561 wants them installed"
+        "--installable", action="store_true", help="name the folders PKG-stubs, to be installed (PEP 561)"
     )
     arguments = parser.parse_args(argv)
     from pipros.msg.importing.hook import installed_library

@@ -1,4 +1,4 @@
-"""Values that people type or pipe into commands, as YAML."""
+"""YAML values on command lines and in pipes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ SEPARATOR = "---"
 
 
 def value_of(word: str) -> Any:
-    """The value of a word of a command line. Nothing is the empty text, not null.
+    """The value of a word of a command line. An empty word is the empty string, not null.
 
     Raises:
         YamlError: it is not valid YAML.
@@ -20,21 +20,21 @@ def value_of(word: str) -> Any:
 
 
 def documents_of(lines: Iterable[str], file: str = "standard input") -> Iterator[Any]:
-    """The documents among the lines, each as soon as its separator arrives; empty ones are left out.
+    """The documents in the lines, each as soon as its separator arrives; empty ones are skipped.
 
-    So a pipe can stay open: `rostopic echo /a | rostopic pub /b std_msgs/String`.
+    So a pipe may stay open: `rostopic echo /a | rostopic pub /b std_msgs/String`.
 
     Raises:
         YamlError: one of them is not valid YAML.
     """
-    kept: list[str] = []
+    pending: list[str] = []
     for line in lines:
         if line.strip() != SEPARATOR:
-            kept.append(line)
+            pending.append(line)
             continue
-        document, kept = load("".join(kept), file, angles=False), []
+        document, pending = load("".join(pending), file, angles=False), []
         if document is not None:
             yield document
-    document = load("".join(kept), file, angles=False)
+    document = load("".join(pending), file, angles=False)
     if document is not None:
         yield document

@@ -1,4 +1,4 @@
-"""Unregisters nodes that do not answer from the master, after asking a person."""
+"""Unregisters nodes that do not answer from the master, after asking the user."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def clean_up(master: MasterClient, *, say: Say = to_stdout) -> None:
 
 
 def _agrees() -> bool:
-    """True when a person types y; the end of the input is a no."""
+    """True when the user types y, False for n and at the end of the input."""
     for line in sys.stdin:
         answer = line.strip()
         if answer in ("y", "n"):

@@ -1,4 +1,4 @@
-"""What a tool needs to ask a running system: the environment, the master, and names made global."""
+"""The connection of a tool to a running system: environment, master client, resolution of names."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 
 
 class GraphClient:
-    """A tool's way into a running system: its environment, its master, and what relative names mean.
+    """The environment, the master client and the name resolution of a tool.
 
-    A context manager: the connections to the master end with it.
+    A context manager that closes the connections to the master.
     """
 
     def __init__(self, tool: str, environment: Environment | None = None) -> None:
@@ -25,7 +25,7 @@ class GraphClient:
         self._master: MasterClient | None = None
 
     def resolve(self, name: str) -> str:
-        """The global name that an argument means."""
+        """The global name of an argument."""
         return names.resolve(name, self._node_name)
 
     @property

@@ -1,4 +1,4 @@
-"""What the functions of this room raise, and how facades turn it into the exceptions of ROS."""
+"""The errors of `pipros.graph`, and their translation to the exceptions of ROS modules."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from collections.abc import Callable, Iterator
 from pipros.errors import PiprosError, Unreachable
 
 NO_MASTER = "Unable to communicate with master!"
-"""What Noetic's tools say when the master does not answer."""
+"""The text of Noetic's tools when the master does not answer."""
 
 
 class GraphError(PiprosError):
-    """The running system cannot give what was asked for. The text says what is missing and where."""
+    """The running system does not have what was requested. The text says what is missing and where."""
 
 
 @contextlib.contextmanager
 def translated(unreachable: Callable[[str], Exception], failed: Callable[[str], Exception]) -> Iterator[None]:
-    """Raises the exceptions that a ROS module promises in place of those of this room.
+    """Replaces the errors of `pipros.graph` by the exceptions that a ROS module promises.
 
     Args:
-        unreachable: makes the one for a master that does not answer.
-        failed: makes the one for a question without an answer (`GraphError`).
+        unreachable: makes the exception for a master that does not answer.
+        failed: makes the exception for a `GraphError`.
     """
     try:
         yield

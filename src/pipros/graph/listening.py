@@ -1,4 +1,4 @@
-"""Listening on behalf of a tool: it waits for topics, subscribes, and ends when the tool does."""
+"""Subscriptions of a tool: waiting for topics, receiving messages, ending with the tool."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
 
-LOOK_PERIOD_S = 0.1
-"""How often the master is asked again for a topic that is not there yet."""
+POLL_PERIOD_S = 0.1
+"""How often the master is asked again for a topic that is not yet known."""
 
 
 @dataclass(frozen=True, slots=True)
 class TopicPart:
-    """A topic, and the part of its messages that is asked for."""
+    """A topic, and a part of its messages."""
 
     topic: str
     path: tuple[Step, ...]
 
 
 def wait_for_topic(master: MasterClient, name: str, *, warn: Say = to_stderr) -> TopicPart:
-    """The topic that `name` means, as soon as the master knows it; `warn` is called once when it has to wait.
+    """The topic and field of `name`, as soon as the master knows the topic.
 
-    Blocks until then; Ctrl-C ends it.
+    Blocks until then; Ctrl-C ends it. `warn` is called once when it has to wait.
     """
     has_warned = False
     while True:
@@ -44,7 +44,7 @@ def wait_for_topic(master: MasterClient, name: str, *, warn: Say = to_stderr) ->
         if not has_warned:
             has_warned = True
             warn(f"WARNING: topic [{name}] does not appear to be published yet")
-        time.sleep(LOOK_PERIOD_S)
+        time.sleep(POLL_PERIOD_S)
 
 
 def _parse(path: str, warn: Say) -> tuple[Step, ...]:
@@ -56,7 +56,7 @@ def _parse(path: str, warn: Say) -> tuple[Step, ...]:
 
 
 class Listening:
-    """The subscriptions of a tool, and the end that its callbacks and its waiting agree on."""
+    """The subscriptions of a tool, which a callback or the main thread may end."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -67,7 +67,7 @@ class Listening:
     def subscribe(
         self, topic: str, callback: Callable[[RawMessage], object], *, tcp_nodelay: bool = False
     ) -> None:
-        """Has `callback` called with each message, undecoded. An exception in it ends the wait."""
+        """Calls `callback` with each message, undecoded. An exception in it ends the wait."""
 
         def guarded(message: RawMessage) -> None:
             if self._is_over.is_set():
@@ -81,13 +81,13 @@ class Listening:
         self._node.subscribe(topic, RawMessage, guarded, tcp_nodelay=tcp_nodelay)
 
     def finish(self) -> None:
-        """Ends the waiting. No callback is called any more."""
+        """Ends the wait. No callback is called after that."""
         self._is_over.set()
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Waits until the tool is to end; False when the time is over first.
+        """Waits until the tool is to end; False after `timeout_s`.
 
-        Raises whatever a callback raised.
+        Raises the exception of a callback, if there was one.
         """
         is_over = wait_in_slices(self._is_over.wait, timeout_s)
         if self._error is not None:

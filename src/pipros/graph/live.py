@@ -1,8 +1,8 @@
-"""The graph as it is connected: who is there, and who has a connection to whom.
+"""The graph of nodes, topics and actual connections.
 
-The master knows the nodes and what they have registered; each node knows its connections (`getBusInfo`).
-Topics are kept beside nodes under their name with a blank in front, so that a topic and a node of the
-same name differ. Classes and attributes have their names of `rosgraph.impl.graph`, which rqt_graph reads.
+The master knows the nodes and their registrations; each node knows its connections (`getBusInfo`).
+The name of a topic has a space in front, so that it differs from a node of the
+same name. Classes and attributes have their names of `rosgraph.impl.graph`, which rqt_graph reads.
 """
 
 from __future__ import annotations
@@ -27,30 +27,30 @@ logger = logging.getLogger("rosgraph.graph")
 
 
 class GraphMaster(Protocol):
-    """What is asked of the master; `pipros.net.master_client.MasterClient` can answer."""
+    """The calls to the master; `pipros.net.master_client.MasterClient` has them."""
 
     def get_system_state(self) -> Sequence[Sequence[Sequence[Any]]]: ...
     def lookup_node(self, node: str) -> str: ...
 
 
 def ask_bus_info(api: str) -> Any:
-    """What the node at this URI answers to `getBusInfo`. Raises as `RpcClient.call`."""
+    """The answer of the node at this URI to `getBusInfo`. Raises as `RpcClient.call`."""
     with RpcClient(api, timeout_s=ANSWER_DEADLINE_S) as client:
         return client.call("getBusInfo", CALLER_ID)
 
 
 def topic_node(topic: str) -> str:
-    """The name of a topic among nodes."""
+    """The name of a topic as a node of the graph."""
     return " " + topic
 
 
 def node_topic(node: str) -> str:
-    """The topic whose name among nodes this is."""
+    """The topic of such a name."""
     return node[1:]
 
 
 class BadNode:
-    """A node that did not tell its connections.
+    """A node that did not report its connections.
 
     Attributes:
         type: DEAD when no connection to it is possible, WONKY when its answer is malformed.
@@ -67,14 +67,14 @@ class BadNode:
 
 
 class LiveGraph:
-    """What is known of the graph, as of the last `update`.
+    """The graph at the last `update`.
 
     Attributes:
         nn_nodes, nn_edges: nodes, and connections from node to node, labelled with the topic.
         nt_nodes, nt_edges, nt_all_edges: topics; connections between nodes and topics; all that are possible
             by the registrations.
         srvs: the names of the services.
-        bad_nodes: name to `BadNode` of those that did not tell their connections.
+        bad_nodes: name to `BadNode` of those that did not report their connections.
     """
 
     def __init__(
@@ -86,11 +86,11 @@ class LiveGraph:
         ask: Callable[[str], Any] = ask_bus_info,
         now_s: Callable[[], float] = time.time,
     ) -> None:
-        """The graph in these namespaces. Nothing is asked yet.
+        """The graph in these namespaces. No node is asked yet.
 
         Args:
-            ask: gives the answer of the node at a URI to `getBusInfo`.
-            now_s: the clock by which answers grow stale.
+            ask: returns the answer of the node at a URI to `getBusInfo`.
+            now_s: the clock for the age of answers.
         """
         self.node_ns = node_ns or "/"
         self.topic_ns = topic_ns or "/"
@@ -216,7 +216,7 @@ class LiveGraph:
         return api
 
     def _name_of(self, peer: str) -> str | None:
-        """The node that a connection leads to: nodes name it by its name or by its API."""
+        """The node at the other end of a connection, which is given by its name or its URI."""
         if not peer.startswith(("http://", "rosrpc://")):
             return peer
         if peer not in self.uri_node_map:

@@ -1,4 +1,4 @@
-"""Rates, bandwidths and delays as `rostopic hz`, `bw` and `delay` word them."""
+"""Rates, bandwidths and delays as `rostopic hz`, `bw` and `delay` print them."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from collections.abc import Mapping, Sequence
 from pipros.graph.output import Say
 from pipros.graph.samples import DEFAULT_WINDOW, Figures, RateWindow
 
-NO_NEWS = "no new messages"
+NO_NEW_MESSAGES = "no new messages"
 
 BANDWIDTH_WINDOW = 100
-"""How many messages `bw` looks at when no window is asked for."""
+"""The default window of `bw`, in messages."""
 
 
 class Rates:
-    """The rates of several topics. Messages are counted in any thread."""
+    """The rates of several topics. Thread-safe."""
 
     def __init__(self, topics: Sequence[str], window: int = DEFAULT_WINDOW, *, say: Say) -> None:
-        """`say` is given a line when time goes back."""
+        """`say` gets a line when time goes back."""
         self._say = say
         self._topics = tuple(topics)
         self._rates = {topic: RateWindow(window) for topic in topics}
@@ -29,17 +29,17 @@ class Rates:
             if not self._rates[topic].add(moment_s):
                 self._say("time has reset, resetting counters")
 
-    def has_news(self) -> bool:
+    def has_new(self) -> bool:
         with self._lock:
-            return any(rate.has_news for rate in self._rates.values())
+            return any(rate.has_new for rate in self._rates.values())
 
     def report(self) -> str:
         """The lines that are printed once a second."""
         with self._lock:
-            news = {topic: rate.figures() for topic, rate in self._rates.items() if rate.has_news}
-        figures = {topic: found for topic, found in news.items() if found is not None}
+            new = {topic: rate.figures() for topic, rate in self._rates.items() if rate.has_new}
+        figures = {topic: found for topic, found in new.items() if found is not None}
         if not figures:
-            return NO_NEWS
+            return NO_NEW_MESSAGES
         if len(self._topics) == 1:
             return rate_text(figures[self._topics[0]])
         return rate_table(figures)
@@ -55,7 +55,7 @@ def rate_text(figures: Figures) -> str:
 
 
 def rate_table(figures: Mapping[str, Figures]) -> str:
-    """The figures of several topics, four digits each, below one another."""
+    """The figures of several topics as a table, four digits each."""
     columns = [["topic"], ["rate"], ["min_delta"], ["max_delta"], ["std_dev"], ["window"]]
     for topic, found in figures.items():
         numbers = (_rate(found), found.minimum, found.maximum, found.deviation)
@@ -75,9 +75,9 @@ def _rate(figures: Figures) -> float:
     return 1.0 / figures.mean if figures.mean > 0 else 0.0
 
 
-def bandwidth_text(bytes_a_second: float, sizes: Figures) -> str:
+def bandwidth_text(bytes_per_s: float, sizes: Figures) -> str:
     return (
-        f"average: {as_bytes(bytes_a_second)}/s\n"
+        f"average: {as_bytes(bytes_per_s)}/s\n"
         f"\tmean: {as_bytes(sizes.mean)} min: {as_bytes(sizes.minimum)} max: {as_bytes(sizes.maximum)}"
         f" window: {sizes.count}"
     )

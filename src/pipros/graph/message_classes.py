@@ -1,8 +1,8 @@
 """Messages of any type, undecoded, and the classes that decode them.
 
-A command subscribes with the wildcard type, so it sees every topic. The class comes from the
-installed package when that has the very definition that the publisher uses, else from the definition
-in the publisher's connection header: types of packages that are not on the path are shown as well.
+A command subscribes with the wildcard type, so it can receive any topic. The class comes from the
+installed package if its definition equals the publisher's, else from the definition
+in the publisher's connection header, so types of packages that are not installed are shown as well.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pipros.printable import printable
 
 
 class MessageClasses:
-    """Finds the class for a connection header, once for each definition."""
+    """Finds the class of a connection header, once for each definition."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[str, str], type[Message]] = {}
@@ -33,7 +33,7 @@ class MessageClasses:
         return self._known[key]
 
     def decode(self, raw: RawMessage) -> Any:
-        """The message. Raises `DeserializationError` when the bytes are not of the type announced."""
+        """The message. Raises `DeserializationError` when the bytes do not fit the announced type."""
         return self.of(raw.header)._from_bytes(raw.body)
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""`--filter`: which messages are meant, by an expression that cannot do anything but look at them."""
+"""`--filter`: selects messages by an expression, which can only read them."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _OF_TIMES = ("secs", "nsecs", "to_sec", "to_nsec", "is_zero")
 
 
 def get_field(value: Any, name: str) -> Any:
-    """The declared field `name` of a message, or a field or method of a time; nothing else leads anywhere.
+    """The declared field `name` of a message, or a field or method of a time. Nothing else can be read.
 
     Raises:
-        AttributeError: there is no such field.
+        AttributeError: the field does not exist.
     """
     if isinstance(value, TVal) and name in _OF_TIMES:
         return getattr(value, name)
@@ -26,10 +26,10 @@ def get_field(value: Any, name: str) -> Any:
 
 
 class MessageFilter:
-    """Decides by an expression over `m`, the message, and `topic`, its name.
+    """Evaluates an expression over `m`, the message, and `topic`, the name of its topic.
 
-    A message for which the expression fails does not pass; the reason goes to `complain`, once. So a
-    field that only some messages have does no harm.
+    A message for which the expression fails is not selected; each reason goes to `complain` once. So
+    an expression may use a field that only some messages have.
     """
 
     def __init__(self, expression: str, *, complain: Say = to_stderr) -> None:

@@ -1,4 +1,4 @@
-"""Parts of messages, by what stands behind a topic: `/header/stamp`, `/ranges[1:3]`, `/status[:]/name`."""
+"""Parts of messages, given by a path after a topic: `/header/stamp`, `/ranges[1:3]`, `/status[:]/name`."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ _STEP = re.compile(r"(?P<name>[^\[\]]*)(?:\[(?P<index>[^\[\]]*)\])?")
 
 
 class InvalidIndex(PiprosError, ValueError):
-    """What stands in brackets is neither a number nor a slice."""
+    """The text in brackets is neither a number nor a slice."""
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One field, and what of the array in it.
+    """One field of a path, with its index.
 
     Attributes:
         text: both as written: `ranges[0]`.
-        name: of the field.
-        index: an element, a part, or None for all of it.
+        name: the field.
+        index: an element or a slice of the array, None for all of it.
     """
 
     text: str
@@ -39,7 +39,7 @@ class Part:
 
     Attributes:
         value: a message, a time, a plain value, or a list of those.
-        type_name: its type in ROS' words: `float32[]`, `std_msgs/Header`; None when it is not known.
+        type_name: its ROS type: `float32[]`, `std_msgs/Header`; None when it is not known.
     """
 
     value: Any
@@ -86,12 +86,12 @@ def _integer(text: str, complaint: str) -> int:
 
 
 def describe_path(path: Sequence[Step]) -> str:
-    """The path as it was written behind a topic."""
+    """The path as it was written after a topic."""
     return "".join(f"/{step.text}" for step in path)
 
 
 def extract(message: Message, path: Sequence[Step]) -> Part:
-    """The part of the message at the end of the path; behind a slice, the list of that part of each element.
+    """The part of the message at the end of the path; after a slice, the list of that part of each element.
 
     Raises:
         NotFound: a field that the message does not have.
@@ -113,7 +113,7 @@ def _extract(part: Part, path: Sequence[Step]) -> Part:
     if not rest:
         return Part(chosen, field.type_name)
     parts = [_extract(Part(element, _element_type(field.type_name)), rest) for element in chosen]
-    return Part([one.value for one in parts], f"{parts[0].type_name}[]" if parts else None)
+    return Part([element.value for element in parts], f"{parts[0].type_name}[]" if parts else None)
 
 
 def _field(part: Part, name: str) -> Part:
@@ -131,7 +131,7 @@ def _element_type(type_name: str | None) -> str | None:
 
 
 def has_field(message_class: type[Message], path: Sequence[Step]) -> bool:
-    """True when messages of the class have the field at the end of the path, if arrays are long enough."""
+    """True when messages of the class have the field at the end of the path, given arrays long enough."""
     type_name = message_class._type
     for step in path:
         fields = field_types(type_name, message_class)
@@ -144,7 +144,7 @@ def has_field(message_class: type[Message], path: Sequence[Step]) -> bool:
 
 
 def field_types(type_name: str, top: type[Message] | None = None) -> dict[str, str]:
-    """The types of a type's fields by name; none for what has no fields, such as arrays and numbers."""
+    """The types of a type's fields by name; empty for types without fields, such as arrays and numbers."""
     if type_name in ("time", "duration"):
         return {"secs": "int32", "nsecs": "int32"}
     if top is not None and type_name == top._type:

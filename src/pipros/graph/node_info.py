@@ -1,4 +1,4 @@
-"""All about one node, as `rosnode info` words it: what the master knows, and what the node says of itself."""
+"""The text of `rosnode info`: the registrations of a node, and the connections that it reports."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pipros.printable import listed, printable
 
 RULE = "-" * 80
 ANSWER_DEADLINE_S = 10.0
-"""How long a node may take to tell about itself; one that hangs must not hang the command as well."""
+"""How long a node may take to answer, so that one that hangs does not hang the command."""
 
 _SOCKET = re.compile(r"on port (?P<port>\d+) to \[(?P<peer>.+:\d+) on socket (?P<socket>\d+)\]")
 _DIRECTIONS = {"i": "inbound", "o": "outbound"}
@@ -26,7 +26,7 @@ _DIRECTIONS = {"i": "inbound", "o": "outbound"}
 def report_node(
     master: MasterClient, node: str, *, quiet: bool = False, say: Say = to_stdout, complain: Say = to_stderr
 ) -> None:
-    """Says all about a node; what the master knows comes first, so that it is there when the node is not.
+    """Prints the registrations of a node, then its connections, which need an answer of the node.
 
     Raises:
         GraphError: the node does not answer.
@@ -44,15 +44,15 @@ def report_node(
 
 
 def describe_registrations(master: MasterClient, node: str) -> str:
-    """What the master knows of a node."""
-    picture = SystemState.from_state(master.get_system_state())
-    # Noetic takes the types of what is published now, so a topic without a publisher is of unknown type.
+    """The registrations of a node."""
+    state = SystemState.from_state(master.get_system_state())
+    # Noetic uses the types of published topics, so a topic without a publisher has an unknown type.
     types: Mapping[str, str] = dict(master.get_published_topics())
     lines = [f"Node [{node}]"]
-    for heading, topics in (("Publications", picture.publishers), ("Subscriptions", picture.subscribers)):
+    for heading, topics in (("Publications", state.publishers), ("Subscriptions", state.subscribers)):
         own = of_node(node, topics)
         lines += _section(heading, [f"{topic} [{types.get(topic, 'unknown type')}]" for topic in own])
-    lines += _section("Services", of_node(node, picture.services))
+    lines += _section("Services", of_node(node, state.services))
     return "\n".join(lines)
 
 
@@ -63,7 +63,7 @@ def _section(heading: str, entries: Sequence[str]) -> list[str]:
 
 
 def describe_connections(master: MasterClient, api: str) -> str:
-    """What a node says of itself: its process and its connections.
+    """The process and the connections that a node reports.
 
     Raises:
         GraphError: it does not answer.
@@ -72,7 +72,7 @@ def describe_connections(master: MasterClient, api: str) -> str:
         with RpcClient(api, timeout_s=ANSWER_DEADLINE_S) as node:
             pid = _value(node.call("getPid", master.caller_id))
             connections = _value(node.call("getBusInfo", master.caller_id))
-    except (Unreachable, ValueError, TypeError):  # or it answered with no [code, text, value]
+    except (Unreachable, ValueError, TypeError):  # or the answer is not [code, text, value]
         raise GraphError(f"Communication with node[{listed(api)}] failed!") from None
     lines = [f"Pid: {listed(pid)}"]
     if connections and isinstance(connections, list):
@@ -91,10 +91,10 @@ def _value(answer: Any) -> Any:
 
 
 def _describe_connection(connection: Any, peers: _Peers) -> list[str]:
-    """The lines for one entry of `getBusInfo`, none for a connection that is not up.
+    """The lines for one entry of `getBusInfo`; empty for a connection that is not established.
 
     An entry is (id, destination, direction, transport, topic[, is connected[, remark]]); old
-    clients leave the end out. The destination is a node's name or the URI of its API.
+    clients omit the last two. The destination is a node's name or the URI of its API.
     """
     if not isinstance(connection, list) or len(connection) < 5:
         return []
@@ -114,7 +114,7 @@ def _describe_connection(connection: Any, peers: _Peers) -> list[str]:
 
 
 class _Peers:
-    """Finds the names of the nodes that connections lead to, asking the master as little as possible."""
+    """Finds the names of the nodes at the other ends of connections, with few calls to the master."""
 
     def __init__(self, master: MasterClient) -> None:
         self._master = master
@@ -122,7 +122,7 @@ class _Peers:
         self._apis: dict[str, str] = {}
 
     def describe(self, destination: str, topic: str) -> str:
-        """The destination; with its name in front when it is the URI of one of the topic's publishers."""
+        """The destination; the URI of one of the topic's publishers has the node's name in front."""
         if not destination.startswith("http://"):
             return destination
         for node in self._publishers.get(topic, ()):

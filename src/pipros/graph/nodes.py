@@ -1,4 +1,4 @@
-"""The nodes of a running system: which there are, where they run, and how to end or forget them."""
+"""The nodes of a running system: listing, machines, ending and unregistering them."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from pipros.printable import listed, printable
 UNKNOWN_API = "unknown address"
 
 SHUTDOWN_DEADLINE_S = 5.0
-"""How long a node may take to answer that it ends."""
+"""How long a node may take to answer a shutdown request."""
 
 
 def node_names(master: MasterClient, ns: str = "/") -> list[str]:
     """The nodes in a namespace, sorted."""
-    picture = SystemState.from_state(master.get_system_state())
-    return [node for node in picture.nodes() if is_below(node, ns)]
+    state = SystemState.from_state(master.get_system_state())
+    return [node for node in state.nodes() if is_below(node, ns)]
 
 
 def api_of(master: MasterClient, node: str) -> str:
-    """The URI of a node's slave API, or words that say that the master does not know it any more."""
+    """The URI of a node's slave API, `unknown address` when the master does not know the node."""
     try:
         return master.lookup_node(node)
     except Refused:
@@ -41,12 +41,12 @@ def listing(master: MasterClient, ns: str, *, uris: bool = False, both: bool = F
 
 
 def machines(master: MasterClient) -> list[str]:
-    """The hosts that nodes run on, as they call themselves, sorted."""
+    """The hosts of all nodes, as the nodes registered them, sorted."""
     return sorted(set(_hosts(master).values()))
 
 
 def nodes_on(master: MasterClient, machine: str) -> list[str]:
-    """The nodes on a machine, whatever name or address of it they were registered with.
+    """The nodes on a machine, also those registered with another name or address of it.
 
     Raises:
         GraphError: the machine's name has no address.
@@ -65,7 +65,7 @@ def _hosts(master: MasterClient) -> dict[str, str]:
     for node in node_names(master):
         try:
             hosts[node] = split_uri(api_of(master, node))[0]
-        except ValueError:  # left meanwhile, or registered with an invalid address
+        except ValueError:  # it unregistered meanwhile, or has an invalid address
             continue
     return hosts
 
@@ -80,9 +80,9 @@ def _addresses(host: str) -> set[object]:
 
 
 def kill(master: MasterClient, nodes: Sequence[str]) -> tuple[list[str], dict[str, str]]:
-    """Asks nodes to end. Returns those that do, and for each of the others why it does not.
+    """Asks nodes to shut down. Returns those that do, and for each other one the reason.
 
-    A node that does not answer counts as ended: nothing of it is left, or it died of the request.
+    A node that does not answer counts as ended.
     """
     killed, failed = [], {}
     for node in nodes:
@@ -105,19 +105,19 @@ def kill(master: MasterClient, nodes: Sequence[str]) -> tuple[list[str], dict[st
 
 
 def unregister(master: MasterClient, node: str) -> None:
-    """Removes all registrations of a node, in its name, as if it had done it itself."""
-    picture = SystemState.from_state(master.get_system_state())
+    """Removes all registrations of a node, with calls in its name."""
+    state = SystemState.from_state(master.get_system_state())
     try:
         api = master.lookup_node(node)
-    except Refused:  # gone by itself
+    except Refused:  # it unregistered meanwhile
         return
     itself = MasterClient(master.uri, node)
     try:
-        for topic in of_node(node, picture.publishers):
+        for topic in of_node(node, state.publishers):
             itself.unregister_publisher(topic, api)
-        for topic in of_node(node, picture.subscribers):
+        for topic in of_node(node, state.subscribers):
             itself.unregister_subscriber(topic, api)
-        for service in of_node(node, picture.services):
+        for service in of_node(node, state.services):
             itself.unregister_service(service, itself.lookup_service(service))
     finally:
         itself.close()

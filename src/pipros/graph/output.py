@@ -1,4 +1,4 @@
-"""Where functions of this room write by default what a person should know."""
+"""The default output of the functions of `pipros.graph`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from pipros.printable import listed
 
 Say = Callable[[str], object]
-"""Takes one text for a person."""
+"""Writes a text to the user."""
 
 
 def to_stdout(text: str) -> None:
@@ -20,5 +20,5 @@ def to_stderr(text: str) -> None:
 
 
 def bullets(heading: str, entries: Iterable[str]) -> str:
-    """A heading and one line for each entry, as ROS commands list things. Entries may be a peer's words."""
+    """A heading and one line for each entry, as in ROS commands. Entries are made printable."""
     return "\n".join([heading, *(f" * {listed(entry)}" for entry in entries)])

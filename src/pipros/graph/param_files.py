@@ -1,4 +1,4 @@
-"""Parameter files: YAML documents, and the parameters that they stand for. Nothing here talks to a master."""
+"""Parameter files: YAML documents to parameters, without a master."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from pipros.names import is_private, join
 from pipros.safe.yaml import load, load_all
 
 NAMESPACE_KEY = "_ns"
-"""A key of a document that says into which namespace, below the one asked for, its values go."""
+"""A key of a document: the namespace of its values, relative to the requested one."""
 
 
 def read_file(file: str, ns: str) -> list[tuple[Any, str]]:
-    """The documents of a file, each with the namespace that it belongs to.
+    """The documents of a file, each with its namespace.
 
     Raises:
-        GraphError: no such file, or it cannot be read.
+        GraphError: the file does not exist or cannot be read.
         YamlError: the file is not valid YAML, or not plain data.
     """
     path = Path(file)
@@ -31,7 +31,7 @@ def read_file(file: str, ns: str) -> list[tuple[Any, str]]:
 
 
 def read_text(text: str | bytes, file: str, ns: str) -> list[tuple[Any, str]]:
-    """As `read_file`; `file` only names the text in errors."""
+    """As `read_file`, for a text; `file` is its name in errors."""
     documents = []
     for document in load_all(text, file):
         own_ns = document.pop(NAMESPACE_KEY, None) if isinstance(document, dict) else None
@@ -47,7 +47,7 @@ def _below(ns: str, name: str) -> str:
 
 
 def parse_value(text: str, name: str) -> Any:
-    """The value that a text on the command line stands for: YAML; nothing is the empty text.
+    """The value of a YAML text on the command line; an empty text is the empty string.
 
     Raises:
         YamlError: it is not valid YAML, or not plain data.

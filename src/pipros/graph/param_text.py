@@ -1,4 +1,4 @@
-"""Parameters as text. Nothing here talks to a master, and YAML is imported only for what needs it."""
+"""Parameters as text, without a master. PyYAML is imported only for values that need it."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 from pipros.printable import listed, printable_lines
 
 END_OF_SCALAR = "...\n"
-"""How a YAML document ends that is a bare word and nothing else."""
+"""The end of a YAML document that is a single plain scalar."""
 
 
 _PLAIN_WORD = re.compile(r"[A-Za-z/][A-Za-z0-9_./-]{0,59}")
-_WORDS_WITH_A_MEANING = frozenset(("y", "n", "yes", "no", "true", "false", "on", "off", "null"))
+_RESERVED_WORDS = frozenset(("y", "n", "yes", "no", "true", "false", "on", "off", "null"))
 
 
 def as_document(value: Any) -> str:
@@ -29,20 +29,20 @@ def as_document(value: Any) -> str:
 
 
 def _is_plain(text: str) -> bool:
-    """True for words that YAML writes as they are; what is not sure is left to PyYAML."""
-    return _PLAIN_WORD.fullmatch(text) is not None and text.lower() not in _WORDS_WITH_A_MEANING
+    """True for words that YAML writes without quotes; doubtful ones are left to PyYAML."""
+    return _PLAIN_WORD.fullmatch(text) is not None and text.lower() not in _RESERVED_WORDS
 
 
 def as_shown(value: Any) -> str:
-    """The document as Noetic prints it: a bare word as it is, all else with an empty line after it."""
+    """The document as Noetic prints it: a plain scalar alone, any other value with an empty line after it."""
     text = as_document(value)
     return text.removesuffix(END_OF_SCALAR) if text.endswith(END_OF_SCALAR) else text + "\n"
 
 
 def as_pretty_text(tree: Mapping[str, Any], indent: str = "") -> str:
-    """A namespace as people like to read it, no YAML any more: texts stand there without quotes.
+    """A namespace in a form that is easy to read but is not YAML: strings have no quotes.
 
-    Control characters but line breaks and tabs are escaped.
+    Control characters other than line breaks and tabs are escaped.
     """
     lines = []
     for name in sorted(tree):

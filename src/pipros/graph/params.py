@@ -1,4 +1,4 @@
-"""Parameters on the server, as the command sees them: absent ones and wrong values become plain errors."""
+"""Reading and writing parameters; missing parameters and invalid values raise `GraphError`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipros.net.master_client import MasterClient
 
 
 def leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """The single parameters that a value at `name` stands for: dictionaries are namespaces.
+    """The single parameters in a value at `name`; dictionaries are namespaces.
 
     >>> list(leaves("/wheels", {"left": 1, "rear": {"left": 2}}))
     [('/wheels/left', 1), ('/wheels/rear/left', 2)]
@@ -43,7 +43,7 @@ def read(master: MasterClient, name: str) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """The value without the wrappers that XML-RPC puts around binary data and dates."""
+    """The value without the XML-RPC classes for binary data and dates."""
     if isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, dict):
@@ -58,12 +58,12 @@ def _plain(value: Any) -> Any:
 
 
 def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
-    """Sets a parameter; the values of a dictionary are set one by one, so that their neighbours stay.
+    """Sets a parameter. The values of a dictionary are set one by one, so that other keys are kept.
 
-    Returns what was set, as names and values.
+    Returns the names and values that were set.
 
     Raises:
-        GraphError: a value or a place that the server cannot hold.
+        GraphError: a name or value that the server cannot store.
     """
     written = list(leaves(name, value))
     for leaf, part in written:
@@ -77,7 +77,7 @@ def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
 
 
 def delete(master: MasterClient, name: str) -> None:
-    """Removes a parameter or a namespace; `/`, which the server would not delete, is emptied.
+    """Removes a parameter or a namespace; `/`, which the server does not delete, becomes empty.
 
     Raises:
         GraphError: it is not set.

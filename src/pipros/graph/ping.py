@@ -1,4 +1,4 @@
-"""Does a node answer, and how quickly."""
+"""Pinging nodes: whether they answer, and how fast."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def ping(
     complain: Say = to_stderr,
     pause: Callable[[float], object] = time.sleep,
 ) -> bool:
-    """Pings a node once a second, `count` times, or for ever when that is None or 0.
+    """Pings a node once a second, `count` times, or without end when `count` is None or 0.
 
-    Ctrl-C ends it, too. Returns False, and gives the reason to `complain`, when a ping is not answered.
+    Ctrl-C ends it. When a ping is not answered, returns False and passes the reason to `complain`.
 
     Raises:
         Unreachable: the *master* does not answer.
@@ -71,7 +71,7 @@ class _Pings:
         self._api = ""
 
     def find(self) -> bool:
-        """Asks the master where the node is; False when nowhere."""
+        """Asks the master for the URI of the node; False when the node is unknown."""
         try:
             self._api = self._master.lookup_node(self._node)
         except Refused:
@@ -80,7 +80,7 @@ class _Pings:
         return True
 
     def send(self) -> bool:
-        """Pings once; False when there is no answer."""
+        """Pings once; False without an answer."""
         start = time.perf_counter()
         try:
             with RpcClient(self._api, timeout_s=TIMEOUT_S) as client:
@@ -88,7 +88,7 @@ class _Pings:
         except (Unreachable, ValueError) as error:
             return self._explain(error)
         except Fault:
-            pass  # strange, but an answer
+            pass  # it answers, although getPid failed
         duration_ms = (time.perf_counter() - start) * 1000
         self.durations_ms.append(duration_ms)
         if self._say:
@@ -96,7 +96,7 @@ class _Pings:
         return True
 
     def _explain(self, error: Unreachable | ValueError) -> bool:
-        """Says why there was no answer. True when the node has moved, so that the next ping may succeed."""
+        """Prints why the node did not answer. True when its URI changed: the next ping may succeed."""
         cause = error.__context__
         if isinstance(cause, ConnectionRefusedError):
             old_api = self._api

@@ -1,4 +1,4 @@
-"""Sliding windows of what was measured: intervals between messages, delays, sizes. Values in, figures out."""
+"""Sliding windows of measurements: intervals between messages, delays, sizes. Pure."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from collections import deque
 from dataclasses import dataclass
 
 DEFAULT_WINDOW = 50_000
-"""How many samples are kept when no window is asked for."""
+"""The default number of samples that are kept."""
 
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """What a window of samples amounts to.
+    """Statistics of a window of samples.
 
     Attributes:
-        mean, minimum, maximum, deviation: of the samples, in their unit.
-        count: how many there are.
+        mean, minimum, maximum, deviation: in the unit of the samples.
+        count: the number of samples.
     """
 
     mean: float
@@ -39,7 +39,7 @@ class Samples:
         self._values.clear()
 
     def figures(self) -> Figures | None:
-        """None while there are no samples."""
+        """The statistics, None without samples."""
         values = list(self._values)
         if not values:
             return None
@@ -49,16 +49,16 @@ class Samples:
 
 
 class RateWindow:
-    """How often something happens, from the moments when it did."""
+    """The rate of events, from their times."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
-        """`window` counts moments; there is one interval less."""
+        """`window` counts events; there is one interval less."""
         self._intervals = Samples(window - 1)
         self._last: float | None = None
-        self.has_news = False
+        self.has_new = False
 
     def add(self, moment_s: float) -> bool:
-        """Takes over a moment. Returns False, and begins anew, when time went back, as simulations do."""
+        """Adds an event. When time went back, as in simulations, clears the window and returns False."""
         last, self._last = self._last, moment_s
         if last is None:
             return True
@@ -66,12 +66,12 @@ class RateWindow:
             self._intervals.clear()
             return False
         self._intervals.add(moment_s - last)
-        self.has_news = True
+        self.has_new = True
         return True
 
     def figures(self) -> Figures | None:
-        """The figures of the intervals, in seconds; the count is that of the moments."""
-        self.has_news = False
+        """The statistics of the intervals in seconds; the count is that of the events."""
+        self.has_new = False
         found = self._intervals.figures()
         if found is None:
             return None
@@ -79,7 +79,7 @@ class RateWindow:
 
 
 class BandwidthWindow:
-    """How many bytes come in a second, from their sizes and the moments when they came."""
+    """Bytes per second, from the sizes and arrival times of messages."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
         self._sizes = Samples(window)
@@ -92,7 +92,7 @@ class BandwidthWindow:
         self._total.append(size)
 
     def figures(self, now_s: float) -> tuple[float, Figures] | None:
-        """Bytes a second until now, and the figures of the sizes; None before the second message."""
+        """Bytes per second until now, and the statistics of the sizes; None before the second message."""
         found = self._sizes.figures()
         if found is None or found.count < 2 or now_s <= self._moments[0]:
             return None

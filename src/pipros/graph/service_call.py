@@ -1,4 +1,4 @@
-"""Calling a service with values as people type them."""
+"""Calling a service with YAML values."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from pipros.graph.errors import GraphError
 from pipros.graph.services import argument_names, service_class_of, uri_of
 from pipros.net.master_client import MasterClient
 
-LOOK_PERIOD_S = 0.05
+POLL_PERIOD_S = 0.05
 
 
 def wait_for_service(master: MasterClient, service: str) -> None:
-    """Waits until somebody offers the service; Ctrl-C ends it."""
+    """Waits until the service is offered; Ctrl-C ends it."""
     while uri_of(master, service) is None:
-        time.sleep(LOOK_PERIOD_S)
+        time.sleep(POLL_PERIOD_S)
 
 
 class ServiceCaller:
-    """Calls one service with values as people type them."""
+    """Calls one service with YAML values."""
 
     def __init__(self, master: MasterClient, service: str) -> None:
         """Raises:
-        GraphError: nobody offers the service, or its type is not on the path.
+        GraphError: the service is not offered, or its type is not installed.
         """
         from pipros.node.service_client import OpenCalls, ServiceClient
 
@@ -36,10 +36,10 @@ class ServiceCaller:
         return bool(self._class._request_class.__slots__)
 
     def request(self, values: Sequence[Any]) -> Any:
-        """The request with these values: those of all fields, or one dictionary.
+        """The request with these values: one for each field, or one dictionary.
 
         Raises:
-            GraphError: they do not fit.
+            GraphError: the values do not fit the fields.
         """
         from pipros.msg import load_message_class
         from pipros.msg.errors import MessageException, SerializationError
@@ -70,7 +70,7 @@ class ServiceCaller:
         """Returns the response.
 
         Raises:
-            ServiceFailed: the server is gone, or answered with an error.
+            ServiceFailed: the server does not answer, or answered with an error.
         """
         return self._client.call(request)
 

@@ -1,4 +1,4 @@
-"""What can be found out about services: of the master, and of the servers themselves."""
+"""Information about services, from the master and from the servers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def nodes_by_service(master: MasterClient) -> dict[str, str]:
 
 
 def uri_of(master: MasterClient, service: str) -> str | None:
-    """The `rosrpc://HOST:PORT` of a service, None when nobody offers it."""
+    """The `rosrpc://HOST:PORT` of a service, None when it is not offered."""
     try:
         return master.lookup_service(service)
     except Refused:
@@ -57,16 +57,16 @@ def header_of(master: MasterClient, service: str) -> Mapping[str, str] | None:
 
 
 def type_of(master: MasterClient, service: str) -> str | None:
-    """The type of a service, None when nobody offers it. Raises `GraphError` when it does not answer."""
+    """The type of a service, None when it is not offered. `GraphError` when the server does not answer."""
     header = header_of(master, service)
     return None if header is None else header.get("type")
 
 
 def service_class_of(master: MasterClient, service: str) -> ServiceClass:
-    """The class of a service, as its server names it.
+    """The class of a service; its type is that of the server.
 
     Raises:
-        GraphError: nobody offers it, or its type is not on the path.
+        GraphError: the service is not offered, or its type is not installed.
     """
     from pipros.msg import load_service_class
 
@@ -84,12 +84,12 @@ def service_class_of(master: MasterClient, service: str) -> ServiceClass:
 
 
 def argument_names(service_class: ServiceClass) -> str:
-    """The fields of the request, separated by blanks."""
+    """The fields of the request, separated by spaces."""
     return " ".join(service_class._request_class.__slots__)
 
 
 def services_of_type(master: MasterClient, type_name: str) -> list[str]:
-    """The services of a type, sorted; servers that do not answer are passed over."""
+    """The services of a type, sorted; servers that do not answer are skipped."""
     found = []
     for service in nodes_by_service(master):
         try:

@@ -1,4 +1,4 @@
-"""What the master knows of a running system, as one value: who publishes, subscribes and serves what."""
+"""The registrations of a running system as one value: publishers, subscribers and services."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 Registrations = Mapping[str, Sequence[str]]
-"""The nodes behind each topic or service, both in the order of their registration."""
+"""The nodes of each topic or service, both in the order of their registration."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +15,7 @@ class SystemState:
 
     Attributes:
         publishers: the nodes that publish each topic.
-        subscribers: the nodes that subscribe each topic.
+        subscribers: the nodes that subscribe to each topic.
         services: the node that offers each service, as a list of one.
     """
 
@@ -30,11 +30,11 @@ class SystemState:
         return cls(publishers, subscribers, services)
 
     def topics(self) -> list[str]:
-        """All topics that somebody publishes or subscribes, sorted."""
+        """All topics with a publisher or subscriber, sorted."""
         return sorted({*self.publishers, *self.subscribers})
 
     def nodes(self) -> list[str]:
-        """All nodes that are registered with anything, sorted."""
+        """All nodes with a registration, sorted."""
         kinds = (self.publishers, self.subscribers, self.services)
         return sorted({node for kind in kinds for nodes in kind.values() for node in nodes})
 
@@ -48,12 +48,12 @@ def _each(nodes: object) -> Iterator[object]:
 
 
 def of_node(node: str, kind: Registrations) -> list[str]:
-    """The topics or services that `node` is registered with, sorted."""
+    """The topics or services of `node`, sorted."""
     return sorted(name for name, nodes in kind.items() if node in nodes)
 
 
 def is_below(name: str, ns: str) -> bool:
-    """True for the namespace itself and all that is in it; everything is in `/`.
+    """True for the namespace and all names in it; every name is in `/`.
 
     >>> is_below("/robot/scan", "/robot"), is_below("/robot2", "/robot"), is_below("/x", "/")
     (True, False, True)

@@ -1,4 +1,4 @@
-"""The topics of a running system: who uses them, their types, and those of fields: `/scan/ranges`."""
+"""The topics of a running system: types, types of fields (`/scan/ranges`), publishers, subscribers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def topic_type(master: MasterClient, name: str) -> tuple[str | None, str]:
     """The type of the topic that `name` starts with, and that topic.
 
     `/scan/ranges` is the field `ranges` of `/scan`, unless there is a topic `/scan/ranges`.
-    Returns `(None, name)` when no such topic has a type yet.
+    Returns `(None, name)` when the topic is unknown or does not have a type yet.
     """
     types = {topic: type_name for topic, type_name in master.get_topic_types() if type_name != "*"}
     topic = name
@@ -30,7 +30,7 @@ def field_type(type_name: str, path: Sequence[str]) -> str:
     """The type of a field of a message, nested fields included: `header/stamp` is `time`.
 
     Raises:
-        NotFound: no such field, or no such message type.
+        NotFound: the field or the message type does not exist.
     """
     from pipros.graph.message_path import field_types
 
@@ -51,14 +51,14 @@ def describe_topic(master: MasterClient, topic: str) -> str:
     """The text of `rostopic info`.
 
     Raises:
-        GraphError: nobody publishes or subscribes the topic.
+        GraphError: the topic has neither publishers nor subscribers.
     """
-    picture = SystemState.from_state(master.get_system_state())
-    if topic not in picture.publishers and topic not in picture.subscribers:
+    state = SystemState.from_state(master.get_system_state())
+    if topic not in state.publishers and topic not in state.subscribers:
         raise GraphError(f"Unknown topic {topic}")
     types = dict(master.get_topic_types())
     lines = [f"Type: {listed(types.get(topic, 'unknown type'))}", ""]
-    for heading, registrations in (("Publishers", picture.publishers), ("Subscribers", picture.subscribers)):
+    for heading, registrations in (("Publishers", state.publishers), ("Subscribers", state.subscribers)):
         nodes = registrations.get(topic)
         if nodes:
             lines.append(f"{heading}: ")
@@ -72,5 +72,5 @@ def describe_topic(master: MasterClient, topic: str) -> str:
 def _api(master: MasterClient, node: str) -> str:
     try:
         return master.lookup_node(node)
-    except Refused:  # it has left since
+    except Refused:  # it unregistered meanwhile
         return "unknown"

@@ -1,4 +1,4 @@
-"""Finds the field of a message that does not fit its type, and reports it in genpy's words.
+"""Finds the field of a message that does not fit its type, and raises genpy's error for it.
 
 Only called after a message could not be serialized, so it need not be fast.
 """

@@ -54,7 +54,7 @@ def message_classes_from_text(
 
 
 def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
-    """Bounds what the classes of all types cost together: the code of each contains what it embeds.
+    """Bounds the total cost of the classes of all types: the code of each contains what it embeds.
 
     Raises:
         DefinitionError: see `message_classes_from_text`.
@@ -67,10 +67,10 @@ def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
         raise DefinitionError(
             f"the types of the text have more than {limits.definition_fields} fields together", file=where
         )
-    room = limits.definition_copies_bytes
+    bytes_left = limits.definition_copies_bytes
     for spec in specs.values():
-        room -= len(spec.text) + sum(len(inner.text) for inner in embedded_types(spec, lookup).values())
-        if room < 0:
+        bytes_left -= len(spec.text) + sum(len(inner.text) for inner in embedded_types(spec, lookup).values())
+        if bytes_left < 0:
             raise DefinitionError(
                 f"the definitions of the text's types, each with what it embeds, are longer than "
                 f"{limits.definition_copies_bytes} bytes together",
@@ -100,7 +100,7 @@ class DynamicClasses:
 
 @cache
 def _classes() -> DynamicClasses:
-    """Those of this process. A pickle can refer to its class only through a module, so it must be global."""
+    """The classes of this process. They are global because a pickle finds its class only through a module."""
     return DynamicClasses()
 
 

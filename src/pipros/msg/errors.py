@@ -1,4 +1,4 @@
-"""What goes wrong with messages; `genpy` offers these exceptions under the same names."""
+"""The errors of messages; `genpy` has these exceptions under the same names."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from pipros.errors import PiprosError
 
 
 class MessageException(PiprosError):
-    """Something is wrong with a message."""
+    """A message cannot be made, filled, written or read."""
 
-    __module__ = "genpy.message"  # the name that people know it by, as for the classes below
+    __module__ = "genpy.message"  # as in genuine ROS; so in the classes below
 
 
 class SerializationError(MessageException):

@@ -1,4 +1,4 @@
-"""What a message looks like to code that `Message` itself calls, and that therefore cannot import it."""
+"""The attributes of a message, for code that `Message` itself calls and that cannot import it."""
 
 from __future__ import annotations
 

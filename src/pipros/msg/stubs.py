@@ -1,7 +1,7 @@
 """Type stubs (`.pyi`) for the messages and services of ROS packages, for editors and type checkers.
 
-A field of octets or numbers reads as what arrives (`bytes`, a sequence) and takes whatever the codec
-takes, numpy arrays among them. Comments of the definitions become docstrings, which editors show.
+A field of octets or numbers has the type of received messages (`bytes`, a sequence) when read, and accepts
+whatever the codec accepts, such as numpy arrays. Comments of the definitions become docstrings.
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ _IMPORTS = {
 def write_stubs(
     packages: Iterable[str], folder: Path, definitions: Definitions, *, suffix: str = ""
 ) -> list[Path]:
-    """Writes `<folder>/<package><suffix>/msg/__init__.pyi`, the one of `srv`, and what joins them.
+    """Writes `<folder>/<package><suffix>/msg/__init__.pyi`, the same for `srv`, and their package.
 
     Args:
-        suffix: `-stubs` for packages that are installed (PEP 561), nothing for a folder of stubs.
+        suffix: `-stubs` for installed packages (PEP 561), empty for a folder of stubs.
 
     Returns:
         The files, whether they changed or not.
 
     Raises:
-        NotFound: there is no such package.
+        NotFound: the package does not exist.
         DefinitionError: a definition breaks the rules.
     """
     written = []
@@ -130,7 +130,7 @@ def _service(spec: ServiceSpec) -> str:
 
 
 def _docstring(comment: str, indent: str = "    ") -> list[str]:
-    """The lines of a docstring; none for an empty comment. Nothing in the comment can end it."""
+    """The lines of a docstring; empty for an empty comment. Quotes in the comment are escaped."""
     if not comment:
         return []
     text = printable_lines(comment).replace("\\", "\\\\").replace('"', '\\"')
@@ -138,7 +138,7 @@ def _docstring(comment: str, indent: str = "    ") -> list[str]:
 
 
 def _types(kind: FieldType, home: str) -> tuple[str, str]:
-    """What a field gives, and what it takes."""
+    """The types of a field when it is read and when it is set."""
     single = _single_type(kind.base, home)
     if not kind.is_array:
         return single, single

@@ -1,4 +1,4 @@
-"""The YAML-like text form of messages, as `print(msg)` and `rostopic echo` show it."""
+"""The YAML-like text form of messages, as in `print(msg)` and `rostopic echo`."""
 
 from __future__ import annotations
 

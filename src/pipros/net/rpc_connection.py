@@ -281,7 +281,7 @@ class RpcConnection(asyncio.Protocol):
         if self._transport is None:
             return
         asks_keep_alive = request.keep_alive and "connection" in request.headers
-        head = response_head(len(document), keep_alive=request.keep_alive, says_keep_alive=asks_keep_alive)
+        head = response_head(len(document), keep_alive=request.keep_alive, send_keep_alive=asks_keep_alive)
         self._is_last_answer = not request.keep_alive
         if len(document) <= _SLICE_BYTES:
             self._transport.write(head + document)

@@ -1,12 +1,12 @@
-"""Evaluates expressions that come from files and command lines, without ever running Python code.
+"""Evaluates expressions from files and command lines without running Python code.
 
-The text is parsed by Python's own parser, then walked node by node; a node that is not on the list below is
-refused with its place. Methods come from a fixed table (`methods.py`) and there are no other attributes, so
-nothing leads from a value to the interpreter's insides (CVE-2024-39835, CVE-2024-39289); a caller may allow
-*fields*, which it looks up itself. Text, depth, steps and the size of every result are limited, so no
-expression of one line can take the machine's memory or time.
+The text is parsed by Python's own parser, then evaluated node by node; a node that is not on the list
+below is refused with its position. Methods come from a fixed table (`methods.py`) and other attributes do
+not exist, so an expression cannot reach the internals of the interpreter (CVE-2024-39835, CVE-2024-39289);
+a caller may allow *fields*, which it looks up itself. Text, depth, steps and the size of every result are
+limited, so an expression cannot exhaust memory or processor time.
 
-Two languages are built on it: `evaluate`, for `$(eval …)` and message filters, and `arithmetic`, for the
+Two languages use it: `evaluate`, for `$(eval …)` and message filters, and `arithmetic`, for the
 angles `rad(…)` and `deg(…)` of parameter files.
 """
 
@@ -41,7 +41,7 @@ class ExpressionError(PiprosError, ValueError):
 
     Attributes:
         text: the whole expression.
-        column: where in it, counted from 1; 0 when no single place is to blame.
+        column: the position of the error, counted from 1; 0 when it has none.
     """
 
     def __init__(self, text: str, column: int, reason: str) -> None:
@@ -69,16 +69,15 @@ def evaluate(
 ) -> Any:
     """The value of an expression.
 
-    Literals, arithmetic, comparison, `and`/`or`/`not`, `a if b else c`, subscripts, f-strings,
-    comprehensions, the methods of `methods.py`, and calls of named functions; those of `guarded.py` and its
-    constants (the names of `math` among them) are always there, `functions` and `names` come on top and win.
-    `map`, `filter` and `key=` take the name of a function. Results that Python would make one by one
-    (generators, `map`) are lists. `a.b` calls `fields(a, "b")`, if given; what can be called in there is a
-    method. The limits are those of the process, if not given.
+    It may contain literals, arithmetic, comparisons, `and`/`or`/`not`, `a if b else c`, subscripts,
+    f-strings, comprehensions, the methods of `methods.py`, and calls of named functions. Those of
+    `guarded.py`, and its constants, which include `math`, always exist; `functions` and `names` add to them or replace
+    them. `map`, `filter` and `key=` take the name of a function. Generators and `map` give lists.
+    `a.b` calls `fields(a, "b")`, if given; a callable in the result is a method. The default limits are those
+    of the process.
 
     Raises:
-        ExpressionError: for everything that goes wrong, errors of the functions included (the
-            original as its cause).
+        ExpressionError: for every error, also of the functions (the original is the cause).
 
     >>> evaluate("rate * 2 if fast else max(rate, 1)", names={"rate": 5, "fast": True})
     10
@@ -110,7 +109,7 @@ def arithmetic(text: str) -> float:
     for node in ast.walk(tree):
         if isinstance(node, (ast.expr_context, *_ARITHMETIC)):
             continue
-        raise ExpressionError(text, _column(node), "only numbers, pi, + - * / ** and brackets may stand here")
+        raise ExpressionError(text, _column(node), "only numbers, pi, + - * / ** and brackets are allowed")
     value = _Walk(text, {"pi": math.pi}, {}, None, guarded.Budget(limits)).value(tree)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ExpressionError(text, 0, f"{value!r} is not a number")
@@ -141,7 +140,7 @@ def _name_of(node: ast.expr) -> str:
 
 
 class _Walk:
-    """One evaluation: the names that it knows, how deep it is, and what it may still spend."""
+    """One evaluation: its names, the current depth, and the remaining budget."""
 
     def __init__(
         self,
@@ -381,7 +380,7 @@ class _Walk:
         return guarded.format_value(value, form)
 
 
-# The allow-list: what is not here is refused.
+# The allow-list: all other nodes are refused.
 _NODES: Mapping[type[ast.expr], Callable[[_Walk, Any], Any]] = {
     ast.Constant: _Walk.constant,
     ast.Name: _Walk.name,

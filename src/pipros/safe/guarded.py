@@ -1,4 +1,4 @@
-"""The operations and functions of safe expressions that could grow without bound, with their bounds."""
+"""The operations and functions of safe expressions, with bounds for those that could grow without limit."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from pipros.errors import PiprosError
 from pipros.limits import Limits
 
 BITS_LIMIT = 4096
-"""Bits of a whole number; a parameter holds 32."""
+"""The most bits of an integer; a parameter has 32."""
 
 _COUNT_LIMIT = 1000
 _WIDTH = re.compile(r"\d+")
 _WIDTH_LIMIT = 1000
 
 
-class TooLarge(PiprosError, ValueError):
-    """A result would be larger than any sensible expression's."""
+class ResultTooLarge(PiprosError, ValueError):
+    """A result would be larger than its limit."""
 
 
 class Budget:
-    """What one evaluation may still do. Many results of legal size are too much together."""
+    """The remaining work of one evaluation, which bounds the sum of many results."""
 
     def __init__(self, limits: Limits) -> None:
         self._size_limit = limits.expression_size
@@ -36,13 +36,13 @@ class Budget:
             "set": self._set,
             "sum": self._total,
         }
-        """Functions that use up the budget while they run."""
+        """Functions that are charged while they run."""
 
     def charge(self, value: Any) -> Any:
-        """Gives the value back when it can be afforded.
+        """Charges the size of a value, and returns the value.
 
         Raises:
-            TooLarge: for a value beyond `expression_size`, or when the budget is used up.
+            ResultTooLarge: for a value beyond `expression_size`, or when the budget is used up.
         """
         self.spend(self._bounded(self._size_of(value)))
         return value
@@ -51,15 +51,15 @@ class Budget:
         """Refuses a result of that size before it is made.
 
         Raises:
-            TooLarge: for one beyond `expression_size`.
+            ResultTooLarge: for one beyond `expression_size`.
         """
         self._bounded(size)
 
     def spend(self, work: int) -> None:
-        """Uses up a part of the budget. Raises TooLarge when it does not suffice."""
+        """Uses up a part of the budget. Raises ResultTooLarge when it does not suffice."""
         self._left -= work
         if self._left < 0:
-            raise TooLarge("the expression builds too much")
+            raise ResultTooLarge("the expression builds too much")
 
     def spend_on_reading(self, *values: Any) -> None:
         """Charges for looking at all parts of values, as far as a result may be large. Raises as `spend`."""
@@ -90,25 +90,27 @@ class Budget:
         return value << count
 
     def modulo(self, left: Any, right: Any) -> Any:
-        """The remainder; or a text with its `%` forms filled in, whose widths are bounded."""
+        """The remainder; or a formatted string, whose widths are bounded."""
         if isinstance(left, (str, bytes)):
             form = left if isinstance(left, str) else left.decode("latin-1")
             if "*" in form:
-                raise TooLarge("a width given by * is not allowed")
+                raise ResultTooLarge("a width given by * is not allowed")
             _check_width(form)
             self._bounded(form.count("%") * self._size_of(right))
         return left % right
 
     def _bounded(self, size: int) -> int:
         if size > self._size_limit:
-            raise TooLarge(f"a result of more than {self._size_limit} characters or elements is not allowed")
+            raise ResultTooLarge(
+                f"a result of more than {self._size_limit} characters or elements is not allowed"
+            )
         return size
 
     def _size_of(self, value: Any) -> int:
-        """How much a value would be if it were written down; counting ends beyond the limit.
+        """The size of a value when written out; counting stops above the limit.
 
-        A list that holds one long text a thousand times counts it a thousand times, although in memory
-        it is one: `str` of that list would not be.
+        A list with the same long string a thousand times counts it a thousand times, because `str` of that
+        list would contain it as often.
         """
         if isinstance(value, (str, bytes, range)):
             return len(value)
@@ -139,15 +141,15 @@ class Budget:
         return dict(values, **named)
 
     def _spend_on_hashes(self, keys: Iterable[Any]) -> None:
-        """Charges for the comparisons with others of the same hash, which numbers can be chosen to have."""
+        """Charges the comparisons of keys with equal hashes: numbers can be chosen to collide."""
         first: dict[int, Any] = {}
-        rivals: dict[int, int] = {}
+        collisions: dict[int, int] = {}
         for key in keys:
-            number = hash(key)
-            other = first.setdefault(number, key)
+            key_hash = hash(key)
+            other = first.setdefault(key_hash, key)
             if other is not key and other != key:
-                rivals[number] = rivals.get(number, 0) + 1
-                self.spend(rivals[number])
+                collisions[key_hash] = collisions.get(key_hash, 0) + 1
+                self.spend(collisions[key_hash])
 
     def _product(self, factors: Iterable[Any], *, start: Any = 1) -> Any:
         return self._folded(self.multiply, factors, start)
@@ -156,7 +158,7 @@ class Budget:
         return self._folded(self.add, values, start)
 
     def _folded(self, operation: Callable[[Any, Any], Any], values: Iterable[Any], start: Any) -> Any:
-        """`start` with all `values`, one after the other; each result is a copy that costs its length."""
+        """Combines `start` with all `values` in order; each result is a copy and costs its length."""
         result = start
         for value in values:
             result = operation(result, value)
@@ -172,21 +174,21 @@ def format_value(value: Any, form: str) -> str:
 
 def _check_bits(bits: float) -> None:
     if bits > BITS_LIMIT:
-        raise TooLarge(f"the number would have more than {BITS_LIMIT} bits")
+        raise ResultTooLarge(f"the number would have more than {BITS_LIMIT} bits")
 
 
 def _check_width(form: str) -> None:
     widths = (int(digits[:9]) for digits in _WIDTH.findall(form))
     if any(width > _WIDTH_LIMIT for width in widths):
-        raise TooLarge(f"a width above {_WIDTH_LIMIT} is not allowed")
+        raise ResultTooLarge(f"a width above {_WIDTH_LIMIT} is not allowed")
 
 
 def _bounded_count(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Guards functions whose time grows with the value of their arguments, such as `factorial`."""
+    """Bounds the arguments of functions whose time grows with them, such as `factorial`."""
 
     def guarded(*counts: int) -> Any:
         if any(abs(count) > _COUNT_LIMIT for count in counts):
-            raise TooLarge(f"arguments above {_COUNT_LIMIT} are not allowed")
+            raise ResultTooLarge(f"arguments above {_COUNT_LIMIT} are not allowed")
         return function(*counts)
 
     return guarded
@@ -194,12 +196,12 @@ def _bounded_count(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def _round(number: Any, digits: int | None = None) -> Any:
     if digits is not None and abs(digits) > _COUNT_LIMIT:
-        raise TooLarge(f"more than {_COUNT_LIMIT} digits are not allowed")
+        raise ResultTooLarge(f"more than {_COUNT_LIMIT} digits are not allowed")
     return round(number, digits)
 
 
 def _guarded_math() -> dict[str, Any]:
-    """All public names of `math`, those that could run away replaced."""
+    """All public names of `math`, with bounds for the expensive ones."""
     names = {name: value for name, value in vars(math).items() if not name.startswith("_")}
     names.update({name: _bounded_count(names[name]) for name in ("factorial", "comb", "perm")})
     names.update(lcm=_bounded_count(math.lcm))

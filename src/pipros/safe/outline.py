@@ -1,8 +1,8 @@
-"""What a YAML text would expand to, counted from its events before any of it is built.
+"""Counts the values in a YAML text from its events, before any value is built.
 
-A list that is an alias to a list of aliases doubles with every line, and so does a mapping that merges
-others (`<<: [*a, *a]`); brackets in brackets exhaust the stack of the C library that builds them. Its
-parser, which gives the events, has no such weakness.
+A list of aliases to a list of aliases doubles in size with every line, and so does a mapping that merges
+others (`<<: [*a, *a]`); deep nesting exhausts the stack of the C library that builds values. Its
+parser, which produces the events, has neither problem.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from pipros.errors import PiprosError
 from pipros.limits import Limits
 
 _DIRECTIVES_LIMIT = 100
-"""`%TAG` lines of a text: the parser compares each with all others."""
+"""`%TAG` lines in a text: the parser compares each with all others."""
 
 
 class TooMuch(PiprosError, ValueError):
     """A text would expand to too much.
 
     Attributes:
-        line, column: counted from 1; 0 when no single place is to blame.
+        line, column: counted from 1; 0 when the error has no position.
     """
 
     def __init__(self, reason: str, mark: Any = None) -> None:
@@ -34,13 +34,13 @@ class TooMuch(PiprosError, ValueError):
 
 
 def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
-    """Counts the values of all documents as on the wire, where no alias exists, and how deep they are nested.
+    """Checks the number of values of all documents with aliases expanded, and the depth of nesting.
 
     Args:
-        loader_class: the class of PyYAML whose events are looked at.
+        loader_class: the PyYAML loader that produces the events.
 
     Raises:
-        TooMuch: when a text goes beyond `yaml_values` or `yaml_depth`, or an alias stands in what it names.
+        TooMuch: more than `yaml_values` or `yaml_depth`, or an alias inside the value that it refers to.
         yaml.YAMLError: the text is malformed.
     """
     if isinstance(text, bytes) and text.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
@@ -54,7 +54,7 @@ def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
     try:
         while (event := next_event()) is not None:
             if event.__class__ is yaml.ScalarEvent and event.anchor is None:
-                outline.values += 1  # most events are these
+                outline.values += 1  # the most frequent event
             else:
                 outline.take(event)
     finally:
@@ -64,7 +64,7 @@ def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
 
 @dataclass(slots=True)
 class _Open:
-    """A list or mapping whose end is still to come; its height is 1 more than that of its highest part."""
+    """A list or mapping that has not ended yet; its height is 1 more than the height of its highest part."""
 
     anchor: str | None
     values_before: int
@@ -72,9 +72,9 @@ class _Open:
 
 
 class _Outline:
-    """What the anchors of the present document stand for, and the values so far.
+    """The anchors of the current document with their sizes, and the number of values so far.
 
-    Values are checked when a list or mapping begins, and where an alias stands for many.
+    The number is checked when a list or mapping begins, and at each alias.
     """
 
     def __init__(self, limits: Limits) -> None:
@@ -85,7 +85,7 @@ class _Outline:
         """Values and height by anchor; None until the anchored value has ended."""
 
     def take(self, event: Any) -> None:
-        """Counts what the next event of the text stands for. Raises as `check_outline`."""
+        """Counts the next event of the text. Raises as `check_outline`."""
         match event:
             case yaml.CollectionStartEvent():
                 self._check_depth(1, event.start_mark)
@@ -98,9 +98,9 @@ class _Outline:
                 self._anchored[ended.anchor] = self.values - ended.values_before, ended.height
                 self._raise_to(ended.height)
             case yaml.AliasEvent():
-                size = self._anchored.get(event.anchor, (1, 0))  # one to nothing is the loader's to refuse
+                size = self._anchored.get(event.anchor, (1, 0))  # the loader refuses unknown aliases
                 if size is None:
-                    raise TooMuch(f"*{event.anchor} stands inside of what it refers to", event.start_mark)
+                    raise TooMuch(f"*{event.anchor} is inside the value that it refers to", event.start_mark)
                 values, height = size
                 self._check_depth(height, event.start_mark)
                 self._raise_to(height)

@@ -1,6 +1,6 @@
-"""Reads XML files into elements that know their line and column; refuses document types and entities.
+"""Reads XML files into elements with their line and column; refuses document types and entities.
 
-A document type can define entities that expand to gigabytes or read other files. No ROS file needs one,
+A document type can define entities that expand to gigabytes or read other files. ROS files do not need one,
 so any `<!DOCTYPE` is an error.
 """
 
@@ -15,10 +15,10 @@ from pipros.limits import Limits, process_limits
 
 
 class XmlError(PiprosError):
-    """A text is not the XML that it should be.
+    """A text is not well-formed XML, or exceeds a limit.
 
     Attributes:
-        file: where the text came from.
+        file: the name of the text.
         line: counted from 1.
         column: counted from 1.
     """
@@ -33,7 +33,7 @@ class XmlError(PiprosError):
 
 @dataclass(slots=True)
 class Element:
-    """One element: its tag, attributes, children in order, own text, and where its `<` stands."""
+    """One element: its tag, attributes, children in order, own text, and the position of its `<`."""
 
     tag: str
     attributes: Mapping[str, str]
@@ -43,28 +43,28 @@ class Element:
     text: str = ""
 
     def all(self, tag: str) -> Iterator[Element]:
-        """The direct children of that tag."""
+        """The direct children with that tag."""
         return (child for child in self.children if child.tag == tag)
 
     def first(self, tag: str) -> Element | None:
-        """The first direct child of that tag."""
+        """The first direct child with that tag."""
         return next(self.all(tag), None)
 
 
 def parse(content: bytes | str, file: str = "<string>", limits: Limits | None = None) -> Element:
-    """The root element of a document. Text of an element is joined around its children and comments.
+    """The root element of a document. The text of an element is joined around its children and comments.
 
     Args:
-        limits: those of the process, if not given.
+        limits: by default those of the process.
 
     Raises:
-        XmlError: for malformed XML, a document type, nesting or size beyond the limits.
+        XmlError: malformed XML, a document type, nesting or size beyond the limits.
     """
     limits = limits or process_limits()
     depth_limit = limits.xml_depth
     if len(content) > limits.xml_bytes:
         raise XmlError(file, 1, 1, f"larger than {limits.xml_bytes} bytes")
-    # Text that is decoded already may still declare the encoding that it once had.
+    # A decoded text may still declare the encoding of its bytes.
     parser = expat.ParserCreate("utf-8" if isinstance(content, str) else None)
     parser.buffer_text = True
     roots: list[Element] = []
@@ -98,7 +98,7 @@ def parse(content: bytes | str, file: str = "<string>", limits: Limits | None = 
     try:
         parser.Parse(content.encode("utf-8", "surrogatepass") if isinstance(content, str) else content, True)
     except expat.ExpatError as error:
-        reason = expat.ErrorString(error.code) or "not XML"
+        reason = expat.ErrorString(error.code) or "not well-formed"
         raise XmlError(file, error.lineno, error.offset + 1, f"invalid XML: {reason}") from None
     except (LookupError, ValueError) as error:
         raise XmlError(file, *place(), f"invalid XML: {error}") from None

@@ -1,8 +1,8 @@
-"""Reads YAML as ROS parameter files have it: plain data only, plus angles.
+"""Reads YAML as in ROS parameter files: plain data and angles.
 
-Only the safe loader of PyYAML is behind it, so no document can create objects (CVE-2024-39780). Angles are
+It uses only the safe loader of PyYAML, so a document cannot create objects (CVE-2024-39780). Angles are
 written `deg(90)`, `rad(pi/2)`, `!degrees 90` or `!radians pi/2`, and are computed by a small arithmetic
-parser (CVE-2024-39289). What a text would expand to is counted before anything is built (`outline.py`).
+parser (CVE-2024-39289). The values of a text are counted before any is built (`outline.py`).
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from pipros.safe.expr import ExpressionError, arithmetic
 from pipros.safe.outline import TooMuch, check_outline
 
 _DIGITS_LIMIT = 4300
-"""Digits of a number, as Python itself limits them; `1:30:00` counts in sixties and would know no limit."""
+"""Digits of a number, as in Python's own limit, which does not apply to base 60 (`1:30:00`)."""
 
 _USUAL_DIGITS = 20
 _LONG_NUMBERS_LIMIT = 1000
-"""Numbers of more than 64 bits in a text: chosen as keys, they make a dictionary compare them all."""
+"""Numbers of more than 64 bits in a text: as keys with equal hashes they would be slow."""
 
 
 class YamlError(PiprosError, ValueError):
-    """A text is not the YAML that it should be.
+    """A text is not valid YAML, is not plain data, or exceeds a limit.
 
     Attributes:
-        file: where the text came from.
-        line, column: counted from 1; 0 when no single place is to blame.
+        file: the name of the text.
+        line, column: counted from 1; 0 when the error has no position.
     """
 
     def __init__(self, file: str, line: int, column: int, reason: str) -> None:
@@ -43,12 +43,12 @@ class YamlError(PiprosError, ValueError):
         super().__init__(f"{file}{place}: {reason}")
 
 
-# The loader over libyaml is ten times as quick; both accept the same documents.
+# The loader based on libyaml is ten times as fast; both accept the same documents.
 _SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 class _PlainLoader(_SafeLoader):  # type: ignore[misc]
-    """PyYAML's safe loader with limits. Plain text, numbers and dates are read as in YAML 1.1."""
+    """PyYAML's safe loader with limits. Plain scalars are read as in YAML 1.1."""
 
     long_numbers = 0
 
@@ -116,14 +116,14 @@ def load(
     angles: bool = True,
     limits: Limits | None = None,
 ) -> Any:
-    """The one document in the text; None when it is empty.
+    """The single document in the text; None when it is empty.
 
     Args:
-        angles: whether `deg(…)` and `rad(…)` are computed, as parameter files want it.
-        limits: those of the process, if not given.
+        angles: whether `deg(…)` and `rad(…)` are computed, as in parameter files.
+        limits: by default those of the process.
 
     Raises:
-        YamlError: for malformed YAML, tags that would create objects, too many values.
+        YamlError: malformed YAML, several documents, tags that would create objects, too many values.
     """
     documents = load_all(content, file, angles=angles, limits=limits)
     if len(documents) > 1:
@@ -138,7 +138,7 @@ def load_all(
     angles: bool = True,
     limits: Limits | None = None,
 ) -> list[Any]:
-    """All documents in the text, none when it is empty.
+    """All documents in the text; empty for an empty text.
 
     Args and raises as `load`.
     """
@@ -155,6 +155,6 @@ def load_all(
         raise YamlError(file, line, column, "invalid YAML: " + ", ".join(reasons)) from None
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
         raise YamlError(file, 0, 0, f"invalid YAML: {str(error) or 'nested too deeply'}") from None
-    except (LookupError, ArithmeticError, AttributeError) as error:  # what PyYAML makes of `!!bool maybe`
+    except (LookupError, ArithmeticError, AttributeError) as error:  # for example of `!!bool maybe`
         reason = f"a value does not fit its tag ({error})"
         raise YamlError(file, 0, 0, f"invalid YAML: {reason}") from None

@@ -1,1 +1,1 @@
-"""Running tests of ROS packages: rostest, rosunit, and result files in the xUnit form."""
+"""Running tests of ROS packages: rostest, rosunit, and result files in the xUnit format."""

@@ -1,4 +1,4 @@
-"""The systems that rostest runs tests on: a master of their own or an existing one, and the file's nodes."""
+"""The system on which rostest runs a test: a new or an existing master, and the nodes of the launch file."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from pipros.net.master_client import MasterClient
 from pipros.testing.rostest import TestProgramTimedOut
 from pipros.workspace.index import PackageIndex
 
-# Reports leave out the frames of modules with this mark: what failed is said in words.
+# unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True
 
 _CALLER_ID = "/rostest"
 
-# What belongs to the master's own run, and stays when the parameters of others are cleared.
+# The parameters of the master itself, which --clear keeps.
 _KEPT_PARAMETERS = ("/run_id", "/rosversion", "/rosdistro")
 _KEPT_NAMESPACE = "/roslaunch/"
 
@@ -36,11 +36,11 @@ class NoMasterToReuse(PiprosError):
 
 
 class RequiredNodeEnded(PiprosError):
-    """A node that is `required` ended while a test ran."""
+    """A `required` node ended while a test ran."""
 
 
-class LaunchStage:
-    """Runs the tests of a launch file in this environment; see `pipros.testing.rostest.TestFixture`."""
+class LaunchFixture:
+    """Runs the tests of a launch file in this environment; see `pipros.testing.rostest.SystemFixture`."""
 
     def __init__(
         self,
@@ -53,12 +53,12 @@ class LaunchStage:
         clear: bool = False,
         text: bool = False,
     ) -> None:
-        """Nothing is started yet.
+        """Starts nothing yet.
 
         Args:
-            reuse_master: use the master of the environment instead of one of its own on a free port.
+            reuse_master: use the master of the environment instead of starting one on a free port.
             clear: delete the parameters of that master first.
-            text: test programs print to the console instead of to their log files.
+            text: test programs print to the console instead of their log files.
         """
         self.run_id = new_run_id()
         self._launch = launch
@@ -72,19 +72,19 @@ class LaunchStage:
         self._run: Run | None = None
 
     def set_up(self) -> None:
-        """Has a master ready and prints what will run.
+        """Starts or finds the master, and prints what will run.
 
         Raises:
-            NoMasterToReuse: none answers where one was to be reused.
-            OSError: no port for one of its own.
+            NoMasterToReuse: the existing master does not answer.
+            OSError: no port for a new one.
         """
         if self._reuse_master:
             master_uri = self._environment.master_uri
             self._join(master_uri)
         else:
-            # Whoever's master the environment names, this one is for the nodes on this computer.
-            here = replace(self._environment, master_uri=DEFAULT_MASTER_URI)
-            self._core = Core(port=0, run_id=self.run_id, rosout=False, environment=here)
+            # The new master is on this computer, even if ROS_MASTER_URI names another one.
+            local = replace(self._environment, master_uri=DEFAULT_MASTER_URI)
+            self._core = Core(port=0, run_id=self.run_id, rosout=False, environment=local)
             self._core.start()
             master_uri = self._core.uri
         self._console.say(summary({**STANDARD_PARAMETERS, **self._launch.params}, self._launch.nodes))
@@ -98,17 +98,17 @@ class LaunchStage:
         self._console.bold(f"ROS_MASTER_URI={master_uri}")
 
     def start_nodes(self) -> Sequence[str]:
-        """Sets the parameters, then starts the nodes; the names of those that could not be started."""
+        """Sets the parameters, then starts the nodes. Returns the names of nodes that did not start."""
         run = self._running()
         run.set_parameters()
         return run.start_nodes()
 
     def run_test(self, test: Test, arguments: Sequence[str]) -> bool:
-        """Runs the test program to its end while the nodes are looked after; False when it did not start.
+        """Runs the test program to its end and monitors the nodes; False when it did not start.
 
         Raises:
-            TestProgramTimedOut: its time limit is over. It still runs until `tear_down`.
-            RequiredNodeEnded: a node without which the launch file says that all is over.
+            TestProgramTimedOut: its time limit is over. It runs on until `tear_down`.
+            RequiredNodeEnded: a `required` node ended first.
         """
         run = self._running()
         node = test.node
@@ -128,7 +128,7 @@ class LaunchStage:
         )
 
     def tear_down(self) -> None:
-        """Ends the test, the nodes and the master of its own."""
+        """Ends the test program, the nodes and a master that was started for them."""
         self._console.say("shutting down processing monitor...")
         run, self._run = self._run, None
         core, self._core = self._core, None
@@ -142,7 +142,7 @@ class LaunchStage:
 
     def _running(self) -> Run:
         if self._run is None:
-            raise RuntimeError("nothing runs before set_up")
+            raise RuntimeError("set_up must be called first")
         return self._run
 
     def _join(self, master_uri: str) -> None:

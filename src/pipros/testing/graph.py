@@ -1,4 +1,4 @@
-"""Questions that tests ask about the graph: who publishes and who subscribes to a topic."""
+"""Functions for tests: whether a node publishes or subscribes to a topic."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from pipros.graph.system_state import SystemState
 
 
 def is_publisher(topic: str, node: str, tool: str) -> bool:
-    """True when the master knows `node` as a publisher of `topic`.
+    """True when `node` is registered as a publisher of `topic`.
 
-    `tool` is the name, without a namespace, that the question is asked by and names are resolved for.
+    `tool` is the caller's name without a namespace; names are resolved relative to it.
 
     Raises:
         Unreachable: no master answers.
@@ -20,7 +20,7 @@ def is_publisher(topic: str, node: str, tool: str) -> bool:
 
 
 def is_subscriber(topic: str, node: str, tool: str) -> bool:
-    """True when the master knows `node` as a subscriber of `topic`; otherwise as `is_publisher`."""
+    """As `is_publisher`, for subscribers."""
     with GraphClient(tool) as graph:
         subscribers = SystemState.from_state(graph.master.get_system_state()).subscribers
         return graph.resolve(node) in subscribers.get(graph.resolve(topic), ())

@@ -1,4 +1,4 @@
-"""A launch file that runs beside a test: its nodes on a master that is there already."""
+"""The nodes of a launch file during a pytest test, on an existing master."""
 
 from __future__ import annotations
 
@@ -22,31 +22,31 @@ from pipros.workspace.index import PackageIndex
 
 
 class NodesDidNotStart(PiprosError):
-    """Nodes of a launch file have no program, or it could not be started."""
+    """Nodes of a launch file could not be started."""
 
 
 class Launched:
     """The nodes of a launch file while a test runs.
 
-    They are looked after in a thread: those that want it are started again, and when a `required` one
-    ended, nothing is. All are ended by `stop` only.
+    A thread monitors them: it restarts nodes with `respawn`, until a `required` node
+    ends. Only `stop` ends the others.
 
     Attributes:
-        exit_codes: of the nodes that ended so far, by name.
+        exit_codes: exit codes of the nodes that have ended, by name.
     """
 
     def __init__(
         self, words: Sequence[str | Path], arguments: Mapping[str, Any], master_uri: str, *, folder: Path
     ) -> None:
-        """Reads the file; nothing is started yet.
+        """Reads the file; starts nothing yet.
 
         Args:
             words: `package file`, or the path of a file.
-            arguments: of the file; booleans and numbers become what launch files call them.
-            folder: what a relative path begins at.
+            arguments: arguments of the file; booleans and numbers are converted to text.
+            folder: the base of a relative path.
 
         Raises:
-            LaunchError: there is no such file, or it is wrong.
+            LaunchError: the file does not exist, or has an error.
         """
         environment = Environment.from_os()
         index = PackageIndex.from_environment(environment)
@@ -57,7 +57,7 @@ class Launched:
         launch = load(resolve_files(names, index), texts, context=LoadContext.of_process(index))
         run_id = new_run_id()
         logs = LogFolder.of_run(environment, run_id)
-        # No log is written there, but the guardian finds the nodes of this launch by the name.
+        # Nothing is logged there; the guardian finds the nodes of this launch by the name of the file.
         log = logs.file_of_launcher(f"pytest-{run_id}")
         self.exit_codes: dict[str, int] = {}
         self._run = Run(
@@ -74,20 +74,20 @@ class Launched:
         """Sets the parameters and starts the nodes.
 
         Raises:
-            NodesDidNotStart: naming them. Others may run.
+            NodesDidNotStart: with their names. Other nodes may run.
         """
         self._run.set_parameters()
         if failed := self._run.start_nodes():
-            raise NodesDidNotStart(f"could not be started: {', '.join(failed)}. The reasons are on stderr")
+            raise NodesDidNotStart(f"cannot start {', '.join(failed)}; stderr has the reasons")
         self._watcher.start()
 
     @property
     def running(self) -> tuple[str, ...]:
-        """The names of the nodes that run, in the graph: `/robot/talker`."""
+        """The full names of the running nodes: `/robot/talker`."""
         return tuple(f"/{name.rpartition('-')[0]}" for name in self._run.running())
 
     def stop(self) -> None:
-        """Ends all nodes: SIGINT, SIGTERM after a while, SIGKILL after another. Harmless when repeated."""
+        """Ends all nodes by SIGINT, then SIGTERM, then SIGKILL, with time in between. May be repeated."""
         self._run.request_stop()
         if self._watcher.ident is not None:
             self._watcher.join()

@@ -1,6 +1,6 @@
-"""The end of a Python test script: runs its cases, reports, and says whether they passed.
+"""Runs the cases of a Python test script, writes the result file, and prints the summary.
 
-`python -m pipros.testing.program PATH RESULTS` runs the unit tests of a file or folder where there is no
+`python -m pipros.testing.program PATH RESULTS` runs the unit tests of a file or folder without
 pytest, as nose did for `catkin_add_nosetests`: modules called `test…`, cases of `unittest`.
 """
 
@@ -21,7 +21,7 @@ Tests = type[unittest.TestCase] | unittest.TestSuite | ModuleType | str
 
 
 def load_suite(tests: Tests) -> unittest.TestSuite:
-    """The suite that a TestCase class, a module, a suite or a dotted name of one of these stands for."""
+    """The suite of a TestCase class, a module, a suite, or a dotted name of one of these."""
     if isinstance(tests, unittest.TestSuite):
         return tests
     loader = unittest.TestLoader()
@@ -35,7 +35,7 @@ def load_suite(tests: Tests) -> unittest.TestSuite:
 def make_xml_runner(
     package: str, test_name: str, file: str | Path | None = None, *, is_rostest: bool = False
 ) -> XmlRunner:
-    """A runner that leaves its results in `file`, by default where the environment wants them; says where."""
+    """A runner that writes its results to `file`, by default in the test results folder; prints the path."""
     path = Path(file) if file else results_file(package, test_name, is_rostest=is_rostest)
     print(f"[ROSUNIT] Outputting test results to {path}", flush=True)
     return XmlRunner(path)
@@ -46,7 +46,7 @@ def run_program(package: str, test_name: str, tests: Tests, argv: Sequence[str])
 
     Args:
         argv: the command line of the script. `--gtest_output=xml:FILE` names the result file, `--text`
-            asks for unittest's own report on stderr and no file.
+            selects unittest's own report on stderr and no file.
     """
     suite = load_suite(tests)
     result: unittest.TestResult
@@ -66,7 +66,7 @@ def _names(broken: Sequence[tuple[unittest.TestCase, str]]) -> list[str]:
 
 
 def exit_unless(passed: bool) -> None:
-    """Ends the process with 1 when tests did not pass; what it printed is out before."""
+    """Exits with 1 when tests did not pass."""
     if not passed:
         sys.exit(1)
 

@@ -1,4 +1,4 @@
-"""Launch files as pytest sees them: a file with an item for each `<test>`."""
+"""Launch files in pytest: a file with an item for each `<test>`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pipros.launch.logs import LogFolder
 from pipros.launch.model import Launch, Test
 from pipros.launch.run_id import new_run_id
 from pipros.launch.xml import load
-from pipros.testing.fixture import LaunchStage
+from pipros.testing.fixture import LaunchFixture
 from pipros.testing.results import Case, Outcome
 from pipros.testing.rostest import Plan, Rostest
 from pipros.testing.runner import CaseResult
@@ -44,7 +44,7 @@ class LaunchFileCollector(pytest.File):
         except PiprosError as error:
             raise self.CollectError(str(error)) from None
         for test in launch.tests:
-            # Each runs by itself, on a system of its own with all nodes of the file.
+            # Each runs alone, with its own master and all nodes of the file.
             yield LaunchTestItem.from_parent(
                 self, name=test.test_name, launch=replace(launch, tests=(test,)), test=test, index=index
             )
@@ -72,7 +72,7 @@ class LaunchTestItem(pytest.Item):
         """Runs the test program with the nodes of the file on a private master.
 
         Raises:
-            TestDidNotPass: with what the test program says about it.
+            TestDidNotPass: with the report of the test program.
         """
         with tempfile.TemporaryDirectory(prefix="pipros-results-") as results:
             broken = self._run(Path(results))
@@ -89,7 +89,7 @@ class LaunchTestItem(pytest.Item):
         return super().repr_failure(excinfo, style)
 
     def _run(self, results: Path) -> list[Case]:
-        """The cases that did not pass; what the test program printed goes into the report."""
+        """The cases that did not pass. The output of the test program goes into the report."""
         owner = self._index.containing(self.path)
         package = owner.name if owner else self.path.parent.name
         environment = Environment.from_os()
@@ -97,14 +97,14 @@ class LaunchTestItem(pytest.Item):
         rostest = Rostest(
             plan,
             self._index,
-            lambda: LaunchStage(self._launch, self._index, environment, Console(has_title=False)),
+            lambda: LaunchFixture(self._launch, self._index, environment, Console(has_title=False)),
         )
         result = CaseResult(io.StringIO())
         with _launcher_log(environment):
             try:
                 rostest.suite()(result)
             finally:
-                # Ctrl-C comes past the end that unittest would give it.
+                # unittest does not call tearDown on Ctrl-C.
                 rostest.tear_down()
         suites = [suite for _, suite in rostest.results]
         for suite in suites:
@@ -120,7 +120,7 @@ def _report(case: Case) -> str:
 
 @contextmanager
 def _launcher_log(environment: Environment) -> Iterator[None]:
-    """Names a log file that no other launcher has; by it the nodes of a killed pytest are found and ended."""
+    """Sets a unique log file name, by which the nodes of a killed pytest are found and ended."""
     folder = LogFolder(environment.log_dir.absolute())
     before = os.environ.get("ROS_LOG_FILENAME")
     os.environ["ROS_LOG_FILENAME"] = str(folder.file_of_launcher(f"pytest-{new_run_id()}"))

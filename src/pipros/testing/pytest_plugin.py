@@ -1,7 +1,7 @@
-"""The pytest plugin of pipros: a ROS system for a test, and launch files with tests as they stand.
+"""The pytest plugin of pipros: a ROS system for a test, and launch files with tests.
 
-It is there in every pytest of the environment (entry point `pipros`, switched off by `-p no:pipros`), so
-nothing of pipros is imported before somebody uses it.
+It is loaded in every pytest of the environment (entry point `pipros`, disabled by `-p no:pipros`), so
+it imports nothing else of pipros until a test uses it.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-_LOOK_INTERVAL_S = 0.02
+_POLL_INTERVAL_S = 0.02
 
 
 class WaitUntil(Protocol):
-    """What `ros_wait_until` is; see there."""
+    """The type of `ros_wait_until`."""
 
     def __call__(self, condition: Callable[[], T], timeout_s: float = 10.0, what: str = "") -> T: ...
 
 
 class LaunchFile(Protocol):
-    """What `ros_launch` is; see there."""
+    """The type of `ros_launch`."""
 
     def __call__(self, *words: str | Path, **arguments: Any) -> Launched: ...
 
@@ -46,11 +46,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
-    """Collects `.test` files that are launch files, and `.launch` files with tests in them."""
+    """Collects `.test` files that are launch files, and `.launch` files with tests."""
     if file_path.suffix not in (".test", ".launch"):
         return None
     content = file_path.read_bytes()
-    # Tests of a `.test` file may stand in files that it includes; other programs have `.test` files too.
+    # A `.test` file may include files with the tests; other programs have `.test` files, too.
     if b"<launch" not in content or (file_path.suffix == ".launch" and b"<test" not in content):
         return None
     from pipros.testing.pytest_items import LaunchFileCollector
@@ -60,14 +60,14 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
 
 @pytest.fixture
 def ros_master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Core]:
-    """A master of the test's own, on a free port and in this process; `ROS_MASTER_URI` names it.
+    """A master for the test, on a free port and in this process; `ROS_MASTER_URI` is set to it.
 
-    Its address is `ros_master.uri`. Tests that run side by side do not see each other.
+    Its address is `ros_master.uri`. Tests that run in parallel have separate masters.
     """
     from pipros.env import DEFAULT_MASTER_URI, Environment
     from pipros.launch.roscore import Core
 
-    # Whoever's master the environment names, this one is for this computer.
+    # The new master is on this computer, even if ROS_MASTER_URI names another one.
     monkeypatch.setenv("ROS_MASTER_URI", DEFAULT_MASTER_URI)
     with Core(port=0, rosout=False, environment=Environment.from_os()) as core:
         monkeypatch.setenv("ROS_MASTER_URI", core.uri)
@@ -91,31 +91,31 @@ def ros_node(ros_master: Core) -> Iterator[Node]:
 def ros_launch(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[LaunchFile]:
     """Starts the nodes of a launch file on the test's master: `ros_launch("pkg", "file.launch", level=25)`.
 
-    One word is the path of a file, from the folder of the test module on. Arguments of the file are given
-    as keywords. Tests in the file are left out. All nodes end with the test, the ones started last first.
+    A single word is the path of a file, relative to the folder of the test module. Keywords are arguments
+    of the file. Tests in the file are skipped. All nodes end with the test, in reverse order of their start.
     """
     from pipros.testing.launch_fixture import Launched
 
     launched: list[Launched] = []
 
     def launch(*words: str | Path, **arguments: Any) -> Launched:
-        one = Launched(words, arguments, ros_master.uri, folder=request.path.parent)
-        launched.append(one)
-        one.start()
-        return one
+        nodes = Launched(words, arguments, ros_master.uri, folder=request.path.parent)
+        launched.append(nodes)
+        nodes.start()
+        return nodes
 
     try:
         yield launch
     finally:
-        for one in reversed(launched):
-            one.stop()
+        for nodes in reversed(launched):
+            nodes.stop()
 
 
 @pytest.fixture
 def ros_wait_until() -> WaitUntil:
     """Waits for a condition: `ros_wait_until(lambda: received, what="a message")`.
 
-    It returns the first value that is true, and fails the test when there is none in `timeout_s`.
+    It returns the first true value, and fails the test when there is none within `timeout_s`.
     """
 
     def wait_until(condition: Callable[[], T], timeout_s: float = 10.0, what: str = "") -> T:
@@ -124,7 +124,7 @@ def ros_wait_until() -> WaitUntil:
         while not (value := condition()):
             if time.monotonic() >= deadline:
                 pytest.fail(f"no {what or 'true value'} within {timeout_s:g} s")
-            time.sleep(_LOOK_INTERVAL_S)
+            time.sleep(_POLL_INTERVAL_S)
         return value
 
     return wait_until

@@ -1,4 +1,4 @@
-"""Where result files go: `<test results>/<package>/rosunit-<test>.xml` and `rostest-<file>.xml`."""
+"""The paths of result files: `<test results>/<package>/rosunit-<test>.xml` and `rostest-<file>.xml`."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pipros.errors import PiprosError
 
 
 class NoPlaceForResults(PiprosError):
-    """A result file cannot be written where it should be."""
+    """A result file cannot be written."""
 
 
 XML_OUTPUT_FLAG = "--gtest_output=xml:"
-"""How a test program is told its result file; gtest's own spelling, so that C++ tests understand it too."""
+"""The option that names the result file for a test program; it is gtest's, so C++ tests know it, too."""
 
 
 def results_file(
@@ -24,7 +24,7 @@ def results_file(
     base: Path | None = None,
     environment: Environment | None = None,
 ) -> Path:
-    """The result file of a test. `base` takes the place of the folder that the environment names.
+    """The result file of a test. `base` replaces the folder of the environment.
 
     >>> results_file("composiv_tryouts", "composiv_talker", base=Path("/results")).as_posix()
     '/results/composiv_tryouts/rosunit-composiv_talker.xml'
@@ -38,7 +38,7 @@ def prepare_path(file: Path) -> bool:
     """Makes the folder of a result file and removes an older file; True when there was one.
 
     Raises:
-        NoPlaceForResults: names the file, and what to do about it.
+        NoPlaceForResults: with the file, and what to try.
     """
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -48,13 +48,13 @@ def prepare_path(file: Path) -> bool:
     except OSError as error:
         raise NoPlaceForResults(
             f"cannot write test results to [{file}]: {error.strerror}. "
-            "Set ROS_TEST_RESULTS_DIR to a folder that can be written to"
+            "Set ROS_TEST_RESULTS_DIR to a writable folder"
         ) from None
     return True
 
 
 def rostest_name(package_folder: Path, test_file: Path) -> str:
-    """The name of a launch file among the results of its package: its path there, in one word.
+    """The name of a launch file in result files: its path inside the package, with underscores.
 
     >>> rostest_name(Path("/ws/src/pkg"), Path("/ws/src/pkg/test/talker.test"))
     'test_talker'

@@ -1,4 +1,4 @@
-"""What came out of a test run: cases in suites, whoever ran them and whatever file they were read from."""
+"""The results of a test run: cases in suites."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from enum import Enum
 
 
 class Outcome(Enum):
-    """How a test case ended. FAILURE is a broken promise, ERROR is everything that was not expected."""
+    """How a test case ended. FAILURE is a failed assertion, ERROR any other exception."""
 
     PASSED = "passed"
     FAILURE = "failure"
@@ -21,11 +21,11 @@ class Case:
 
     Attributes:
         class_name: the class with its module, as in `__main__.TalkerTestCase`.
-        name: the method, or whatever the test program calls it.
+        name: the method, or another name that the test program gives.
         seconds: how long it ran.
         outcome: how it ended.
-        kind: the type of the exception, when it did not pass.
-        text: what the exception says and where it was raised.
+        kind: the type of the exception, if it did not pass.
+        text: the message and the traceback of the exception.
     """
 
     class_name: str
@@ -38,7 +38,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Suite:
-    """The cases of one test program, with what it printed meanwhile."""
+    """The cases of one test program, with its output."""
 
     name: str
     cases: tuple[Case, ...] = ()
@@ -64,7 +64,7 @@ class Suite:
 
 @dataclass(frozen=True, slots=True)
 class Totals:
-    """The sums over several suites, as a summary gives them."""
+    """The sums over several suites, for a summary."""
 
     tests: int = 0
     errors: int = 0

@@ -1,7 +1,7 @@
-"""rostest: each test of a launch file runs on a fresh system with all nodes of the file around it.
+"""rostest: runs each test of a launch file on a new system with all nodes of the file.
 
-The outer run is one of unittest too: a case for each `<test>`, which passes when the test program ran to its
-end and left results. Whether those results are good is a second question, and a second exit code.
+The outer run uses unittest, too: a case for each `<test>`, which passes when the test program ended
+and wrote results. Whether those results are good is reported separately, by a second exit code.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pipros.testing.xunit import parse_suites
 from pipros.workspace.executables import find_executables
 from pipros.workspace.index import PackageIndex
 
-# Reports leave out the frames of modules with this mark: what failed is said in words.
+# unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True
 
 _CASE_CLASS = "RosTest"
@@ -32,41 +32,41 @@ _CASE_MODULE = "rostest.runner"
 class TestProgramTimedOut(PiprosError):
     """A test program ran longer than its time limit, and was ended."""
 
-    __test__ = False  # not one of pytest's
+    __test__ = False  # pytest must not collect it
 
 
-class Stage(Protocol):
+class SystemFixture(Protocol):
     """A running system for one test: its own master or an existing one, the nodes of the launch file."""
 
     @property
     def run_id(self) -> str: ...
 
     def set_up(self) -> None:
-        """Gets the master, the parameters and the process monitor ready."""
+        """Prepares the master and the process monitor."""
 
     def start_nodes(self) -> Sequence[str]:
-        """Starts the nodes of the launch file; the names of those that could not be started."""
+        """Starts the nodes of the launch file. Returns the names of nodes that could not be started."""
 
     def run_test(self, test: Test, arguments: Sequence[str]) -> bool:
         """Starts the test program and waits for its end; False when it could not be started.
 
         Raises:
-            TestProgramTimedOut: its time limit is over; it is ended then.
+            TestProgramTimedOut: its time limit is over.
         """
 
     def tear_down(self) -> None:
-        """Ends everything that was started. Harmless when nothing was, and when repeated."""
+        """Ends everything that was started. Does nothing without that, or when repeated."""
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What to run, and where results go.
+    """What to run, and where to write results.
 
     Attributes:
-        package: whose results they are.
+        package: the package of the results.
         file: the launch file.
-        launch: what it asks for.
-        results_base: takes the place of the folder of test results.
+        launch: the model of that file.
+        results_base: replaces the folder of test results.
         text: test programs report on the console and write no results.
     """
 
@@ -78,23 +78,23 @@ class Plan:
 
 
 class Rostest:
-    """Makes the unittest cases of a plan, and gathers the results that test programs leave.
+    """Makes the unittest cases of a plan, and collects the results of the test programs.
 
     Attributes:
         results: the suites that were read, each under `package.rosunit-name`.
-        was_set_up: whether any stage came up.
+        was_set_up: whether any fixture was set up.
     """
 
-    def __init__(self, plan: Plan, index: PackageIndex, open_stage: Callable[[], Stage]) -> None:
+    def __init__(self, plan: Plan, index: PackageIndex, make_fixture: Callable[[], SystemFixture]) -> None:
         self._plan = plan
         self._index = index
-        self._open_stage = open_stage
-        self._stage: Stage | None = None
+        self._make_fixture = make_fixture
+        self._fixture: SystemFixture | None = None
         self.results: list[tuple[str, Suite]] = []
         self.was_set_up = False
 
     def suite(self) -> unittest.TestSuite:
-        """A case for each test, in the order of their names; two tests of one name are a case that fails."""
+        """A case for each test, sorted by name; two tests with the same name become one failing case."""
         methods: dict[str, Callable[[unittest.TestCase], None]] = {}
         for test in self._plan.launch.tests:
             name = f"test{test.test_name}"
@@ -115,24 +115,24 @@ class Rostest:
         return unittest.TestLoader().loadTestsFromTestCase(kind)
 
     def set_up(self) -> None:
-        """Opens a fresh stage."""
-        stage = self._stage = self._open_stage()
-        _say(f"setup[{self._plan.file}] run_id[{stage.run_id}] starting")
+        """Makes a new fixture and sets it up."""
+        fixture = self._fixture = self._make_fixture()
+        _say(f"setup[{self._plan.file}] run_id[{fixture.run_id}] starting")
         try:
-            stage.set_up()
+            fixture.set_up()
         except BaseException:
             self.tear_down()
             raise
         self.was_set_up = True
-        _say(f"setup[{self._plan.file}] run_id[{stage.run_id}] done")
+        _say(f"setup[{self._plan.file}] run_id[{fixture.run_id}] done")
 
     def tear_down(self) -> None:
-        """Ends what the stage holds. To be called also when the run was interrupted; harmless otherwise."""
-        stage, self._stage = self._stage, None
-        if stage is None:
+        """Tears the fixture down. Must be called when the run was interrupted; may be repeated."""
+        fixture, self._fixture = self._fixture, None
+        if fixture is None:
             return
         _say(f"tearDown[{self._plan.file}]")
-        stage.tear_down()
+        fixture.tear_down()
         _say(f"rostest teardown {self._plan.file} complete")
 
     def _refusal(self, test: Test) -> Callable[[unittest.TestCase], None]:
@@ -166,7 +166,7 @@ class Rostest:
         return run
 
     def _find_problem(self, test: Test) -> str:
-        """Why the test program cannot run at all; empty when it can."""
+        """Why the test program cannot run; empty when it can."""
         node = test.node
         try:
             found = find_executables(self._index.find(node.package), node.type)
@@ -177,13 +177,13 @@ class Rostest:
         return ""
 
     def _run_once(self, case: unittest.TestCase, test: Test) -> list[Suite]:
-        """Runs the test program on the stage as it is; the results that it left, none in text mode."""
-        stage = self._stage
-        if stage is None:
-            raise RuntimeError("a test runs between set_up and tear_down")
+        """Runs the test program on the current fixture. Returns its results, which are empty in text mode."""
+        fixture = self._fixture
+        if fixture is None:
+            raise RuntimeError("set_up must be called first")
         name = test.test_name
         _say(f"Running test [{name}]")
-        if failed := list(stage.start_nodes()):
+        if failed := list(fixture.start_nodes()):
             case.fail(f"Test Fixture Nodes {failed} failed to launch")
 
         file = results_file(self._plan.package, name, base=self._plan.results_base)
@@ -191,7 +191,7 @@ class Rostest:
             _say(f"removing previous test results file [{file}]")
         _say(f"running test {name}")
         arguments = [XML_OUTPUT_FLAG + str(file), *(["--text"] if self._plan.text else [])]
-        if not stage.run_test(test, arguments):
+        if not fixture.run_test(test, arguments):
             case.fail(f"test [{name}] failed to launch")
         _say(f"test [{name}] finished")
         if self._plan.text:

@@ -1,7 +1,7 @@
-"""Runs unittest cases the way rosunit does: a line for each on the console, a result file at the end.
+"""Runs unittest cases as rosunit does: a line for each on the console, a result file at the end.
 
-What a case prints goes to the result file, so that the console stays readable; the lines about the cases
-themselves go to the console's stream as it was when the run began.
+The output of cases goes to the result file, so that the console stays readable. The lines about the cases
+go to the stream that was `sys.stdout` when the run began.
 """
 
 # ruff: noqa: N802 - the method names are those of unittest
@@ -55,7 +55,7 @@ class CaseResult(unittest.TestResult):
 
     def addUnexpectedSuccess(self, test: unittest.TestCase) -> None:
         super().addUnexpectedSuccess(test)
-        self._break(test, Outcome.FAILURE, "AssertionError", "succeeded, though a failure was expected\n")
+        self._break(test, Outcome.FAILURE, "AssertionError", "passed, but was expected to fail\n")
 
     def addFailure(self, test: unittest.TestCase, err: Any) -> None:
         super().addFailure(test, err)
@@ -72,7 +72,7 @@ class CaseResult(unittest.TestResult):
             self._break_by(subtest, Outcome.FAILURE if is_failure else Outcome.ERROR, err)
 
     def names(self, outcome: Outcome) -> list[str]:
-        """The names of the cases that ended so, for the summary."""
+        """The names of the cases with that outcome, for the summary."""
         return [case.name for case in self.cases if case.outcome is outcome]
 
     def _pass(self, test: unittest.TestCase) -> None:
@@ -83,7 +83,7 @@ class CaseResult(unittest.TestResult):
         kind, value, frames = error
         shown = _frames_of_interest(frames)
         if not shown and not isinstance(value, (AssertionError, PiprosError)):
-            shown = traceback.extract_tb(frames)  # a mistake of the tools themselves, which must not hide
+            shown = traceback.extract_tb(frames)  # an error of the tools themselves needs its traceback
         where = "".join(traceback.format_list(shown))
         self._break(test, outcome, kind.__name__ if kind else "", f"{value}\n{where}")
 
@@ -99,18 +99,18 @@ class CaseResult(unittest.TestResult):
         )
 
     def _report(self, test: unittest.TestCase, text: str) -> None:
-        # In one go: the programs that a test starts write to the same console meanwhile.
+        # One write: the programs that a test starts write to the same console.
         print(f"[Testcase: {_name(test)}] ... {text}", file=self._console, flush=True)
 
 
 def _name(test: unittest.TestCase) -> str:
-    """The method's name, with what tells a sub-test apart: `test_levels (level=25)`."""
+    """The method's name, with the parameters of a sub-test: `test_levels (level=25)`."""
     path, space, more = test.id().partition(" ")
     return path.rpartition(".")[2] + space + more
 
 
 def _frames_of_interest(frames: TracebackType | None) -> traceback.StackSummary:
-    """The frames of the test itself: those of the machinery around it say nothing about what went wrong."""
+    """The frames of the test itself, without those of unittest and of the tools."""
     while frames is not None and "__unittest" in frames.tb_frame.f_globals:
         frames = frames.tb_next
     kept = []
@@ -121,7 +121,7 @@ def _frames_of_interest(frames: TracebackType | None) -> traceback.StackSummary:
 
 
 class XmlRunner:
-    """A unittest runner that leaves a result file when, and only when, the suite ran to its end.
+    """A unittest runner that writes a result file only if the suite ran to its end.
 
     So a file without failures always means that all cases passed.
     """
@@ -130,7 +130,7 @@ class XmlRunner:
         self.results_file = results_file
 
     def run(self, suite: unittest.TestSuite | unittest.TestCase) -> CaseResult:
-        """Runs the suite; `sys.stdout` and `sys.stderr` are kept for the file meanwhile.
+        """Runs the suite, with `sys.stdout` and `sys.stderr` redirected to the result file.
 
         Raises:
             NoPlaceForResults: before anything is run.

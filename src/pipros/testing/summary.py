@@ -1,4 +1,4 @@
-"""The summaries that test runs end with, in the words and colours of Noetic."""
+"""The summaries at the end of test runs, with the texts and colours of Noetic."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def runner_summary(runner: Suite, ran: Iterable[tuple[str, Suite]], name: str = 
     """The end of a run over several test programs.
 
     Args:
-        runner: a case for each program: passed when it ran to its end and left results.
-        ran: the results that the programs left, each under a prefix such as `pkg.rosunit-test`.
+        runner: a case for each program: passed when it ended and wrote results.
+        ran: the results of the programs, each under a prefix such as `pkg.rosunit-test`.
         name: of the runner, for the headline.
     """
     results = list(ran)

@@ -1,7 +1,7 @@
-"""Result files in the xUnit form: written as genuine rosunit writes them, read from whoever wrote them.
+"""Result files in the xUnit format: written as genuine rosunit does, read from any program.
 
-A genuine file puts the marks of a CDATA section, escaped, around what the program printed. Dashboards and
-genuine `catkin_test_results` have read that for years, so it stays.
+A genuine file has an escaped CDATA marker around the output of the program. Dashboards and
+genuine `catkin_test_results` expect it, so it is written here, too.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ CDATA_END = "\n]]>"
 
 
 class UnreadableResults(PiprosError):
-    """A result file is not XML, or not in the xUnit form."""
+    """A result file is not XML, or not in the xUnit format."""
 
 
 def format_suite(suite: Suite) -> str:
@@ -50,7 +50,7 @@ def _format_printed(text: str) -> str:
 
 
 def escape_controls(text: str) -> str:
-    """The text with each control character that XML forbids turned into its written-out reference."""
+    """The text with each character that XML forbids replaced by a written-out reference."""
     return "".join(
         char if char in "\n\t" or (char >= " " and not _is_outside_xml(char)) else f"&#x{ord(char):04X};"
         for char in text
@@ -65,7 +65,7 @@ def parse_suites(content: bytes, file: str) -> list[Suite]:
     """The suites of a result file: one `<testsuite>`, or a `<testsuites>` as gtest writes it.
 
     Raises:
-        UnreadableResults: for anything else; names the file and what is wrong with it.
+        UnreadableResults: for anything else; with the file and the reason.
     """
     try:
         root = parse(content, file)
@@ -93,7 +93,7 @@ def _parse_suite(element: Element) -> Suite:
 def _parse_case(element: Element) -> Case:
     outcome, kind, text = Outcome.PASSED, "", ""
     for worse, tag in _TAG_OF.items():
-        # gtest gives one <failure> for each failed expectation; together they are why the case failed.
+        # gtest writes one <failure> for each failed expectation; all of them are the reason.
         found = list(element.all(tag))
         if found:
             outcome = worse

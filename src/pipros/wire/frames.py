@@ -1,8 +1,8 @@
 """TCPROS frames: a little-endian 32-bit length, then that many bytes.
 
-`FrameBuffer` is for topics and the requests of services: sockets receive straight into memory that it uses
-again and again (fresh megabyte buffers cost page faults, which is what makes large messages slow elsewhere).
-`ReplyReader` is for the replies of services: frames, each behind a byte that says whether the call succeeded.
+`FrameBuffer` is for topics and the requests of services: sockets receive directly into memory that is
+reused, because new buffers of megabytes cost page faults, which dominate the time of large messages.
+`ReplyReader` is for the replies of services: frames, each after a byte that says whether the call succeeded.
 
 Source: http://wiki.ros.org/ROS/TCPROS
 """
@@ -19,10 +19,10 @@ from pipros.limits import process_limits
 _INITIAL_BYTES = 4 * 1024
 _COMFORTABLE_BYTES = 128 * 1024
 
-#: After being emptied so often, a larger buffer is made smaller if that would have been enough.
+#: After being emptied this many times, a large buffer is replaced by a smaller one if that would do.
 _ROUNDS = 100
 
-#: Of a reply: whether the call succeeded, and the length of what follows.
+#: Of a reply: one byte for success, four for the length of the rest.
 _REPLY_HEAD_BYTES = 5
 
 _unpack_length = struct.Struct("<I").unpack_from
@@ -57,7 +57,7 @@ class FrameBuffer:
     def room(self) -> memoryview:
         """Memory to receive into, never empty. Frames that it yielded before become invalid."""
         if self._end == len(self._store) < _COMFORTABLE_BYTES:
-            self._grow()  # the peer had more to send than there was room for
+            self._grow()  # the peer had more to send than fitted
         pending = self._end - self._start
         if not pending:
             if len(self._store) > _COMFORTABLE_BYTES:
@@ -96,15 +96,14 @@ class FrameBuffer:
 
     def feed(self, data: bytes) -> Iterator[memoryview]:
         """Yields the frames completed by `data`, which is copied at once. Raises as `received`."""
-        room = self.room()
-        if len(room) < len(data):
+        if len(self.room()) < len(data):
             self._enlarge(self._end + len(data))
         self._view[self._end : self._end + len(data)] = data
         self._end += len(data)
         return self.received(0)
 
     def trim(self) -> None:
-        """Gives the memory of large frames back, unless a part of a frame is in it."""
+        """Frees the memory of large frames, unless it holds a part of a frame."""
         if self.is_large and not self.is_within:
             self._start = self._end = 0
             self._store = bytearray(_COMFORTABLE_BYTES)
@@ -112,11 +111,11 @@ class FrameBuffer:
 
     @property
     def is_large(self) -> bool:
-        """Whether there is memory for `trim` to give back."""
+        """Whether `trim` could free memory."""
         return len(self._store) > _COMFORTABLE_BYTES
 
     def _reconsider(self) -> None:
-        """Makes the empty buffer smaller when it has held far less than it could for a while."""
+        """Makes the empty buffer smaller when it was mostly unused for a while."""
         self._largest = max(self._largest, self._end)
         self._rounds += 1
         if self._rounds >= _ROUNDS:
@@ -126,7 +125,7 @@ class FrameBuffer:
             self._rounds = self._largest = 0
 
     def _missing(self) -> int:
-        """How many bytes the frame under way still lacks, as far as is known."""
+        """How many bytes the incomplete frame still lacks, as far as is known."""
         have = self._end - self._start
         if have < 4:
             return 4 - have
@@ -170,7 +169,7 @@ class ReplyReader:
 
     def feed(self, data: bytes) -> None:
         if not self._held:
-            self._held = data  # most replies arrive at once, and are not copied together
+            self._held = data  # most replies arrive in one piece, and need no copy
             return
         if not isinstance(self._held, bytearray):
             self._held = bytearray(self._held)

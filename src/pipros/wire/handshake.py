@@ -1,7 +1,7 @@
-"""What the two ends of a TCPROS connection tell each other first, and when one refuses.
+"""The headers that both ends of a TCPROS connection exchange first, and when one end refuses.
 
 Pure: headers in, headers or a refusal out. Sources: http://wiki.ros.org/ROS/TCPROS and, where it
-is silent, genuine rospy and roscpp. The end that connects speaks first; a refusal is a header
+says nothing, genuine rospy and roscpp. The end that connects sends first; a refusal is a header
 with the one field `error`, after which the connection closes.
 """
 
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pipros.errors import ProtocolError, Refused
 from pipros.printable import printable
 
-ANY = "*"  # an md5sum or type of `*` agrees with every other
+ANY = "*"  # an md5sum or type of `*` matches every other
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ def request_service_link(
 def accept_service_link(
     service: str, caller_id: str, interface: WireType, *, request_type: str = "", response_type: str = ""
 ) -> dict[str, str]:
-    """The header by which a service server answers. roscpp wants both halves' types as well."""
+    """The header by which a service server answers. roscpp also expects the types of request and response."""
     fields = {
         "callerid": caller_id,
         "md5sum": interface.md5sum,
@@ -124,8 +124,8 @@ def check_topic_reply(fields: Mapping[str, str], interface: WireType, peer: str)
     """Checks a publisher's answer on the subscriber's side.
 
     Raises:
-        Refused: the publisher said no, in its own words.
-        ProtocolError: the answer lacks a field, or its type is not the one asked for.
+        Refused: the publisher refused; the text is its own.
+        ProtocolError: the answer lacks a field, or its type is not the requested one.
     """
     _raise_refusal(fields, peer)
     missing = _missing(fields, ("md5sum", "type"))

@@ -70,7 +70,7 @@ class HeaderReader:
         """Returns the fields once the header is complete, until then None.
 
         Raises:
-            LimitExceeded: the announced length is above the limit; nothing is waited for.
+            LimitExceeded: the announced length is above the limit. It is raised before the rest arrives.
             ProtocolError: the header is malformed.
         """
         self._buffer += data

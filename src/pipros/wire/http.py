@@ -1,15 +1,16 @@
-"""The little HTTP/1.1 that XML-RPC needs, as bytes in and messages out.
+"""The part of HTTP/1.1 that XML-RPC needs: bytes in, messages out.
 
-Theory of operation: a reader is in one of two states, waiting for a head (everything up to the
-blank line) or for a body whose end it knows: by `Content-Length`, by chunks, or, for responses
-only, by the end of the connection. Memory grows with the bytes that arrived, never by the length
-a peer announces, and an announced length beyond the limit is refused before its bytes come.
+Theory of operation: a reader is in one of two states. It waits for a head (everything up to the
+blank line), or for a body whose end is given by `Content-Length`, by chunks, or, for responses
+only, by the end of the connection. Memory grows with the bytes that arrived, never with the length that
+a peer announces, and an announced length beyond the limit is refused before the body arrives.
 
-h11 does all of HTTP and is exemplary, but costs 17 ms to import and 40 us a request; this costs
-1 ms and 8 us, and the master answers a request in less time than h11 needs to read it.
+h11 implements all of HTTP, but takes 17 ms to import and 40 us a request; this takes
+1 ms and 8 us, and the master answers a request in less time than h11 needs to read it. A test compares
+this reader with h11 (`tests/unit/wire/test_http_against_h11.py`).
 
-Written for the parsers on the other side: XmlRpc++ (roscpp) looks for `Content-length: ` in any
-case, knows no chunks and no compression; Python's `http.server` is happy with anything.
+What it writes suits other implementations: XmlRpc++ (roscpp) looks for `Content-length: ` in any
+case, and knows neither chunks nor compression; Python's `http.server` accepts anything.
 """
 
 from __future__ import annotations
@@ -72,12 +73,12 @@ class Response(NamedTuple):
 
 
 def build_request(host: str, target: str, body: bytes) -> bytes:
-    """A POST of an XML-RPC document. `host` is what the `Host` header says: `localhost:11311`."""
+    """A POST of an XML-RPC document. `host` is the value of the `Host` header: `localhost:11311`."""
     return request_head(host, target, len(body)) + body
 
 
 def request_head(host: str, target: str, length: int) -> bytes:
-    """What `build_request` puts before a body of that length; for bodies too large to be copied."""
+    """The head of `build_request` for a body of that length; for bodies too large to be copied."""
     return (
         f"POST {target} HTTP/1.1\r\nHost: {host}\r\nUser-Agent: pipros\r\n"
         f"Content-Type: text/xml\r\nContent-length: {length}\r\n\r\n"
@@ -85,22 +86,22 @@ def request_head(host: str, target: str, length: int) -> bytes:
 
 
 def build_response(
-    body: bytes, *, status: int = 200, keep_alive: bool = True, says_keep_alive: bool = False
+    body: bytes, *, status: int = 200, keep_alive: bool = True, send_keep_alive: bool = False
 ) -> bytes:
-    """A response with an XML-RPC document, or with a plain text when `status` is not 200.
+    """A response with an XML-RPC document, or with plain text when `status` is not 200.
 
-    HTTP/1.0 clients that asked for it have to be told that the connection stays (`says_keep_alive`).
+    HTTP/1.0 clients that asked to keep the connection need a header that confirms it (`send_keep_alive`).
     """
-    return response_head(len(body), status, keep_alive=keep_alive, says_keep_alive=says_keep_alive) + body
+    return response_head(len(body), status, keep_alive=keep_alive, send_keep_alive=send_keep_alive) + body
 
 
 def response_head(
-    length: int, status: int = 200, *, keep_alive: bool = True, says_keep_alive: bool = False
+    length: int, status: int = 200, *, keep_alive: bool = True, send_keep_alive: bool = False
 ) -> bytes:
-    """What `build_response` puts before a body of that length; for bodies too large to be copied."""
+    """The head of `build_response` for a body of that length; for bodies too large to be copied."""
     connection = "Connection: close\r\n"
     if keep_alive:
-        connection = "Connection: keep-alive\r\n" if says_keep_alive else ""
+        connection = "Connection: keep-alive\r\n" if send_keep_alive else ""
     content = "text/xml" if status == 200 else "text/plain"
     return (
         f"HTTP/1.1 {status} {_REASONS.get(status, 'Error')}\r\nServer: pipros\r\n{connection}"
@@ -121,7 +122,7 @@ _CHUNKED: Final = -2
 
 
 class _Reader:
-    """What requests and responses have in common: a head, then a body."""
+    """The common part of both readers: a head, then a body."""
 
     def __init__(self, *, head_limit: int = HEAD_LIMIT_BYTES, body_limit: int) -> None:
         self._head_limit = head_limit
@@ -144,12 +145,12 @@ class _Reader:
         return len(self._buffer) + self._chunks.held_bytes
 
     def _read_head(self) -> bool:
-        """Takes a head from the buffer; False when it is not complete."""
+        """Removes a head from the buffer; False when it is not complete."""
         buffer = self._buffer
         if not self._searched:  # blank lines before a start line are to be skipped (RFC 9112, 2.2)
             del buffer[: len(buffer) - len(buffer.lstrip(b"\r\n"))]
-            if buffer and not 0x41 <= buffer[0] <= 0x5A:  # TLS, say: no need to wait for more of it
-                raise HttpError(400, f"no HTTP message: it begins with {bytes(buffer[:20])!r}")
+            if buffer and not 0x41 <= buffer[0] <= 0x5A:  # TLS, for example: do not wait for more of it
+                raise HttpError(400, f"not an HTTP message: it begins with {bytes(buffer[:20])!r}")
         end = _END_OF_HEAD.search(buffer, max(0, self._searched - 3))
         if (end.start() if end else len(buffer) - 3) > self._head_limit:  # three bytes of an end may be there
             raise HttpLimitExceeded(431, f"an HTTP head of more than {self._head_limit} bytes")
@@ -169,7 +170,7 @@ class _Reader:
         return True
 
     def _read_body(self) -> bytes | bytearray | None:
-        """Takes a body from the buffer; None when it is not complete."""
+        """Removes a body from the buffer; None when it is not complete."""
         if self._length == _CHUNKED:
             return self._chunks.take(self._buffer)
         if self._length == _UNTIL_END:
@@ -178,7 +179,7 @@ class _Reader:
         if len(self._buffer) < self._length:
             return None
         behind = len(self._buffer) - self._length
-        if behind < self._length:  # the smaller part is copied, for the other may be large
+        if behind < self._length:  # copy the smaller part: the other may be large
             body, self._buffer = self._buffer, self._buffer[self._length :]
             del body[self._length :]
             return body
@@ -187,10 +188,12 @@ class _Reader:
         return front
 
     def _declared_length(self) -> int | None:
-        """The length by the headers, None when they do not say."""
+        """The length that the headers announce, None when they do not."""
         headers = self._headers
         if headers.get("content-encoding", "identity").lower() != "identity":
-            raise HttpError(415, f"a body compressed by {headers['content-encoding'][:40]!r}; send it plain")
+            raise HttpError(
+                415, f"a body compressed by {headers['content-encoding'][:40]!r}; send it uncompressed"
+            )
         length = headers.get("content-length")
         if "transfer-encoding" in headers:
             if length is not None:
@@ -201,7 +204,7 @@ class _Reader:
         if length is None:
             return None
         if not _DECIMAL(length):
-            raise HttpError(400, f"Content-Length {length[:40]!r} is no number")
+            raise HttpError(400, f"Content-Length must be a number, got {length[:40]!r}")
         return int(length)
 
     def _keep_alive(self, start: re.Match[str], major: int, minor: int) -> bool:
@@ -211,7 +214,7 @@ class _Reader:
         return "keep-alive" in connection
 
     def _parse_start_line(self, line: str) -> re.Match[str]:
-        raise HttpError(400, f"no HTTP message: {line[:40]!r}")
+        raise HttpError(400, f"not an HTTP message: {line[:40]!r}")
 
     def _body_length(self) -> int:
         return 0
@@ -244,8 +247,8 @@ class RequestReader(_Reader):
         """Takes the next request; None when no more is complete.
 
         Raises:
-            HttpError: what comes is no request, or one without a length, with a compressed body or with
-                another method than POST. The connection is of no use after that.
+            HttpError: the bytes are not a request, or one without a length, with a compressed body or with
+                a method other than POST. The connection cannot be used after that.
         """
         if self._failure:
             raise self._failure
@@ -264,33 +267,35 @@ class RequestReader(_Reader):
         return Request(start[1], start[2], self._headers, body, self._keep_alive(start, 3, 4))
 
     def wants_continue(self) -> bool:
-        """True, once a request, when the client waits for `100 Continue` before it sends the body."""
+        """True when the client waits for `100 Continue` before it sends the body; once for each request."""
         return self._start is not None and self._headers.pop("expect", "").lower() == "100-continue"
 
     def _parse_start_line(self, line: str) -> re.Match[str]:
         match = _REQUEST_LINE(line)
         if match is None:
-            raise HttpError(400, f"no HTTP request: it begins with {line[:40]!r}")
+            raise HttpError(400, f"not an HTTP request: it begins with {line[:40]!r}")
         if match[3] != "1":
-            raise HttpError(505, f"HTTP/{match[3]} is not spoken here, only HTTP/1")
+            raise HttpError(505, f"HTTP/{match[3]} is not supported, only HTTP/1")
         if match[1] != "POST":
-            raise HttpError(405, f"{match[1]} of {match[2][:80]}; XML-RPC is spoken here, and it needs POST")
+            raise HttpError(
+                405, f"{match[1]} of {match[2][:80]}; this is an XML-RPC server, which needs POST"
+            )
         return match
 
     def _body_length(self) -> int:
         if "origin" in self._headers:
-            # Only browsers send it. A web page could otherwise reach what is bound to loopback.
+            # Only browsers send it. Without this check a web page could call servers bound to loopback.
             raise HttpError(403, f"a request from a web page of {self._headers['origin'][:80]}")
         length = self._declared_length()
         if length is None:
-            raise HttpError(411, "a request that does not say how long it is")
+            raise HttpError(411, "a request without Content-Length")
         return length
 
 
 class ResponseReader(_Reader):
-    """Cuts what a server sends into responses; the mirror of `RequestReader`.
+    """Cuts what a server sends into responses; the counterpart of `RequestReader`.
 
-    Interim responses (`100 Continue`) are left out. Tell it by `end()` when the server closed.
+    Interim responses (`100 Continue`) are skipped. Call `end()` when the server closed the connection.
     """
 
     def __init__(self, *, head_limit: int = HEAD_LIMIT_BYTES, body_limit: int | None = None) -> None:
@@ -332,7 +337,7 @@ class ResponseReader(_Reader):
     def _parse_start_line(self, line: str) -> re.Match[str]:
         match = _STATUS_LINE(line)
         if match is None or match[1] != "1":
-            raise HttpError(400, f"no HTTP response: it begins with {line[:40]!r}")
+            raise HttpError(400, f"not an HTTP response: it begins with {line[:40]!r}")
         return match
 
     def _body_length(self) -> int:

@@ -1,4 +1,4 @@
-"""Chunked HTTP bodies, and what goes wrong with HTTP messages."""
+"""Chunked HTTP bodies, and the errors of HTTP messages."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from pipros.errors import LimitExceeded, ProtocolError
 _SIZE_LINE = re.compile(rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r?").fullmatch
 _LINE_LIMIT: Final = 256
 CHUNKS_LIMIT: Final = 2_000
-"""Chunks of one body, lines of its trailer included. Each takes time, be it of one byte; clients make them of
-thousands."""
+"""Chunks of one body, lines of its trailer included. Each takes time, even one of a single byte; clients send
+chunks of thousands of bytes."""
 
 
 class HttpError(ProtocolError):
-    """A message that breaks HTTP, or asks for what is not spoken here.
+    """A message violates HTTP, or uses a part of it that is not supported.
 
     Attributes:
-        status: what a server answers to it.
+        status: the status code with which a server answers it.
     """
 
     def __init__(self, status: int, text: str) -> None:
@@ -37,7 +37,7 @@ def check_body_length(length: int, limit: int) -> None:
 
 
 class ChunkedBody:
-    """Puts a body together that comes in chunks, each behind a line with its size.
+    """Assembles a body from chunks, each after a line with its size.
 
     >>> bytes(ChunkedBody(limit_bytes=100).take(bytearray(b"2\\r\\nhi\\r\\n0\\r\\n\\r\\nrest")))
     b'hi'
@@ -54,10 +54,10 @@ class ChunkedBody:
         return len(self._body)
 
     def take(self, buffer: bytearray) -> bytearray | None:
-        """Takes what is complete from the front of `buffer`; the body once its end was there.
+        """Removes complete chunks from the front of `buffer`. Returns the body once it is complete.
 
         Raises:
-            HttpError: what comes is no chunk, or is more than the limit.
+            HttpError: the bytes are not a chunk, or the body is larger than the limit.
         """
         while (line_end := buffer.find(b"\n", 0, _LINE_LIMIT)) >= 0:
             line = bytes(buffer[:line_end])

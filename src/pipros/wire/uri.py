@@ -1,4 +1,4 @@
-"""Splits the URIs of nodes, masters and services. Importing `urllib` would take longer than a call."""
+"""Splits the URIs of nodes, masters and services. Importing `urllib` would take longer than a whole call."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from pipros.printable import printable
 
 
 def split_uri(text: str, schemes: Collection[str] = ("http",)) -> tuple[str, int, str]:
-    """Host, port and path of a URI, the way XML-RPC clients take it apart.
+    """Host, port and path of a URI, split as XML-RPC clients do.
 
     Args:
         text: `http://robot:11311/RPC2`, or `rosrpc://robot:34567` of a service.
         schemes: those that are accepted, in lower case.
 
     Raises:
-        ValueError: for another scheme, without a host or a port, with blanks or control characters, or for a
-            host that cannot be a name or an address.
+        ValueError: another scheme, no host or port, white space or control characters, or a host that cannot
+            be a name or an address.
 
     >>> split_uri("http://robot:11311/RPC2"), split_uri("rosrpc://[::1]:11311", ["rosrpc"])
     (('robot', 11311, '/RPC2'), ('::1', 11311, '/'))
@@ -35,7 +35,7 @@ def split_uri(text: str, schemes: Collection[str] = ("http",)) -> tuple[str, int
 
 
 def host_and_port(host: str, port: int) -> str:
-    """Both in one, as they stand in URIs and in the `Host` header of HTTP.
+    """Host and port as in URIs and in the `Host` header of HTTP.
 
     >>> host_and_port("robot", 80), host_and_port("::1", 80)
     ('robot:80', '[::1]:80')

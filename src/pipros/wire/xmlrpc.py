@@ -1,13 +1,12 @@
 """XML-RPC documents: values to bytes and back, with limits.
 
-Two readers stand behind `decode_call` and `decode_response`. The quick one (`xmlrpc_scan`) knows
-the plain documents that ROS peers send by heart, and gives up at the first thing that it does not.
-The thorough one (`xmlrpc_expat`) then reads the document with Expat and alone decides what is an
-error. So every refusal is worded in one place, and both must agree wherever the quick one answers;
-a property test holds them to it.
+`decode_call` and `decode_response` use two readers. The fast one (`xmlrpc_fast`) handles the plain documents
+that ROS peers send, and gives up at anything else. The complete one (`xmlrpc_expat`) then reads the document
+with Expat, and it alone decides what is an error. So every refusal is worded in one place. A property test
+checks that both agree on every document that the fast one accepts.
 
-The quick one is there because it is measured to be needed: a nested dictionary of 1,000 keys
-takes 0.9 ms instead of 4.6 ms (`xmlrpc.client`: 3.3 ms), a `getParam` call 2 us instead of 9 us.
+The fast reader is worth its code: a nested dictionary of 1,000 keys takes 0.9 ms instead of 4.6 ms
+(`xmlrpc.client`: 3.3 ms), a `getParam` call 2 us instead of 9 us.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from pipros.limits import process_limits
 from pipros.wire import xmlrpc_fast
 
 NESTING_LIMIT: Final = 100
-"""How deep lists and dictionaries may nest in a call; far below what Python's own stack bears."""
+"""How deep lists and dictionaries may nest in a call; far below Python's recursion limit."""
 ANSWER_NESTING_LIMIT: Final = 200
 """The same for answers: a parameter tree is as deep as its keys and its values together."""
 INT_MIN: Final = -(2**31)
@@ -29,11 +28,11 @@ INT_MAX: Final = 2**31 - 1
 
 
 class Fault(PiprosError):
-    """The peer answered with an XML-RPC fault: no such method, or the method raised.
+    """The peer answered with an XML-RPC fault: the method does not exist, or it raised.
 
     Attributes:
         code: the peer's number; ROS peers use 1 (Python) or -1 (C++).
-        text: the peer's words.
+        text: the peer's message.
     """
 
     def __init__(self, code: int, text: str) -> None:
@@ -46,7 +45,7 @@ class Fault(PiprosError):
 
 
 class Encoded:
-    """A value that is text already: it is put into an array or a struct of an answer as it is."""
+    """A value that is encoded already, to be put into an array or a struct of a response unchanged."""
 
     __slots__ = ("text",)
 
@@ -58,23 +57,23 @@ class Encoded:
 
 
 class ValueTooLarge(PiprosError):
-    """A value is larger than the caller wanted to encode on the spot."""
+    """A value is larger than the `size_limit` of the caller."""
 
 
 def encode_call(method: str, params: tuple[Any, ...] | list[Any], *, size_limit: int | None = None) -> bytes:
     """A `methodCall` document.
 
     Raises:
-        TooLarge: with `size_limit`, as `encode_response`.
-        TypeError: for a value that XML-RPC cannot carry (None, a set, a dictionary key that is no text).
+        ValueTooLarge: with `size_limit`, as `encode_response`.
+        TypeError: for a value that XML-RPC cannot carry (None, a set, a dictionary key that is not a string).
         OverflowError: for an integer beyond 32 bits.
         ValueError: for a text with control characters, which XML cannot carry.
     """
     parts = ["<?xml version='1.0'?>\n<methodCall><methodName>", _escape(method), "</methodName><params>"]
-    room = _Budget(size_limit)
+    budget = _Budget(size_limit)
     for param in params:
         parts.append("<param>")
-        _encode(param, parts, NESTING_LIMIT, room)
+        _encode(param, parts, NESTING_LIMIT, budget)
         parts.append("</param>")
     parts.append("</params></methodCall>\n")
     return _join(parts)
@@ -84,8 +83,8 @@ def encode_response(value: Any, *, size_limit: int | None = None) -> bytes:
     """A `methodResponse` document that carries one value. Raises what `encode_call` raises.
 
     Raises:
-        TooLarge: with `size_limit`, as soon as it turns out that the value is larger: it has so many
-            elements, a long text or binary counted as one for each `SLICE_CHARACTERS`.
+        ValueTooLarge: the value has more than `size_limit` elements, where a long string or binary counts as
+            one for each `SLICE_CHARACTERS`. It is raised as soon as the count passes the limit.
     """
     parts = ["<?xml version='1.0'?>\n<methodResponse><params><param>"]
     _encode(value, parts, ANSWER_NESTING_LIMIT, _Budget(size_limit))
@@ -94,7 +93,7 @@ def encode_response(value: Any, *, size_limit: int | None = None) -> bytes:
 
 
 def encode_fault(code: int, text: str) -> bytes:
-    """A `methodResponse` document that says that the call failed. Never raises: odd characters become `?`."""
+    """A `methodResponse` document for a failed call. Never raises: characters that XML forbids become `?`."""
     text = re.sub(_NOT_XML, "?", text)
     return (
         "<?xml version='1.0'?>\n<methodResponse><fault><value><struct>"
@@ -119,8 +118,8 @@ class _Budget:
 
 
 SLICE_CHARACTERS: Final = 500
-"""Longer texts are encoded in such slices, and large documents put together from many, so that another thread
-may have its turn between them."""
+"""Longer strings are encoded in slices of this length, and large documents joined in several steps, so that
+other threads can run in between."""
 _PARTS_AT_A_TIME: Final = 1_000
 
 
@@ -134,7 +133,7 @@ def _join(parts: list[str]) -> bytes:
 
 
 _NOT_XML: Final = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
-"""A pattern; compiled on first use, which most processes never make."""
+"""A pattern, compiled on first use: most processes never need it."""
 
 
 def _escape(text: str) -> str:
@@ -145,11 +144,11 @@ def _escape(text: str) -> str:
     return text
 
 
-def _encode(value: Any, parts: list[str], depth_left: int, room: _Budget) -> None:
+def _encode(value: Any, parts: list[str], depth_left: int, budget: _Budget) -> None:
     kind = type(value)
     if kind is str:
         if len(value) > SLICE_CHARACTERS:
-            parts += ["<value><string>", *_slices(value, room), "</string></value>"]
+            parts += ["<value><string>", *_slices(value, budget), "</string></value>"]
         else:
             parts.append(f"<value><string>{_escape(value)}</string></value>")
     elif kind is int:
@@ -165,51 +164,51 @@ def _encode(value: Any, parts: list[str], depth_left: int, room: _Budget) -> Non
     elif kind is list or kind is tuple:
         if not depth_left:
             raise TypeError("cannot marshal lists nested as deep, or recursive sequences")
-        room.take(len(value))
+        budget.take(len(value))
         parts.append("<value><array><data>")
         for item in value:
-            _encode(item, parts, depth_left - 1, room)
+            _encode(item, parts, depth_left - 1, budget)
         parts.append("</data></array></value>")
     elif kind is dict:
         if not depth_left:
             raise TypeError("cannot marshal dictionaries nested as deep, or recursive ones")
-        room.take(len(value))
+        budget.take(len(value))
         parts.append("<value><struct>")
         for key, item in value.items():
             if type(key) is not str:
                 raise TypeError("dictionary key must be string")
             if len(key) > SLICE_CHARACTERS:
-                parts += ["<member><name>", *_slices(key, room), "</name>"]
+                parts += ["<member><name>", *_slices(key, budget), "</name>"]
             else:
                 parts.append(f"<member><name>{_escape(key)}</name>")
-            _encode(item, parts, depth_left - 1, room)
+            _encode(item, parts, depth_left - 1, budget)
             parts.append("</member>")
         parts.append("</struct></value>")
     else:
-        parts.append(_encoded_text(value, room) if kind is Encoded else _encode_rare(value, room))
+        parts.append(_encoded_text(value, budget) if kind is Encoded else _encode_rare(value, budget))
 
 
-def _encoded_text(encoded: Encoded, room: _Budget) -> str:
-    room.take(len(encoded.text) // SLICE_CHARACTERS)
+def _encoded_text(encoded: Encoded, budget: _Budget) -> str:
+    budget.take(len(encoded.text) // SLICE_CHARACTERS)
     return encoded.text
 
 
-def _slices(text: str, room: _Budget) -> list[str]:
-    """A long text, in pieces to be put into a document."""
-    room.take(len(text) // SLICE_CHARACTERS)
+def _slices(text: str, budget: _Budget) -> list[str]:
+    """A long string, escaped, in slices."""
+    budget.take(len(text) // SLICE_CHARACTERS)
     starts = range(0, len(text), SLICE_CHARACTERS)
     return [_escape(text[start : start + SLICE_CHARACTERS]) for start in starts]
 
 
-def _encode_rare(value: Any, room: _Budget) -> str:
-    """Binary and dates. `xmlrpc.client` and `datetime` are asked only when somebody has imported them."""
+def _encode_rare(value: Any, budget: _Budget) -> str:
+    """Binary and dates. `xmlrpc.client` and `datetime` are used only if they are imported already."""
     if value is None:
         raise TypeError("cannot marshal None unless allow_none is enabled")
     if isinstance(value, (bytes, bytearray)):
-        return _encode_binary(bytes(value), room)
+        return _encode_binary(bytes(value), budget)
     if client := sys.modules.get("xmlrpc.client"):
         if type(value) is client.Binary:
-            return _encode_binary(value.data, room)
+            return _encode_binary(value.data, budget)
         if type(value) is client.DateTime:
             return f"<value><dateTime.iso8601>{_escape(value.value)}</dateTime.iso8601></value>"
     if (dates := sys.modules.get("datetime")) and type(value) is dates.datetime:
@@ -217,10 +216,10 @@ def _encode_rare(value: Any, room: _Budget) -> str:
     raise TypeError(f"cannot marshal {type(value)} objects")
 
 
-def _encode_binary(data: bytes, room: _Budget) -> str:
+def _encode_binary(data: bytes, budget: _Budget) -> str:
     from binascii import b2a_base64
 
-    room.take(len(data) // SLICE_CHARACTERS)
+    budget.take(len(data) // SLICE_CHARACTERS)
     return f"<value><base64>\n{b2a_base64(data).decode('ascii')}</base64></value>"
 
 
@@ -234,8 +233,8 @@ def decode_call(body: bytes | bytearray, *, limit_bytes: int | None = None) -> t
 
     Raises:
         LimitExceeded: for a document larger or deeper than the limits.
-        ProtocolError: for anything that is no XML-RPC call; also for any DTD, for nil and for integers
-            beyond 32 bits, which could be stored but never be sent on.
+        ProtocolError: for anything that is not an XML-RPC call; also for any DTD, for nil and for integers
+            beyond 32 bits, which could be stored but not sent on.
     """
     _check_size(body, process_limits().body_bytes if limit_bytes is None else limit_bytes)
     try:

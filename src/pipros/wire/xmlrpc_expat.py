@@ -1,14 +1,13 @@
-"""The thorough XML-RPC reader: any well-formed document, and the wording of every refusal.
+"""The complete XML-RPC reader: it reads any well-formed document, and words every refusal.
 
-Theory of operation: a stack of open elements. Each element knows which elements may stand in it
-(`_MAY_CONTAIN`); anything else ends the reading. Values that are complete wait in the element
-that encloses them and are put together when it closes. Attributes, comments and CDATA are read
-as XML says; a DTD is refused at its first byte, so there are no entities but XML's own five.
+Theory of operation: a stack of open elements. `_MAY_CONTAIN` lists which elements an element may contain;
+any other is an error. Complete values are collected in the element that encloses them, and combined when it
+closes. Attributes, comments and CDATA are treated as XML says. A DTD is refused at its first byte, so only
+the five predefined entities exist.
 
-Expat gets the document in slices: it holds the interpreter while it reads one, and a server reads large
-documents in a thread beside which it goes on answering others. A tag or comment that goes on for
-slices is refused, because Expat would read it from its start with each of them, and a tag of a
-million attributes in one go.
+Expat gets the document in slices: it holds the interpreter lock while it reads one, and a server reads large
+documents in a thread while it answers others. A tag or comment longer than some slices is refused,
+because Expat would scan it again from its start with each slice, and a tag of a million attributes at once.
 """
 
 from __future__ import annotations
@@ -41,9 +40,9 @@ _MAY_CONTAIN: dict[str, frozenset[str]] = {
 _NOTHING: frozenset[str] = frozenset()
 
 SLICE_BYTES: Final = 32 * 1024
-"""Takes Expat less than a millisecond, whatever is in it."""
+"""Expat takes less than a millisecond for it, whatever it contains."""
 TAG_LIMIT_BYTES: Final = 64 * 1024
-"""The longest tag, comment or the like."""
+"""The longest tag, comment or processing instruction."""
 
 
 def decode_call(body: bytes | bytearray, nesting_limit: int) -> tuple[str, tuple[Any, ...]]:
@@ -93,7 +92,7 @@ class _Element:
 
 
 def _read(body: bytes | bytearray, nesting_limit: int) -> tuple[str, list[Any]]:
-    """Name of the root element and what stands in it."""
+    """The name of the root element and the values in it."""
     document = _Element("")
     open_elements = [document]
     containers = 0
@@ -103,8 +102,8 @@ def _read(body: bytes | bytearray, nesting_limit: int) -> tuple[str, list[Any]]:
         parent = open_elements[-1]
         if tag not in _MAY_CONTAIN.get(parent.tag, _NOTHING):
             if tag == "nil":
-                raise ProtocolError("nil is no value that ROS knows")
-            raise ProtocolError(f"element <{tag[:40]}> may not stand in <{parent.tag}> in XML-RPC")
+                raise ProtocolError("nil is not a value that ROS supports")
+            raise ProtocolError(f"element <{tag[:40]}> is not allowed in <{parent.tag}> in XML-RPC")
         if tag in ("array", "struct"):
             containers += 1
             if containers > nesting_limit:
@@ -184,7 +183,7 @@ _INTEGER = re.compile(r"\s*[+-]?[0-9]{1,20}\s*", re.ASCII)
 
 def _integer(text: str) -> int:
     if not _INTEGER.fullmatch(text):
-        raise ValueError("no integer")
+        raise ValueError("not an integer")
     value = int(text)
     if not -(2**31) <= value < 2**31:
         raise ValueError("beyond 32 bits")
@@ -193,13 +192,13 @@ def _integer(text: str) -> int:
 
 def _double(text: str) -> float:
     if "_" in text:
-        raise ValueError("no number")
+        raise ValueError("not a number")
     return float(text)
 
 
 def _boolean(text: str) -> bool:
     if text.strip() not in ("0", "1"):
-        raise ValueError("no boolean")
+        raise ValueError("not a boolean")
     return text.strip() == "1"
 
 

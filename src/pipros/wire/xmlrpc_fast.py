@@ -1,8 +1,8 @@
-"""The quick XML-RPC reader: plain documents, or `NeedsExpat`.
+"""The fast XML-RPC reader: it reads plain documents, and raises `NeedsExpat` for all others.
 
-It matches whole values with a few regular expressions: tags without attributes, blanks between
-them, texts with XML's own five entities. Comments, CDATA, character references, other encodings,
-binary, dates, faults, integers out of range and everything that is wrong are `NeedsExpat`.
+It matches whole values with a few regular expressions: tags without attributes, white space between
+them, text with the five entities of XML. For comments, CDATA, character references, other encodings,
+binary, dates, faults, integers out of range and all errors it raises `NeedsExpat`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 
 class NeedsExpat(Exception):
-    """The document has something that only the thorough reader knows."""
+    """The document has something that only `xmlrpc_expat` can read, or is malformed."""
 
 
 def decode_call(body: bytes | bytearray, nesting_limit: int) -> tuple[str, tuple[Any, ...]]:
@@ -26,7 +26,7 @@ def decode_response(body: bytes | bytearray, nesting_limit: int) -> Any:
     return _Scanner(body).response(nesting_limit)
 
 
-# Blanks and texts are bounded so that a megabyte of them costs nothing here: Expat is quicker with them.
+# White space and text are bounded, so that a megabyte of either is left to Expat, which is faster with it.
 _S = r"[ \t\n]{0,80}"
 _T = r"([^<]{0,20000})"
 _VALUE = (
@@ -58,7 +58,7 @@ _SCALAR = re.compile(_VALUE).match
 _SCALAR_MEMBER = re.compile(rf"{_NAME}{_VALUE}{_S}</member>").match
 
 _NOT_PLAIN_BYTES = bytes(set(range(32)) - set(b"\t\n"))
-"""Control characters, which XML forbids, and the carriage return, which it rewrites."""
+"""Control characters, which XML forbids, and the carriage return, which it replaces."""
 _SLICE_BYTES = 256 * 1024
 _NOT_XML = re.compile("[\ufffe\uffff]").search
 
@@ -100,10 +100,10 @@ class _Scanner:
     __slots__ = ("_at", "_text")
 
     def __init__(self, body: bytes | bytearray) -> None:
-        # In slices, so that another thread may have its turn between them.
+        # In slices, so that other threads can run in between.
         for start in range(0, len(body), _SLICE_BYTES):
             piece = body[start : start + _SLICE_BYTES + 2]
-            # "]]>" may not stand in a text, U+FFFE and U+FFFF nowhere: the thorough reader says so.
+            # "]]>" is not allowed in text, U+FFFE and U+FFFF nowhere: xmlrpc_expat words the error.
             if len(piece.translate(None, _NOT_PLAIN_BYTES)) != len(piece) or b"]]>" in piece:
                 raise NeedsExpat
         try:

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.cli.rostopic.elide import Briefing
+from pipros.cli.rostopic.elide import Elision
 from pipros.cli.rostopic.plot import Plot
 from pipros.graph.errors import GraphError
 from pipros.graph.message_classes import MessageClasses
@@ -21,21 +21,21 @@ DiagnosticStatus = load_message_class("diagnostic_msgs/DiagnosticStatus")
 
 def test_arrays_become_a_note_of_their_length() -> None:
     image = Image(height=1, width=3, data=b"abc")
-    text = strify_message(Briefing(no_arrays=True, no_texts=False).of(Part(image, Image._type)))
+    text = strify_message(Elision(no_arrays=True, no_texts=False).of(Part(image, Image._type)))
     assert text.splitlines()[-1] == 'data: "<array type: uint8, length: 3>"'
 
 
 def test_texts_become_a_note_of_their_length_but_not_inside_of_arrays() -> None:
     message = DiagnosticArray(status=[DiagnosticStatus(name="motor")])
     message.header.frame_id = "base"
-    text = strify_message(Briefing(no_arrays=False, no_texts=True).of(Part(message, message._type)))
+    text = strify_message(Elision(no_arrays=False, no_texts=True).of(Part(message, message._type)))
     assert 'frame_id: "<string length: 4>"' in text
     assert 'name: "motor"' in text
 
 
 def test_the_original_stays_as_it_is() -> None:
     scan = LaserScan(ranges=(1.0,))
-    Briefing(no_arrays=True, no_texts=True).of(Part(scan, scan._type))
+    Elision(no_arrays=True, no_texts=True).of(Part(scan, scan._type))
     assert scan.ranges == (1.0,)
 
 

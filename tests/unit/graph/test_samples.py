@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.graph.measurements import NO_NEWS, Rates, as_bytes
+from pipros.graph.measurements import NO_NEW_MESSAGES, Rates, as_bytes
 from pipros.graph.samples import BandwidthWindow, RateWindow, Samples
 
 
@@ -80,12 +80,12 @@ def test_sizes_are_printed_as_ros_prints_them(size: float, text: str) -> None:
 
 def test_a_report_of_one_topic() -> None:
     rates = Rates(["/a"], say=print)
-    assert rates.report() == NO_NEWS
+    assert rates.report() == NO_NEW_MESSAGES
     for moment in (0.0, 0.05, 0.1):
         rates.add("/a", moment)
-    assert rates.has_news()
+    assert rates.has_new()
     assert rates.report() == ("average rate: 20.000\n\tmin: 0.050s max: 0.050s std dev: 0.00000s window: 3")
-    assert rates.report() == NO_NEWS
+    assert rates.report() == NO_NEW_MESSAGES
 
 
 def test_a_report_of_several_topics_is_a_table_of_those_with_news() -> None:

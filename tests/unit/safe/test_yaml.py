@@ -76,7 +76,7 @@ def test_aliases_that_multiply_are_refused() -> None:
 
 
 def test_an_alias_to_itself_is_refused() -> None:
-    with pytest.raises(YamlError, match=r":1:5: \*a stands inside of what it refers to"):
+    with pytest.raises(YamlError, match=r":1:5: \*a is inside the value that it refers to"):
         load("&a [*a]")
 
 

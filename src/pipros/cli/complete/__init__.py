@@ -1,7 +1,7 @@
-"""`pipros-complete`: what a shell may offer for the word at the cursor of a ROS command.
+"""`pipros-complete`: the completions of the word at the cursor, for a ROS command in a shell.
 
-Called by the shells' completion with the position of the word and all words; prints one candidate a line.
-A candidate of several lines comes alone, after the character 0x1f.
+Called by the shells' completion with the position of the word and all words; prints one candidate per line.
+A candidate of several lines is printed alone, after the character 0x1f.
 With `--find PACKAGE NAME` it prints the files of that name in a package, for roscat, rosed and roscp.
 """
 
@@ -19,7 +19,7 @@ from pipros.workspace.index import PackageIndex
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Prints the candidates, or nothing when there are none."""
+    """Prints the candidates."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     if arguments[:1] == ["--find"] and len(arguments) == 3:
         return _print_files(*arguments[1:])
@@ -30,13 +30,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     words += [""] * (position + 1 - len(words))
     started = words[position]
     for candidate in candidates(words[: position + 1], PackageIndex.from_environment()):
-        if candidate.startswith(started) and _is_one_offer(candidate):
+        if candidate.startswith(started) and _is_one_candidate(candidate):
             print(candidate)
     return 0
 
 
-def _is_one_offer(candidate: str) -> bool:
-    """False for a file name with a line break, for example, which the shell would take for two."""
+def _is_one_candidate(candidate: str) -> bool:
+    """False for a file name with a line break, for example, which the shell would read as two."""
     return candidate.startswith(MANY_LINES) or candidate.isprintable()
 
 

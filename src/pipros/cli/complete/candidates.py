@@ -18,7 +18,7 @@ _FILES_LIMIT = 2000
 
 
 def candidates(words: Sequence[str], index: PackageIndex) -> Iterable[str]:
-    """What may be offered for the last of the words."""
+    """The candidates for the last of the words."""
     command, *before, current = words
     command = os.path.basename(command)
     if current.startswith("-"):
@@ -90,11 +90,11 @@ def _files(folder: str, endings: tuple[str, ...]) -> list[str]:
 
 
 def _arguments(folder: str, name: str) -> list[str]:
-    """The arguments of a launch file that can be set: `name:=`."""
+    """The arguments of a launch file that may be set: `name:=`."""
     from pipros.safe.xml import XmlError, parse
 
     for base, folders, files in os.walk(folder):
-        folders[:] = [one for one in folders if not one.startswith(".")]
+        folders[:] = [sub for sub in folders if not sub.startswith(".")]
         if name in files:
             path = os.path.join(base, name)
             try:
@@ -102,7 +102,9 @@ def _arguments(folder: str, name: str) -> list[str]:
                     root = parse(file.read(), path)
             except (XmlError, OSError):
                 return []
-            settable = [one.attributes for one in root.all("arg") if "value" not in one.attributes]
+            settable = [
+                argument.attributes for argument in root.all("arg") if "value" not in argument.attributes
+            ]
             return [f"{attributes['name']}:=" for attributes in settable if "name" in attributes]
     return []
 

@@ -1,4 +1,4 @@
-"""The subcommands and options that a shell may offer for ROS commands."""
+"""The subcommands and options of ROS commands, for completion in shells."""
 
 from __future__ import annotations
 
@@ -28,8 +28,7 @@ SUBCOMMANDS = {
 def options(command: str, before: Sequence[str]) -> list[str]:
     """The long options of a command, or of its subcommand.
 
-    They are read from its help: that is what optparse, argparse and the commands that parse by hand have in
-    common.
+    They are read from the help text, which commands have whether they use optparse, argparse or neither.
     """
     if command in ("roscd", "rosls", "rosed", "roscat", "roscp", "rosmv", "rospd"):
         return ["--help"]

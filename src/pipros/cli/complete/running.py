@@ -1,6 +1,6 @@
-"""What a shell may offer that only the running system knows: topics, nodes, services, parameters.
+"""Completions from the running system: topics, nodes, services, parameters.
 
-Only legal graph names are offered: any other text that peers registered must not get onto a command line.
+Only legal graph names are offered: other text that peers registered must not reach a command line.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from pipros.errors import PiprosError
 _TIMEOUT_S = 0.5
 
 MANY_LINES = "\x1f"
-"""Comes before a candidate of several lines, which is offered alone."""
+"""Precedes a candidate of several lines, which is offered alone."""
 
 
 def live_names(command: str, before: Sequence[str]) -> list[str]:
-    """Names from the running system; none when no master answers at once."""
+    """Names from the running system; empty when no master answers at once."""
     return [name for name in _registered(command, before) if names.is_legal(name)]
 
 
@@ -45,7 +45,7 @@ def _registered(command: str, before: Sequence[str]) -> list[str]:
 
 
 def service_type(service: str) -> str:
-    """The type of a service that runs; empty when it is unknown."""
+    """The type of a running service; empty when it is unknown."""
     from pipros.graph.client import GraphClient
     from pipros.graph.services import type_of
 
@@ -58,7 +58,7 @@ def service_type(service: str) -> str:
 
 
 def prototype(kind: str, type_name: str) -> list[str]:
-    """A message or a request with default values, to be filled in; none for an unknown type."""
+    """A message or a request with default values, to be filled in; empty for an unknown type."""
     from pipros.cli.rosmsg_proto import UnknownType, example, skeleton
 
     try:

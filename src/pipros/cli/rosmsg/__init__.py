@@ -1,4 +1,4 @@
-"""`rosmsg`, `rossrv`, `rosaction`: what there is of messages, services and actions, and what they hold."""
+"""`rosmsg`, `rossrv`, `rosaction`: list and show message, service and action types."""
 
 from __future__ import annotations
 

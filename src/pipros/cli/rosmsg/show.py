@@ -87,7 +87,7 @@ def _show_from_bag(bag: Path, type_names: Sequence[str], *, is_raw: bool) -> int
 
 
 def _complain(beginning: str, error: DefinitionError) -> None:
-    """Tells of every mistake in the file, not just of the first."""
+    """Prints every mistake in the file, not only the first."""
     for each in (error, *error.others):
         print(f"{beginning}: {each}", file=sys.stderr)
 

@@ -1,4 +1,4 @@
-"""`rosnode`: which nodes run, what they do, whether they answer, and how to end them."""
+"""`rosnode`: lists, describes, pings and ends nodes."""
 
 from __future__ import annotations
 

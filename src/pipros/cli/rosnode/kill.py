@@ -44,7 +44,7 @@ def kill_nodes(argv: Sequence[str]) -> int:
 
 
 def _ask(nodes: Sequence[str]) -> str:
-    """Has a person choose one of the nodes."""
+    """Asks the user to choose one of the nodes."""
     for number, node in enumerate(nodes, 1):
         print(f"{number}. {listed(node)}")
     print("\nPlease enter the number of the node you wish to kill.\n> ", end="", flush=True)
@@ -52,4 +52,4 @@ def _ask(nodes: Sequence[str]) -> str:
         if answer.strip().isdecimal() and 1 <= int(answer) <= len(nodes):
             return nodes[int(answer) - 1]
         print("ERROR: please enter a number (ctrl-C to cancel)")
-    raise KeyboardInterrupt  # the end of the input is the same as Ctrl-C
+    raise KeyboardInterrupt  # end of input counts as Ctrl-C

@@ -1,4 +1,4 @@
-"""`rosnode machine`: on which machines nodes run."""
+"""`rosnode machine`: lists machines, or the nodes on one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rosnode ping`: does a node answer, and how quickly."""
+"""`rosnode ping`: whether a node answers, and how fast."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def ping_nodes(argv: Sequence[str]) -> int:
             ping_all(graph.master, print)
             return 0
         if not arguments:
-            _list_choices(parser, graph.master)
+            _refuse_without_node(parser, graph.master)
         if len(arguments) > 1:
             parser.error("you may only specify one input node")
         node = graph.resolve(arguments[0])
@@ -44,10 +44,10 @@ def ping_nodes(argv: Sequence[str]) -> int:
     return 0
 
 
-def _list_choices(parser: OptionParser, master: MasterClient) -> None:
+def _refuse_without_node(parser: OptionParser, master: MasterClient) -> None:
     try:
         nodes = node_names(master)
-    except PiprosError:  # without a master there is nothing to choose from
+    except PiprosError:  # without a master the list is empty
         nodes = []
     if nodes:
         choice = "\n".join(map(listed, nodes))

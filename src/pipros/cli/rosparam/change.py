@@ -1,4 +1,4 @@
-"""`rosparam set`, `rosparam load` and `rosparam delete`: what writes."""
+"""`rosparam set`, `rosparam load` and `rosparam delete`: the subcommands that write."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipros.names import canonicalize
 
 _NEGATIVE_NUMBER = re.compile(r"-\.?\d")
 _VALUE_MARK = "\0"
-"""Stands before negative numbers while options are parsed, because `-1` looks like one."""
+"""Put before negative numbers while options are parsed, because `-1` looks like an option."""
 
 
 def set_parameter(argv: Sequence[str]) -> int:

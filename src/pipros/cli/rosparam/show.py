@@ -1,4 +1,4 @@
-"""`rosparam get`, `rosparam list` and `rosparam dump`: what only reads."""
+"""`rosparam get`, `rosparam list` and `rosparam dump`: the subcommands that read."""
 
 from __future__ import annotations
 

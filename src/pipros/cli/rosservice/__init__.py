@@ -1,4 +1,4 @@
-"""`rosservice`: which services there are, what they take, and calling them."""
+"""`rosservice`: lists, describes and calls services."""
 
 from __future__ import annotations
 

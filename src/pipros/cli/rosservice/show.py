@@ -1,4 +1,4 @@
-"""The subcommands of `rosservice` that only ask."""
+"""The subcommands of `rosservice` that print information."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rostopic delay`: how old messages are when they arrive, by the stamp in their header."""
+"""`rostopic delay`: the age of messages on arrival, by the stamp in their header."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ REPORT_PERIOD_S = 1.0
 def measure_delay(argv: Sequence[str]) -> int:
     from argparse import ArgumentParser
 
-    # Noetic parses this one subcommand with argparse, so that help and mistakes look different.
+    # Noetic uses argparse for this subcommand only, so its help and errors look different.
     parser = ArgumentParser(prog="rostopic", usage="rostopic delay [options] /topic")
     parser.add_argument("topic", help="topic name to be calcurated the delay")
     parser.add_argument(
@@ -61,7 +61,7 @@ def measure_delay(argv: Sequence[str]) -> int:
 
 
 class Delays:
-    """Collects delays in any thread, and prints what is new."""
+    """Collects delays from any thread, and prints new ones."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
         from pipros.graph.message_classes import MessageClasses
@@ -69,24 +69,24 @@ class Delays:
         self._classes = MessageClasses()
         self._delays_s = Samples(window)
         self._lock = threading.Lock()
-        self._has_news = False
-        self._has_complained = False
+        self._has_new = False
+        self._has_warned = False
 
     def add(self, raw: RawMessage, now_ns: int) -> None:
-        """Takes over a message that arrived at `now_ns`; one without a header is complained about, once."""
+        """Counts a message that arrived at `now_ns`; one without a header prints an error, once."""
         message = self._classes.decode(raw)
         if not message._has_header:
-            if not self._has_complained:
-                self._has_complained = True
+            if not self._has_warned:
+                self._has_warned = True
                 print(f"[ERROR] [{now_ns / 1e9:.6f}]: msg does not have header", file=sys.stderr, flush=True)
             return
         with self._lock:
             self._delays_s.add((now_ns - message.header.stamp.to_nsec()) / 1e9)
-            self._has_news = True
+            self._has_new = True
 
     def report(self) -> None:
         with self._lock:
-            has_news, self._has_news = self._has_news, False
+            has_new, self._has_new = self._has_new, False
             figures = self._delays_s.figures()
-        if has_news and figures is not None and figures.count > 1:
+        if has_new and figures is not None and figures.count > 1:
             print(delay_text(figures), flush=True)

@@ -1,4 +1,4 @@
-"""Messages without their arrays or texts: what `--noarr` and `--nostr` show in their place."""
+"""Messages without their arrays or strings: what `--noarr` and `--nostr` show instead."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from pipros.graph.message_path import Part
 from pipros.msg.base import Message
 
 
-class Briefing:
-    """Replaces arrays and texts by a note of their size. Messages inside arrays are left as they are."""
+class Elision:
+    """Replaces arrays and strings by their size. Messages inside arrays are not changed."""
 
     def __init__(self, *, no_arrays: bool, no_texts: bool) -> None:
         self._no_arrays = no_arrays
@@ -17,7 +17,7 @@ class Briefing:
         self._classes: dict[type[Message], type[Message]] = {}
 
     def of(self, part: Part) -> Any:
-        """The part's value, or what is shown instead of it."""
+        """The value of the part, or the text that is shown instead."""
         value, type_name = part.value, part.type_name or ""
         if type_name.endswith("]") and self._no_arrays:
             return f"<array type: {type_name.partition('[')[0]}, length: {len(value)}>"
@@ -25,13 +25,13 @@ class Briefing:
             return f"<string length: {len(value)}>"
         if not isinstance(value, Message):
             return value
-        brief = object.__new__(self._class_for(type(value)))
+        short = object.__new__(self._class_for(type(value)))
         for name, kind in zip(value.__slots__, value._slot_types, strict=True):
-            setattr(brief, name, self.of(Part(getattr(value, name), kind)))
-        return brief
+            setattr(short, name, self.of(Part(getattr(value, name), kind)))
+        return short
 
     def _class_for(self, original: type[Message]) -> type[Message]:
-        """A class with the same fields, in which those that are replaced are texts."""
+        """A class with the same fields, in which replaced ones are strings."""
         if original not in self._classes:
             self._classes[original] = type(
                 original.__name__,

@@ -24,9 +24,9 @@ class HzOptions:
     """How rates are measured.
 
     Attributes:
-        window: how many messages count.
+        window: how many intervals are kept.
         expression: measure only messages for which it is true.
-        wall_time: by the machine's clock also when the system's time is simulated.
+        wall_time: use the machine's clock even when `/use_sim_time` is set.
         tcp_nodelay: ask publishers to send each message at once.
     """
 
@@ -55,7 +55,7 @@ def measure_rate(argv: Sequence[str]) -> int:
         def count(topic: str) -> Callable[[RawMessage], None]:
             def callback(raw: RawMessage) -> None:
                 now_ns = clock.now_ns()
-                has_begun = now_ns > 0  # a simulated clock stands at 0 until its first message
+                has_begun = now_ns > 0  # a simulated clock is 0 until its first message
                 if has_begun and (passes is None or passes(classes.decode(raw), topic)):
                     rates.add(topic, now_ns / 1e9)
 
@@ -68,7 +68,7 @@ def measure_rate(argv: Sequence[str]) -> int:
             while not listening.wait(REPORT_PERIOD_S):
                 print(rates.report(), flush=True)
         except KeyboardInterrupt:
-            if rates.has_news():
+            if rates.has_new():
                 print(rates.report())
     return 0
 

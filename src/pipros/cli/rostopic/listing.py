@@ -37,16 +37,16 @@ def list_topics(argv: Sequence[str]) -> int:
     sections = (not options.subscribers, not options.publishers)
     with GraphClient("rostopic") as graph:
         ns = graph.resolve(arguments[0]) if arguments else "/"
-        picture = SystemState.from_state(graph.master.get_system_state())
-        picture = SystemState(
-            _below(picture.publishers, ns) if sections[0] else {},
-            _below(picture.subscribers, ns) if sections[1] else {},
+        state = SystemState.from_state(graph.master.get_system_state())
+        state = SystemState(
+            _below(state.publishers, ns) if sections[0] else {},
+            _below(state.subscribers, ns) if sections[1] else {},
             {},
         )
         types = dict(graph.master.get_topic_types()) if options.verbose else {}
-        parts = list(_split_by_host(picture, _Hosts(graph.master))) if options.by_host else []
+        parts = list(_split_by_host(state, _Hosts(graph.master))) if options.by_host else []
     if not options.by_host:
-        print("\n".join(_lines(picture, types, sections, options.verbose)))
+        print("\n".join(_lines(state, types, sections, options.verbose)))
     for host, part in parts:
         print(f"Host [{listed(host)}]:")
         print(_indented(_lines(part, types, sections, options.verbose)))
@@ -64,13 +64,13 @@ def _below(registrations: Registrations, ns: str) -> Registrations:
 
 
 def _lines(
-    picture: SystemState, types: Mapping[str, str], sections: tuple[bool, bool], verbose: bool
+    state: SystemState, types: Mapping[str, str], sections: tuple[bool, bool], verbose: bool
 ) -> list[str]:
-    """The lines to print; `sections` tells whether publishers and whether subscribers are wanted."""
+    """The lines to print; `sections` says whether to list publishers and subscribers."""
     if not verbose:
-        return [listed(topic) for topic in picture.topics()]
+        return [listed(topic) for topic in state.topics()]
     lines = [""]
-    kinds = (("Published", picture.publishers), ("Subscribed", picture.subscribers))
+    kinds = (("Published", state.publishers), ("Subscribed", state.subscribers))
     for is_wanted, (heading, registrations) in zip(sections, kinds, strict=True):
         if not is_wanted:
             continue
@@ -85,13 +85,13 @@ def _lines(
 
 
 def _indented(lines: Sequence[str]) -> str:
-    """The lines two blanks to the right, as Noetic has it: all but empty first and last ones."""
+    """The lines indented by two spaces as Noetic does: all but empty first and last ones."""
     last = len(lines) - 1
     return "\n".join(f"  {line}" if line or 0 < at < last else "" for at, line in enumerate(lines))
 
 
 class _Hosts:
-    """The host of each node, asked of the master once."""
+    """The host of each node; asks the master once per node."""
 
     def __init__(self, master: MasterClient) -> None:
         self._master = master
@@ -107,12 +107,12 @@ class _Hosts:
 
         try:
             return split_uri(self._master.lookup_node(node))[0]
-        except (Refused, ValueError):  # it has just left, or registered with an invalid address
+        except (Refused, ValueError):  # it has just unregistered, or has an invalid address
             return "unknown"
 
 
-def _split_by_host(picture: SystemState, hosts: _Hosts) -> Iterable[tuple[str, SystemState]]:
-    kinds = (picture.publishers, picture.subscribers)
+def _split_by_host(state: SystemState, hosts: _Hosts) -> Iterable[tuple[str, SystemState]]:
+    kinds = (state.publishers, state.subscribers)
     for host in sorted({hosts.of(node) for kind in kinds for nodes in kind.values() for node in nodes}):
         publishers, subscribers = (_on_host(kind, host, hosts) for kind in kinds)
         yield host, SystemState(publishers, subscribers, {})

@@ -1,4 +1,4 @@
-"""Messages as lines of a table: `rostopic echo -p`, for plotting and spreadsheets."""
+"""Messages as rows of a table: `rostopic echo -p`, for plotting and spreadsheets."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Plot:
         return "%time," + ",".join(name for name, _ in self._columns("field", part, 0))
 
     def row(self, part: Part, time_ns: int, offset_ns: int = 0) -> str:
-        """The values; times are in nanoseconds, `offset_ns` is taken off those that are points in time."""
+        """The values. Times are in nanoseconds; `offset_ns` is subtracted from points in time."""
         columns = self._columns("field", part, offset_ns)
         return f"{time_ns - offset_ns}," + ",".join(text for _, text in columns)
 
@@ -47,7 +47,7 @@ class Plot:
 
 
 def _cell(text: str) -> str:
-    """A text as one cell on one line: as it is, or in quotes when it would otherwise be read as another."""
+    """A string as one cell, in quotes when it could be read as something else."""
     text = listed(text)
     return '"' + text.replace('"', '""') + '"' if "," in text or text.startswith('"') else text
 

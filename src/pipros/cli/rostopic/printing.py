@@ -1,4 +1,4 @@
-"""Prints the messages of `rostopic echo`, one after the other, in the form that its options ask for."""
+"""Prints the messages of `rostopic echo` in the form that its options ask for."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pipros.cli.rostopic.echo_options import EchoOptions
-from pipros.cli.rostopic.elide import Briefing
+from pipros.cli.rostopic.elide import Elision
 from pipros.cli.rostopic.plot import Plot
 from pipros.errors import NotFound
 from pipros.graph.listening import TopicPart
@@ -23,12 +23,12 @@ CLEAR_SCREEN = "\x1b[2J\x1b[;H"
 
 
 class MessagePrinter:
-    """Shows messages until it has shown enough."""
+    """Prints messages up to the requested count."""
 
     def __init__(
         self, options: EchoOptions, source: TopicPart, clock: Clock, finish: Callable[[], object]
     ) -> None:
-        """`finish` is called when the last message that is wanted has been shown."""
+        """`finish` is called when the last requested message was printed."""
         self._options = options
         self._source = source
         self._clock = clock
@@ -37,14 +37,14 @@ class MessagePrinter:
         self._left = options.count
         self._filter = MessageFilter(options.expression) if options.expression else None
         self._plot = Plot(no_arrays=options.no_arrays, no_texts=options.no_texts)
-        self._briefing = Briefing(no_arrays=options.no_arrays, no_texts=options.no_texts)
-        self._is_brief = options.no_arrays or options.no_texts
+        self._elision = Elision(no_arrays=options.no_arrays, no_texts=options.no_texts)
+        self._elides = options.no_arrays or options.no_texts
         self._has_heading = False
         if self._left is not None and self._left <= 0:
             finish()
 
     def show(self, raw: RawMessage) -> None:
-        """Prints a message, or the part of it that is asked for; one without that part is skipped, aloud."""
+        """Prints a message or the requested part of it; a message without that part prints an error."""
         message = self._classes.decode(raw)
         if self._filter is not None and not self._filter(message, self._source.topic):
             return
@@ -65,7 +65,7 @@ class MessagePrinter:
                 self._finish()
 
     def _as_text(self, part: Part) -> str:
-        value = self._briefing.of(part) if self._is_brief else _readable(part)
+        value = self._elision.of(part) if self._elides else _readable(part)
         now = _time(self._clock.now_ns()) if self._options.offset else None
         text = strify_message(value, time_offset=now, fixed_numeric_width=self._options.width)
         return (CLEAR_SCREEN if self._options.clear else "") + text + "\n---\n"
@@ -82,7 +82,7 @@ class MessagePrinter:
 
 
 def _readable(part: Part) -> Any:
-    """The octets of a `uint8[]` field as numbers, as they are inside of a message."""
+    """The bytes of a `uint8[]` field as numbers, as they are shown inside a message."""
     if isinstance(part.value, (bytes, bytearray)) and (part.type_name or "").startswith("uint8["):
         return list(part.value)
     return part.value

@@ -24,8 +24,8 @@ ONCE_S = 3.0
 DOCUMENTS_RATE_HZ = 10.0
 QUEUE_SIZE = 100
 LINK_DEADLINE_S = 1.0
-"""How long to wait for the links to subscribers that are there already, so that they miss nothing."""
-LOOK_PERIOD_S = 0.01
+"""How long to wait for the links to existing subscribers, so that they get the first message."""
+POLL_PERIOD_S = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,13 +34,13 @@ class PubOptions:
 
     Attributes:
         topic, type_name: as typed.
-        words: the values on the command line, as YAML; none when they come from a file or a pipe.
-        file: YAML documents, one a message.
+        words: the values on the command line, as YAML; empty when they come from a file or a pipe.
+        file: YAML documents, one per message.
         rate_hz: None when it was not given.
         once: end after one message.
         latch: keep the first message for later subscribers.
         verbose: print each message.
-        substitute: `now` and `auto` mean each message's own time.
+        substitute: `now` and `auto` mean the time of each message.
         ros_time: those times follow a simulated clock.
     """
 
@@ -59,7 +59,7 @@ class PubOptions:
 def publish(argv: Sequence[str]) -> int:
     parser, options = _parse(list(parse_arguments(argv).rest))
     with GraphClient("rostopic") as graph:
-        graph.master.get_pid()  # without a master there is nobody to publish to
+        graph.master.get_pid()  # fails at once without a master
     from pipros.cli.command_node import command_node
     from pipros.cli.rostopic.pub_values import Template, message_class_of, read_values
 
@@ -84,7 +84,7 @@ def publish(argv: Sequence[str]) -> int:
 
 
 class _Run:
-    """One publishing command at work."""
+    """Publishes the messages of one command."""
 
     def __init__(self, node: Node, options: PubOptions, message_class: type[Message]) -> None:
         self._node = node
@@ -92,7 +92,7 @@ class _Run:
         self._message_class = message_class
 
     def publish_values(self, make: Callable[[], Message]) -> None:
-        """Publishes what the command line says: latched, or again and again."""
+        """Publishes the message of the command line: latched, or at a rate."""
         options, first = self._options, make()
         if options.rate_hz is None:
             publisher = self._advertise(latch=True)
@@ -109,10 +109,12 @@ class _Run:
                 message = make()
 
     def publish_documents(self, messages: Iterable[Message]) -> None:
-        """Publishes one message after the other; with `once` or `latch` only the first."""
+        """Publishes the messages in order; with `once` or `latch` only the first."""
         options = self._options
         is_single = options.once or options.latch
-        publisher = self._advertise(latch=is_single, queue_size=None)  # so that nothing waits at the end
+        publisher = self._advertise(
+            latch=is_single, queue_size=None
+        )  # so that no message is queued at the end
         if is_single:
             for message in islice(messages, 1):
                 self._announce(message)
@@ -125,18 +127,18 @@ class _Run:
             publisher.publish(message)
 
     def _advertise(self, *, latch: bool, queue_size: int | None = QUEUE_SIZE) -> Publisher[Any]:
-        """Advertises the topic, and waits a little for the subscribers that it has already."""
+        """Advertises the topic, and waits up to `LINK_DEADLINE_S` for its existing subscribers."""
         publisher = self._node.advertise(
             self._options.topic, self._message_class, queue_size=queue_size, latch=latch
         )
         expected = dict(self._node.master.get_system_state()[1]).get(publisher.topic, [])
         deadline = time.monotonic() + LINK_DEADLINE_S
         while publisher.connection_count < len(expected) and time.monotonic() < deadline:
-            self._wait(LOOK_PERIOD_S)
+            self._wait(POLL_PERIOD_S)
         return publisher
 
     def _beats(self, rate_hz: float) -> Iterator[None]:
-        """Yields at once, and then at the given rate, until the node ends."""
+        """Yields at once, then at the given rate, until the node shuts down."""
         clock, period_s = self._node.clock, 1.0 / rate_hz
         due = time.monotonic()
         while not self._node.is_shutdown:

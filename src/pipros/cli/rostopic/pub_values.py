@@ -1,4 +1,4 @@
-"""Messages from the values that people type: YAML words become fields."""
+"""Messages from the YAML values of a command line."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pipros.safe.yaml import YamlError
 
 def message_class_of(type_name: str) -> type[Message]:
     """Raises:
-    CommandError: there is no such type on the path.
+    CommandError: the type does not exist.
     """
     try:
         return load_message_class(type_name)
@@ -32,9 +32,9 @@ def message_class_of(type_name: str) -> type[Message]:
 
 
 def read_values(parser: OptionParser, words: Sequence[str]) -> list[Any] | None:
-    """The values of the words of a command line, None without any. An empty word is an empty text.
+    """The values of the words of a command line, None without words. An empty word is an empty string.
 
-    A word that is not valid YAML ends the command.
+    A word that is not valid YAML exits with an error.
     """
     if not words:
         return None
@@ -45,7 +45,7 @@ def read_values(parser: OptionParser, words: Sequence[str]) -> list[Any] | None:
 
 
 class Template:
-    """Makes messages of one class from values. `now` is the time, `auto` a header with the time in it."""
+    """Makes messages of one class from values. `now` is the time, `auto` a header with that time."""
 
     def __init__(self, message_class: type[Message]) -> None:
         self._message_class = message_class

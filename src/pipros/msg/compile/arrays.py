@@ -1,8 +1,8 @@
 """Conversion of whole arrays of numbers to and from the wire.
 
 The memory of objects with a buffer (`bytes`, `bytearray`, `memoryview`, `array.array`, numpy arrays) is used
-as it is if the elements have the form of the wire, and is converted as a whole if not. Only lists, tuples
-and the like are converted number by number.
+directly if its elements have the wire format, and is converted as a whole if not. Only lists, tuples
+and other sequences are converted number by number.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def numpy_numbers(numpy: Any, code: str, data: bytes | memoryview, offset: int, 
 
 
 def _memory(code: str, value: Any) -> memoryview | None:
-    """The memory of `value` as octets, if its elements have the form of the wire; else None."""
+    """The memory of `value` as octets, if its elements have the wire format; else None."""
     try:
         view = memoryview(value)
     except TypeError:
@@ -81,7 +81,7 @@ def _memory(code: str, value: Any) -> memoryview | None:
 
 
 def _converted(code: str, value: Any) -> memoryview | None:
-    """A numpy array of other elements, converted as a whole if no value can be lost."""
+    """A numpy array with other elements, converted as a whole if every value fits."""
     numpy = sys.modules.get("numpy")
     if numpy is None or not isinstance(value, numpy.ndarray):
         return None

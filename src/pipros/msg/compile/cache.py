@@ -42,7 +42,7 @@ _COMPILER = (
     "language/spec.py",
     "time.py",
 )
-"""The files that make the code, and those with the functions that it calls."""
+"""The files that generate the code, and those with the functions that it calls."""
 
 _MAGIC = b"pipros message 1\n"
 
@@ -53,8 +53,8 @@ class CompiledTypes:
     def __init__(self, folder: str, files: DefinitionFiles) -> None:
         self._folder = CacheFolder(folder)
         self._files = files
-        room = os.path.dirname(os.path.dirname(__file__))
-        self._compiler = tuple(_file_stamp(os.path.join(room, name)) for name in _COMPILER)
+        folder_of_msg = os.path.dirname(os.path.dirname(__file__))
+        self._compiler = tuple(_file_stamp(os.path.join(folder_of_msg, name)) for name in _COMPILER)
 
     def get(self, kind: str, type_name: str) -> tuple[CodeType, Mapping[str, str]] | None:
         """The code of a type and its names for embedded types, as `put` took them; None if not valid."""

@@ -50,7 +50,7 @@ def special_reader(cls: type[Message], *, is_numpy: bool) -> Reader:
 
     specs = specs_from_text(cls._type, cls._full_text)
     source = reader_source(specs[cls._type], specs.__getitem__, is_numpy=is_numpy)
-    compiled: Any = next(one for one in cls.__mro__ if CompiledMessage in one.__bases__)
+    compiled: Any = next(base for base in cls.__mro__ if CompiledMessage in base.__bases__)
     names = dict(compiled.deserialize.__globals__)  # has the embedded classes
     reader: Reader = run(source, names, f"<reader of {cls._type}>")["read"]
     return reader

@@ -9,7 +9,7 @@ Theory of operation:
 - A slice that ends after the data is detected by the next `unpack_from`, or by a check that the code makes
   while `_is_end_checked` is false.
 - Memory is taken for bytes that arrived, never for a length that they claim. Where elements of an array
-  may hold more values than their bytes explain, the code subtracts them from a limit (`room`) first.
+  may hold more values than their bytes explain, the code subtracts them from a limit (`allowed`) first.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class _Decoder(Emitter):
         if not self._is_end_checked:
             self._check_end()
         if layout.unpaid_values or self._counts_down:
-            self.lines.insert(0, f"{'    ' * self._indent}room = _room({layout.unpaid_values})")
+            self.lines.insert(0, f"{'    ' * self._indent}allowed = _allowed({layout.unpaid_values})")
 
     def _check_end(self) -> None:
         with self.block(f"if {self._offset()} > _len(data):"):
@@ -170,7 +170,7 @@ class _Decoder(Emitter):
         count = self._length()
         if inner is not None and inner.unpaid_values_of_element:
             self._counts_down = True
-            self.emit(f"room = _room_left(room, {count} * {inner.unpaid_values_of_element})")
+            self.emit(f"allowed = _still_allowed(allowed, {count} * {inner.unpaid_values_of_element})")
         return count
 
     def _strings(self, count: str, target: str) -> None:

@@ -1,4 +1,4 @@
-"""The properties of message types that the code for them depends on, worked out in one pass."""
+"""The properties of message types that their generated code depends on, computed in one pass."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _VALUES_PER_BYTE = 8
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """A message type, and what decides which code reads and writes it.
+    """A message type with the properties that decide which code reads and writes it.
 
     Attributes:
         spec: its definition.
@@ -65,7 +65,7 @@ class Layout:
 
 
 class Layouts:
-    """Works out layouts, each type once. No type may contain itself."""
+    """Computes layouts, each type once. No type may contain itself."""
 
     def __init__(self, lookup: Lookup) -> None:
         self._lookup = lookup

@@ -11,7 +11,7 @@ def find_mistakes(package: str, definitions: Definitions) -> list[DefinitionErro
     """All mistakes in the definitions of a package, including those of the types they embed.
 
     Raises:
-        NotFound: there is no such package.
+        NotFound: the package does not exist.
     """
     found: dict[str, DefinitionError] = {}
     for kind in ("msg", "srv"):

@@ -37,6 +37,7 @@ __all__ = [
     "_Time",
     "_UnicodeDecodeError",
     "_ValueError",
+    "_allowed",
     "_bytes",
     "_fixed_octets",
     "_len",
@@ -49,8 +50,7 @@ __all__ = [
     "_range",
     "_read_strings",
     "_reread_leniently",
-    "_room",
-    "_room_left",
+    "_still_allowed",
     "_str",
     "_struct",
 ]
@@ -61,7 +61,7 @@ _UnicodeDecodeError, _ValueError = UnicodeDecodeError, ValueError
 _new = object.__new__
 
 _WRITE_ERRORS = (_struct.error, TypeError, ValueError, OverflowError, AttributeError)
-"""What writing a message raises if a field has a value of the wrong kind."""
+"""The errors of writing a message with a field of the wrong kind."""
 
 
 def _raise_write_error(message: _Message, error: Exception) -> NoReturn:
@@ -100,21 +100,21 @@ def _fixed_octets(value: Any, length: int) -> bytes:
     return octets
 
 
-def _room(values: int) -> int:
-    """How many values beyond those that its bytes pay for a message may still hold; it has `values` anyway.
+def _allowed(values: int) -> int:
+    """How many more values a message may hold, beyond `values` and those that its bytes pay for.
 
     Raises:
-        struct.error: when those are too many already.
+        struct.error: when `values` are too many already.
     """
     from pipros.limits import process_limits
 
-    return _room_left(process_limits().empty_elements, values)
+    return _still_allowed(process_limits().empty_elements, values)
 
 
-def _room_left(room: int, values: int) -> int:
-    """`room` without `values`. Raises as `_room`."""
-    if values > room:
+def _still_allowed(allowed: int, values: int) -> int:
+    """`allowed` minus `values`. Raises as `_allowed`."""
+    if values > allowed:
         raise _struct.error(
-            f"it holds {values - room} values too many in elements that take few bytes or none"
+            f"it holds {values - allowed} values too many in elements that take few bytes or none"
         )
-    return room - values
+    return allowed - values

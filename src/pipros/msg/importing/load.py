@@ -22,7 +22,7 @@ def load_message_class(type_name: str) -> type[Message]:
     """The class of `package/Name`: the one that `from package.msg import Name` imports.
 
     Raises:
-        NotFound: no such package or type, saying where it was looked for.
+        NotFound: the package or type does not exist; the text says where it was looked for.
         DefinitionError: the definition breaks the rules.
     """
     return _load("msg", type_name)  # type: ignore[no-any-return]

@@ -1,7 +1,7 @@
-"""What the comments of a definition say: about the whole, and about each field and constant.
+"""The comments of a definition: the one of the whole, and those of fields and constants.
 
-The language gives comments no meaning. Taken as people write them, a comment belongs to the declaration on
-its line or directly below it, and what stands at the top belongs to the whole.
+The language gives comments no meaning. By convention a comment belongs to the declaration on
+its line or directly below it, and the one at the top belongs to the whole definition.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ class Comments:
     """Comments without their `#`, with `\\n` between lines.
 
     Attributes:
-        head: about the whole; empty without one.
-        of: by the name of a field or constant; those without a comment are missing.
+        head: the comment of the whole definition; may be empty.
+        of: comments by the name of a field or constant; names without a comment are missing.
     """
 
     head: str
@@ -28,8 +28,8 @@ class Comments:
 def comments_of(text: str) -> Comments:
     """The comments in the text of a message, or of one part of a service or action.
 
-    Whatever comes before the first declaration is the head. Of several blocks there, with empty lines in
-    between, the last one belongs to the declaration if it directly precedes it.
+    All comments before the first declaration are the head; if they are several blocks separated by empty
+    lines, the last one belongs to the declaration when it directly precedes it.
 
     >>> comments_of("# A reading.\\n\\nfloat64 x  # metres\\n")
     Comments(head='A reading.', of={'x': 'metres'})

@@ -1,6 +1,6 @@
-"""Where the definition files of ROS packages are.
+"""Finds the definition files of ROS packages.
 
-Reading them is in another file: a class that comes from the cache needs no more than this one.
+It is separate from `definitions.py`, which reads them: a class from the cache needs only this module.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class DefinitionFiles:
         """The path of the file that defines a type; `kind` is `msg`, `srv` or `action`.
 
         Raises:
-            NotFound: there is no such package or file.
+            NotFound: the package or the file does not exist.
         """
         package, _, name = type_name.partition("/")
         folder = self._folder(package)
@@ -58,7 +58,7 @@ class DefinitionFiles:
         """The names of all types of a package, sorted; `kind` is `msg`, `srv` or `action`.
 
         Raises:
-            NotFound: there is no such package.
+            NotFound: the package does not exist.
         """
         folder = self._folder(package)
         found = set(_stems(os.path.join(folder, kind), f".{kind}"))

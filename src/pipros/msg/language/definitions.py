@@ -23,7 +23,7 @@ class Definitions:
         """The definition of `package/Name`, from a `.msg` file, or from the `.action` file that contains it.
 
         Raises:
-            NotFound: there is no such package or file.
+            NotFound: the package or the file does not exist.
             DefinitionError: the file breaks the rules.
         """
         if type_name not in self._messages:

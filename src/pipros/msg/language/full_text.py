@@ -1,4 +1,4 @@
-"""Full texts, as connection headers and bags carry them: a definition and those of all types it embeds."""
+"""Full texts, as in connection headers and bags: a definition and those of all types it embeds."""
 
 from __future__ import annotations
 

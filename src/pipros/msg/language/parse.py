@@ -1,6 +1,6 @@
 """Reads the text of `.msg`, `.srv` and `.action` files.
 
-The language is the one of http://wiki.ros.org/msg as genmsg reads it: one declaration a line,
+The language is the one of http://wiki.ros.org/msg as genmsg reads it: one declaration per line,
 parts separated by spaces (tabs do not separate), `#` begins a comment except in the value of a
 string constant, which reaches to the end of its line.
 """

@@ -1,5 +1,5 @@
-"""The test nodes that `<test pkg="rostest" type="hztest" …>` and its kind start.
+"""The test nodes of rostest: `<test pkg="rostest" type="hztest" …>` and others.
 
-Each is a node that reads what it is to check from its private parameters, checks it, and leaves
+Each reads from its private parameters what to check, checks it, and writes
 a result file as any test script does.
 """

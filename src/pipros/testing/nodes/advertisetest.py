@@ -14,16 +14,16 @@ from pipros.testing.nodes.expectation import Expectation, Watch, expectations, f
 from pipros.testing.nodes.program import run_checks
 from pipros.wire.handshake import WireType
 
-# Reports leave out the frames of modules with this mark: what failed is said in words.
+# unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True
 
 
 def check_topics(node: Node) -> None:
-    """Raises AssertionError when a topic is not there, or is and must not be."""
+    """Raises AssertionError when a topic is not published, or is published and must not be."""
 
-    def find(one: Expectation) -> str | None:
+    def find(expected: Expectation) -> str | None:
         published = node.master.get_published_topics()
-        return next((kind for topic, kind in published if topic == one.name), None)
+        return next((kind for topic, kind in published if topic == expected.name), None)
 
     expected = expectations(node, "~topics")
     if not expected and not expectations(node, "~services"):
@@ -32,12 +32,12 @@ def check_topics(node: Node) -> None:
 
 
 def check_services(node: Node) -> None:
-    """Raises AssertionError when a service is not there, or is and must not be."""
+    """Raises AssertionError when a service is not offered, or is offered and must not be."""
 
-    def find(one: Expectation) -> str | None:
+    def find(expected: Expectation) -> str | None:
         try:
-            uri = node.master.lookup_service(one.name)
-            return "" if one.type is None else _service_type(node, one.name, uri)
+            uri = node.master.lookup_service(expected.name)
+            return "" if expected.type is None else _service_type(node, expected.name, uri)
         except PiprosError:
             return None
 
@@ -45,9 +45,9 @@ def check_services(node: Node) -> None:
 
 
 def _service_type(node: Node, service: str, uri: str) -> str:
-    any_kind = WireType("*", "*")
+    any_type = WireType("*", "*")
     deadline = time.monotonic() + node.limits.handshake_s
-    link = ServiceLink(uri, service, node.name, any_kind, deadline=deadline, probe=True)
+    link = ServiceLink(uri, service, node.name, any_type, deadline=deadline, probe=True)
     link.close()
     return link.fields.get("type", "")
 

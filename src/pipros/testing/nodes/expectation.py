@@ -1,4 +1,4 @@
-"""Topics and services that a test wants to be there, or not to be there, each within its time."""
+"""Topics and services that must exist, or must not exist, within a time."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 
 from pipros.node import Node
 from pipros.node.clock import Clock
-from pipros.testing.nodes.program import looks, parameter
+from pipros.testing.nodes.program import parameter, poll
 
-# Reports leave out the frames of modules with this mark: what failed is said in words.
+# unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True
 
-#: How long a topic or service may take to appear when the test does not say.
+#: The default time for a topic or service to appear.
 DEFAULT_TIMEOUT_S = 10.0
 
 
@@ -23,9 +23,9 @@ class Expectation:
 
     Attributes:
         name: the global name.
-        timeout_s: how long it may take to appear; for a negative one, how long it must stay away.
-        negative: it must not be there.
-        type: its type, if that matters.
+        timeout_s: the time for it to appear; for a negative one, the time during which it must not appear.
+        negative: it must not exist.
+        type: the required type, None for any.
     """
 
     name: str
@@ -35,7 +35,7 @@ class Expectation:
 
     @classmethod
     def read(cls, entry: Any, resolve: Callable[[str], str]) -> Expectation:
-        """Reads `{name: …, timeout: …, negative: …, type: …}`, where all but the name may be missing.
+        """Reads `{name: …, timeout: …, negative: …, type: …}`; only the name is required.
 
         Raises:
             AssertionError: the entry is not a dictionary with a name, or its timeout not a number.
@@ -54,7 +54,7 @@ class Expectation:
 
 
 def expectations(node: Node, name: str) -> list[Expectation]:
-    """The list that a parameter holds; empty when it is not set.
+    """The list in a parameter; empty when it is not set.
 
     Raises:
         AssertionError: it is not a list of expectations.
@@ -66,16 +66,16 @@ def expectations(node: Node, name: str) -> list[Expectation]:
 
 
 Find = Callable[[Expectation], str | None]
-"""Gives the type of what is expected when it is there, else None."""
+"""Returns the type of the expected topic or service when it exists, else None."""
 
 
 class Watch:
-    """Several expectations, all of which run from the same moment on. Pure: the time is passed in.
+    """Several expectations with a common start time. Pure: the time is passed in.
 
     >>> watch = Watch([Expectation("/level", 2.0)], "topic")
-    >>> watch.look(0.5, lambda one: None)
+    >>> watch.check(0.5, lambda expected: None)
     False
-    >>> watch.look(1.0, lambda one: "std_msgs/String")
+    >>> watch.check(1.0, lambda expected: "std_msgs/String")
     True
     """
 
@@ -85,36 +85,36 @@ class Watch:
 
     @property
     def longest_s(self) -> float:
-        return max((one.timeout_s for one in self._open), default=0.0)
+        return max((item.timeout_s for item in self._open), default=0.0)
 
-    def look(self, elapsed_s: float, find: Find) -> bool:
-        """Looks at all that are not decided yet; True when none is left.
+    def check(self, elapsed_s: float, find: Find) -> bool:
+        """Checks all expectations that are still open; True when none is open any more.
 
         Raises:
-            AssertionError: one did not come true.
+            AssertionError: one was not met.
         """
-        self._open = [one for one in self._open if not self._is_decided(one, elapsed_s, find(one))]
+        self._open = [item for item in self._open if not self._is_decided(item, elapsed_s, find(item))]
         return not self._open
 
-    def _is_decided(self, one: Expectation, elapsed_s: float, found: str | None) -> bool:
-        is_over = elapsed_s >= one.timeout_s
+    def _is_decided(self, item: Expectation, elapsed_s: float, found: str | None) -> bool:
+        is_over = elapsed_s >= item.timeout_s
         if found is None:
-            if is_over and not one.negative:
-                raise AssertionError(f"{self._what} [{one.name}] did not appear within {one.timeout_s:g} s")
+            if is_over and not item.negative:
+                raise AssertionError(f"{self._what} [{item.name}] did not appear within {item.timeout_s:g} s")
             return is_over
-        if one.negative:
-            raise AssertionError(f"{self._what} [{one.name}] is there, and must not be")
-        if one.type not in (None, found):
-            raise AssertionError(f"{self._what} [{one.name}] has the type [{found}], not [{one.type}]")
+        if item.negative:
+            raise AssertionError(f"{self._what} [{item.name}] exists, and must not")
+        if item.type not in (None, found):
+            raise AssertionError(f"{self._what} [{item.name}] has the type [{found}], not [{item.type}]")
         return True
 
 
 def follow(node: Node, watch: Watch, find: Find, clock: Clock | None = None) -> None:
-    """Looks until all is decided, in the time of the wall or of `clock`.
+    """Polls until all expectations are decided, in wall time or that of `clock`.
 
     Raises:
-        AssertionError: naming the first expectation that did not come true.
+        AssertionError: names the first expectation that was not met.
     """
-    for elapsed_s in looks(node, watch.longest_s, clock):
-        if watch.look(elapsed_s, find):
+    for elapsed_s in poll(node, watch.longest_s, clock):
+        if watch.check(elapsed_s, find):
             return

@@ -1,7 +1,7 @@
-"""`hztest`: messages come at a rate, or none come.
+"""`hztest`: messages arrive at a given rate, or do not arrive.
 
 Private parameters: `topic`, `hz` (0: it must be silent), `hzerror` (needed unless `hz` is 0),
-`test_duration`, `wait_time` (20 s) for the first message, `check_intervals` (each gap must fit the rate
+`test_duration`, `wait_time` (20 s) for the first message, `check_intervals` (each interval must fit the rate
 too), `wall_clock` (measure in wall time even when time is simulated).
 """
 
@@ -14,28 +14,28 @@ from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
 from pipros.node.clock import WallClock
-from pipros.testing.nodes.program import looks, number, parameter, run_checks
+from pipros.testing.nodes.program import number, parameter, poll, run_checks
 
-# Reports leave out the frames of modules with this mark: what failed is said in words.
+# unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True
 
 
 @dataclass(frozen=True, slots=True)
-class Rate:
-    """The rate that is allowed, in hertz."""
+class AllowedRate:
+    """The allowed rate, in hertz."""
 
     hz: float
     error: float
 
     def check(self, arrivals_ns: list[int], *, check_intervals: bool) -> None:
-        """Holds arrivals against the rate. Pure.
+        """Compares arrival times with the rate. Pure.
 
         Raises:
             AssertionError: too slow, too fast, too irregular, or not silent.
         """
         if not self.hz:
             if arrivals_ns:
-                raise AssertionError(f"{len(arrivals_ns)} messages received, and none must be")
+                raise AssertionError(f"expected no messages, received {len(arrivals_ns)}")
             return
         if len(arrivals_ns) < 2:
             raise AssertionError("only one message received" if arrivals_ns else "no messages received")
@@ -63,7 +63,7 @@ def check(node: Node) -> None:
     """Raises AssertionError when the rate is not as expected."""
     topic = parameter(node, "~topic")
     hz = number(node, "~hz")
-    rate = Rate(hz, number(node, "~hzerror") if hz else 0.0)
+    rate = AllowedRate(hz, number(node, "~hzerror") if hz else 0.0)
     duration, wait = number(node, "~test_duration"), number(node, "~wait_time", 20)
     if rate.hz < 0 or rate.error < 0 or duration <= 0 or not topic:
         raise AssertionError(
@@ -76,15 +76,15 @@ def check(node: Node) -> None:
     def arrive(_: RawMessage) -> None:
         now_ns = clock.now_ns()
         if arrivals_ns and now_ns < arrivals_ns[0]:
-            arrivals_ns.clear()  # simulated time began anew
+            arrivals_ns.clear()  # simulated time was reset
         arrivals_ns.append(now_ns)
 
     node.subscribe(topic, RawMessage, arrive)
-    # Silence has to last for this time too: a publisher may only be coming up.
-    if not any(arrivals_ns for _ in looks(node, wait)) and rate.hz:
+    # A topic must be silent for this time, too: its publisher may be about to start.
+    if not any(arrivals_ns for _ in poll(node, wait)) and rate.hz:
         raise AssertionError("no messages before timeout")
     if rate.hz or not arrivals_ns:
-        for _ in looks(node, duration, clock):
+        for _ in poll(node, duration, clock):
             if arrivals_ns and not rate.hz:
                 break
     rate.check(list(arrivals_ns), check_intervals=bool(parameter(node, "~check_intervals", False)))

@@ -1,15 +1,15 @@
-"""`paramtest`: a parameter gets set, to a certain value if one is given.
+"""`paramtest`: a parameter is set, optionally to a given value.
 
-Private parameters: `param_name_target`, `param_value_expected` (optional), `wait_time` (20 s) until it
-is set, `test_duration` (5 s) that it may take beyond that to have its value.
+Private parameters: `param_name_target`, `param_value_expected` (optional), `wait_time` (20 s) for it to be
+set, `test_duration` (5 s) for it to have the value after that.
 """
 
 from __future__ import annotations
 
 from pipros.node import Node
-from pipros.testing.nodes.program import looks, number, parameter, run_checks
+from pipros.testing.nodes.program import number, parameter, poll, run_checks
 
-# Reports leave out the frames of modules with this mark: what failed is said in words.
+# unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True
 
 _UNSET = object()
@@ -26,7 +26,7 @@ def check(node: Node) -> None:
             f"and param_name_target [{target}] must not be empty"
         )
     value: object = _UNSET
-    for _ in looks(node, number(node, "~wait_time", 20)):
+    for _ in poll(node, number(node, "~wait_time", 20)):
         value = parameter(node, target, _UNSET)
         if value is not _UNSET:
             break
@@ -34,7 +34,7 @@ def check(node: Node) -> None:
         raise AssertionError(f"parameter [{node.resolve(target)}] was not set in time")
     if expected is None:
         return
-    for _ in looks(node, duration):
+    for _ in poll(node, duration):
         value = parameter(node, target, _UNSET)
         if value == expected:
             return

@@ -1,4 +1,4 @@
-"""What the test nodes share: a node of their own, its parameters, waits, and the report."""
+"""The common part of the test nodes: the node, its parameters, polling, and the report."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from pipros.node.clock import Clock, WallClock
 from pipros.node.start_params import set_private_params
 from pipros.testing.program import exit_unless, run_program
 
-# Reports leave out the frames of modules with this mark: what failed is said in words.
+# unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True
 
-#: How often is looked again whether what is expected came true.
-LOOK_INTERVAL_S = 0.05
+#: How often conditions are checked.
+POLL_INTERVAL_S = 0.05
 
-#: How long simulated time may take to begin.
+#: How long the first message on /clock may take.
 CLOCK_TIMEOUT_S = 10.0
 
 
 def run_checks(name: str, class_name: str, **checks: Callable[[Node], None]) -> None:
-    """Runs checks as the cases of a test script called `name`; ends the process with 1 if one fails.
+    """Runs checks as the cases of a test script called `name`; exits with 1 if one fails.
 
-    A check fails by an AssertionError that says what was expected. Classes and cases bear the names that
-    they have in Noetic, since dashboards group by them.
+    A check fails with an AssertionError that says what was expected. Classes and cases have the names of
+    Noetic's, because dashboards group by them.
     """
     cases = {f"test_{what}": _case(name, check) for what, check in checks.items()}
     kind = type(class_name, (unittest.TestCase,), {**cases, "__module__": "__main__"})
@@ -53,7 +53,7 @@ _REQUIRED = object()
 
 
 def parameter(node: Node, name: str, default: Any = _REQUIRED) -> Any:
-    """A parameter of the test; without a default it must be set.
+    """A parameter of the test. Without a default it must be set.
 
     Raises:
         AssertionError: it is not set.
@@ -81,11 +81,11 @@ def number(node: Node, name: str, default: Any = _REQUIRED) -> float:
         raise AssertionError(f"parameter [{node.resolve(name)}] must be a number, got {value!r}") from None
 
 
-def looks(node: Node, timeout_s: float, clock: Clock | None = None) -> Iterator[float]:
-    """Comes round until the time is over, at least twice; gives the seconds since the first time.
+def poll(node: Node, timeout_s: float, clock: Clock | None = None) -> Iterator[float]:
+    """Yields the elapsed seconds at intervals, at least twice, until the time is over.
 
     Args:
-        clock: whose seconds they are; those of the wall when it is left out.
+        clock: measures the seconds; wall time by default.
     """
     wall = WallClock()
     clock = clock or wall
@@ -93,14 +93,14 @@ def looks(node: Node, timeout_s: float, clock: Clock | None = None) -> Iterator[
     elapsed_s = 0.0
     yield elapsed_s
     while elapsed_s < timeout_s and not node.is_shutdown:
-        # Simulated time may stand still; this goes on looking.
-        wall.sleep(LOOK_INTERVAL_S)
+        # In wall time, because simulated time may stand still.
+        wall.sleep(POLL_INTERVAL_S)
         elapsed_s = (clock.now_ns() - start_ns) / NS_PER_S
         yield elapsed_s
 
 
 def _wait_for_time(node: Node) -> None:
-    for _ in looks(node, CLOCK_TIMEOUT_S):
+    for _ in poll(node, CLOCK_TIMEOUT_S):
         if node.clock.now_ns():
             return
-    raise AssertionError(f"/use_sim_time is true, and nobody published on /clock for {CLOCK_TIMEOUT_S:g} s")
+    raise AssertionError(f"/use_sim_time is true, but no message came on /clock in {CLOCK_TIMEOUT_S:g} s")

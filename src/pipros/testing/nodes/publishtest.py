@@ -10,7 +10,7 @@ from pipros.node.any_msg import RawMessage
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
 from pipros.testing.nodes.program import run_checks
 
-# Reports leave out the frames of modules with this mark: what failed is said in words.
+# unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True
 
 
@@ -19,16 +19,16 @@ def check(node: Node) -> None:
     expected = expectations(node, "~topics")
     if not expected:
         raise AssertionError("No topic is specified in rosparam.")
-    heard: dict[str, str] = {}
+    received: dict[str, str] = {}
 
-    def hear(message: RawMessage) -> None:
-        heard[message.header["topic"]] = message.header["type"]
+    def receive(message: RawMessage) -> None:
+        received[message.header["topic"]] = message.header["type"]
 
-    for one in expected:
-        node.subscribe(one.name, RawMessage, hear)
+    for item in expected:
+        node.subscribe(item.name, RawMessage, receive)
 
-    def find(one: Expectation) -> str | None:
-        return heard.get(one.name)
+    def find(item: Expectation) -> str | None:
+        return received.get(item.name)
 
     follow(node, Watch(expected, "a message on"), find, node.clock)
 

@@ -1,4 +1,4 @@
-"""`subscribetest`: topics are subscribed to, or are not.
+"""`subscribetest`: topics have subscribers, or do not.
 
 Private parameter `topics`: a list of `{name, timeout: 10.0, negative: false, type}`.
 """
@@ -9,18 +9,18 @@ from pipros.node import Node
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
 from pipros.testing.nodes.program import run_checks
 
-# Reports leave out the frames of modules with this mark: what failed is said in words.
+# unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True
 
 
 def check(node: Node) -> None:
     """Raises AssertionError when a topic has no subscriber, or has one and must not."""
 
-    def find(one: Expectation) -> str | None:
+    def find(item: Expectation) -> str | None:
         _, subscribed, _ = node.master.get_system_state()
-        if all(topic != one.name for topic, _ in subscribed):
+        if all(topic != item.name for topic, _ in subscribed):
             return None
-        return next((kind for topic, kind in node.master.get_topic_types() if topic == one.name), "")
+        return next((kind for topic, kind in node.master.get_topic_types() if topic == item.name), "")
 
     expected = expectations(node, "~topics")
     if not expected:

@@ -10,7 +10,7 @@ from pipros.testing.nodes.expectation import Expectation, Watch
 
 
 class Graph:
-    """What is there, by name, as the looks of a Watch find it."""
+    """The topics of the graph by name."""
 
     def __init__(self, **types: str) -> None:
         self.types = {f"/{name}": kind for name, kind in types.items()}
@@ -42,19 +42,19 @@ def test_all_times_run_from_the_same_moment() -> None:
     graph = Graph()
     watch = Watch([Expectation("/slow", 9.0), Expectation("/quick", 2.0)], "topic")
 
-    assert not watch.look(1.9, graph.find)
+    assert not watch.check(1.9, graph.find)
     with pytest.raises(AssertionError, match=r"topic \[/quick\] did not appear within 2 s"):
-        watch.look(2.0, graph.find)
+        watch.check(2.0, graph.find)
 
 
 def test_what_came_once_may_go_again() -> None:
     graph = Graph(level="std_msgs/String")
     watch = Watch([Expectation("/level", 5.0), Expectation("/other", 5.0)], "topic")
-    assert not watch.look(0.0, graph.find)
+    assert not watch.check(0.0, graph.find)
 
     graph.types = {"/other": "std_msgs/String"}
 
-    assert watch.look(1.0, graph.find)
+    assert watch.check(1.0, graph.find)
 
 
 def test_what_must_stay_away_is_watched_for_its_whole_time() -> None:
@@ -62,27 +62,27 @@ def test_what_must_stay_away_is_watched_for_its_whole_time() -> None:
     watch = Watch([Expectation("/gone", 5.0, negative=True)], "service")
 
     assert watch.longest_s == 5.0
-    assert not watch.look(4.9, graph.find)
-    assert watch.look(5.0, graph.find)
+    assert not watch.check(4.9, graph.find)
+    assert watch.check(5.0, graph.find)
 
 
 def test_what_must_stay_away_and_comes_fails_at_once() -> None:
     watch = Watch([Expectation("/gone", 5.0, negative=True)], "service")
 
-    with pytest.raises(AssertionError, match=r"service \[/gone\] is there, and must not be"):
-        watch.look(0.1, Graph(gone="std_srvs/Empty").find)
+    with pytest.raises(AssertionError, match=r"service \[/gone\] exists, and must not"):
+        watch.check(0.1, Graph(gone="std_srvs/Empty").find)
 
 
 def test_a_type_matters_when_it_is_named() -> None:
     graph = Graph(level="std_msgs/String")
 
-    assert Watch([Expectation("/level", type="std_msgs/String")], "topic").look(0, graph.find)
+    assert Watch([Expectation("/level", type="std_msgs/String")], "topic").check(0, graph.find)
     with pytest.raises(AssertionError, match=r"has the type \[std_msgs/String\], not \[std_msgs/Int8\]"):
-        Watch([Expectation("/level", type="std_msgs/Int8")], "topic").look(0, graph.find)
+        Watch([Expectation("/level", type="std_msgs/Int8")], "topic").check(0, graph.find)
 
 
 def test_nothing_to_watch_is_decided_at_once() -> None:
     watch = Watch([], "topic")
 
     assert watch.longest_s == 0
-    assert watch.look(0, Graph().find)
+    assert watch.check(0, Graph().find)
