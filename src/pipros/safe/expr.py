@@ -71,7 +71,7 @@ def evaluate(
 
     It may contain literals, arithmetic, comparisons, `and`/`or`/`not`, `a if b else c`, subscripts,
     f-strings, comprehensions, the methods of `methods.py`, and calls of named functions. Those of
-    `guarded.py`, and its constants, which include `math`, always exist; `functions` and `names` add to them or replace
+    `guarded.py` and its constants, which include `math`, exist; `functions` and `names` add to or replace
     them. `map`, `filter` and `key=` take the name of a function. Generators and `map` give lists.
     `a.b` calls `fields(a, "b")`, if given; a callable in the result is a method. The default limits are those
     of the process.

@@ -1,7 +1,7 @@
 """The methods that a safe expression may call: those without side effects, from fixed tables.
 
-A method is looked up by the exact class of its value, never by `getattr` with a name of the expression. Those
-whose result can be much larger than what they are given ask the budget before they run.
+A method is looked up by the exact class of its value, never by `getattr` with a name of the expression. Methods
+whose result may be much larger than their arguments check the budget before they run.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ Method = Callable[..., Any]
 
 
 def find_method(value: Any, name: str) -> Method | None:
-    """The function behind `value.name(…)`, to be called with the budget and the value first; None if refused.
+    """The function for `value.name(…)`, to be called with the budget and the value first; None if refused.
 
+    >>> from pipros.limits import Limits
     >>> find_method("a b", "split")(Budget(Limits()), "a b")
     ['a', 'b']
     >>> find_method([], "append") is None
@@ -27,7 +28,7 @@ def find_method(value: Any, name: str) -> Method | None:
 
 
 def _plain(kind: type, *names: str) -> dict[str, Method]:
-    """Methods whose result is about as large as what they are given."""
+    """Methods with results about as large as their arguments."""
 
     def call(method: Method) -> Method:
         return lambda _, *arguments, **keywords: method(*arguments, **keywords)
@@ -36,7 +37,7 @@ def _plain(kind: type, *names: str) -> dict[str, Method]:
 
 
 def _cut(method: Method) -> Method:
-    """A method that cuts a text into pieces: as many as there are characters, at worst."""
+    """A method that splits a string: into one part for each character, at worst."""
 
     def call(budget: Budget, text: str, *arguments: Any, **keywords: Any) -> Any:
         budget.foresee(len(text))
