@@ -1,7 +1,7 @@
 """The methods that a safe expression may call: those without side effects, from fixed tables.
 
-A method is looked up by the exact class of its value, never by `getattr` with a name of the expression. Methods
-whose result may be much larger than their arguments check the budget before they run.
+A method is looked up by the exact class of its value, never by `getattr` with a name of the expression.
+Methods whose result may be much larger than their arguments check the budget before they run.
 """
 
 from __future__ import annotations
