@@ -19,6 +19,10 @@ class InvalidEnvironment(PiprosError, ValueError):
     """An environment variable has an invalid value."""
 
 
+DISTRIBUTION: Mapping[str, str] = {"ROS_DISTRO": "noetic", "ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3"}
+"""The variables that the setup files of Noetic set to the same values everywhere."""
+
+
 @dataclass(frozen=True, slots=True)
 class Environment:
     """The ROS environment variables of a process.

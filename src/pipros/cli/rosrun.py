@@ -11,7 +11,7 @@ from typing import NoReturn
 from pipros.cli.streams import command
 from pipros.workspace.executables import Executables, find_executables, list_executables
 from pipros.workspace.index import Package, PackageIndex
-from pipros.workspace.interpreter import command_of, why_not_startable, with_own_python_first
+from pipros.workspace.interpreter import command_of, program_environment, why_not_startable
 
 USAGE = """\
 Usage: rosrun [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
@@ -94,7 +94,7 @@ def _run(program: Path, command: list[str]) -> int:
         with program.open("rb") as file:
             names_interpreter = file.read(2) == b"#!"
         return NO_SUCH_COMMAND if names_interpreter else CANNOT_RUN
-    environment = with_own_python_first(os.environ)
+    environment = program_environment(os.environ)
     sys.stdout.flush()
     try:
         if os.name == "nt":

@@ -21,7 +21,7 @@ from pipros.testing.rostest import TestProgramTimedOut
 from pipros.testing.summary import runner_summary
 from pipros.testing.xunit import parse_suites
 from pipros.workspace.index import PackageIndex
-from pipros.workspace.interpreter import command_of, with_own_python_first
+from pipros.workspace.interpreter import command_of, program_environment
 
 # unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True
@@ -116,7 +116,7 @@ class _BareTest:
             command.insert(0, sys.executable)
         try:
             subprocess.run(  # noqa: S603
-                command, timeout=self._time_limit_s, env=with_own_python_first(os.environ), check=False
+                command, timeout=self._time_limit_s, env=program_environment(os.environ), check=False
             )
         except subprocess.TimeoutExpired:
             raise TestProgramTimedOut("test max time allotted") from None

@@ -13,6 +13,7 @@ from pipros.cmake.regex import search
 Word = tuple[str, bool]
 """A word with its variables replaced, and whether it was quoted, and so neither a keyword nor a variable."""
 
+_CLOSING: Word = (")", False)
 _FALSE = frozenset(("", "0", "off", "no", "false", "n", "ignore", "notfound"))
 _TRUE = frozenset(("1", "on", "yes", "true", "y"))
 _NUMBER = re.compile(r"-?\d+(\.\d+)?")
@@ -34,6 +35,8 @@ def is_true(
     Raises:
         ValueError: the words do not form a condition.
     """
+    if not words:
+        return False
     condition = _Condition(list(words), variables, commands, targets, environment)
     value = condition.any_of()
     condition.expect_end()
@@ -76,10 +79,11 @@ class _Condition:
         return value
 
     def _negated(self) -> bool:
-        if self._take("NOT"):
+        # A NOT without anything behind it, as in if(NOT $ENV{UNSET}), is the name of a variable to CMake.
+        if len(self._words) > 1 and self._words[1] != _CLOSING and self._take("NOT"):
             return not self._negated()
         if self._take("("):
-            value = self.any_of()
+            value = self._words[:1] != [_CLOSING] and self.any_of()
             if not self._take(")"):
                 raise ValueError("the condition lacks a )")
             return value

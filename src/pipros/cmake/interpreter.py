@@ -232,6 +232,8 @@ class Interpreter:
         return _Flow.NEXT
 
     def _run_while(self, opening: Command, body: Sequence[Command]) -> _Flow:
+        if not opening.arguments:
+            raise self.error(opening, "called with incorrect number of arguments")
         limit = self.scope.limits.cmake_rounds
         for _ in range(limit):
             if not self._holds(opening):

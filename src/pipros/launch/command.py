@@ -13,7 +13,7 @@ from pipros.errors import NotFound, PiprosError
 from pipros.launch.model import Machine, Node, WorkingFolder
 from pipros.workspace.executables import Executables, find_executables
 from pipros.workspace.index import Package, PackageIndex
-from pipros.workspace.interpreter import command_of, with_own_python_first
+from pipros.workspace.interpreter import command_of, program_environment
 
 
 class CannotLaunch(PiprosError):
@@ -59,7 +59,7 @@ class CommandMaker:
         find: FindExecutables = find_executables,
     ) -> None:
         self._index = index
-        self._environment = with_own_python_first(environment)
+        self._environment = program_environment(environment)
         self._ros_home = ros_home
         self._find = find
 

@@ -11,6 +11,7 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,10 +19,11 @@ import pipros
 from pipros.errors import PiprosError
 from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.definitions import Definitions
+from pipros.safe.xml import XmlError
 from pipros.workspace import genuine_catkin
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.catkin.cmake_shim import cmake_program
-from pipros.workspace.catkin.context import FindExtras
+from pipros.workspace.catkin.context import FindPackage, FoundPackage
 from pipros.workspace.catkin.project import NativeTarget, Project
 from pipros.workspace.catkin.project_reader import read_project
 from pipros.workspace.catkin.step_runner import StepRunner
@@ -29,6 +31,7 @@ from pipros.workspace.devel import install_package, python_sources, write_devel_
 from pipros.workspace.environment import underlays_of_build
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.layout import Layout, SourcePackage, WorkspaceError, closure, read_source_space
+from pipros.workspace.manifest import read_manifest
 from pipros.workspace.setup_files import write_if_changed, write_setup_files
 from pipros.workspace.validate import check_interfaces, check_manifest
 
@@ -91,21 +94,24 @@ class _Build:
                 return None
             return package.folder if isinstance(package, SourcePackage) else package.path
 
-        def find_extras(name: str) -> Sequence[str] | None:
+        def find_for_cmake(name: str) -> FoundPackage | None:
             if name in self._result.projects:
-                return self._result.projects[name].cfg_extras
-            return None if find_package(name) is None else ()
+                project = self._result.projects[name]
+                return FoundPackage(str(by_name[name].manifest.version), project.cfg_extras)
+            folder = find_package(name)
+            return None if folder is None else FoundPackage(_version_of(folder))
 
         definitions = Definitions(DefinitionFiles(find_package))
         natives = []
         for package in packages:
-            project = self._read(package, find_extras, definitions)
+            project = self._read(package, find_for_cmake, definitions, find_package)
             if project is None:
                 continue
             self._result.projects[package.name] = project
             self._note_compiled_tests(project)
             if project.needs_cmake:
                 natives.append(package)
+        self._check_reconfigure_options(natives)
         native_names = closure(packages, {package.name for package in natives}) if natives else set()
         for package in packages:
             if package.name in self._result.projects and not self._is_blocked(package):
@@ -149,7 +155,11 @@ class _Build:
         self._say(rule)
 
     def _read(
-        self, package: SourcePackage, find_extras: FindExtras, definitions: Definitions
+        self,
+        package: SourcePackage,
+        find_for_cmake: FindPackage,
+        definitions: Definitions,
+        find_folder: Callable[[str], Path | None],
     ) -> Project | None:
         """Reads and checks a package; None if it failed, which is then reported."""
         self._say(f"-- +++ processing catkin package: '{package.name}'")
@@ -163,11 +173,11 @@ class _Build:
                 package.name,
                 self._settings(package),
                 self._variables,
-                find_extras,
+                find_for_cmake,
                 str(package.manifest.version),
             )
             check_manifest(project, package)
-            check_interfaces(project, definitions)
+            check_interfaces(project, definitions, find_folder)
         except PiprosError as error:
             self._fail(package, str(error))
             return None
@@ -196,6 +206,23 @@ class _Build:
             file, _, line = compiled[0].place.rpartition(":")
             what = f"compiles the test [{compiled[0].target}]"
             project.needs_cmake.append(NativeTarget(what, file, int(line)))
+
+    def _check_reconfigure_options(self, natives: Sequence[SourcePackage]) -> None:
+        """Fails packages with `.cfg` files if there is no dynamic_reconfigure: CMake would fail for all."""
+        users = [one for one in natives if self._result.projects[one.name].has_reconfigure_options]
+        if not users or "dynamic_reconfigure" in self._result.projects:
+            return
+        with suppress(genuine_catkin.MissingTools):  # reported when packages are built
+            tools = genuine_catkin.find_tools(self._variables)
+            if genuine_catkin.has_package(tools, "dynamic_reconfigure"):
+                return
+            for package in users:
+                target = self._result.projects[package.name].needs_cmake[0]
+                self._fail(
+                    package,
+                    f"{target.file}:{target.line}: the package [{package.name}] {target.what}, but genuine "
+                    "dynamic_reconfigure is not installed. Install it, or put its source into the workspace",
+                )
 
     def _settings(self, package: SourcePackage) -> dict[str, str]:
         """The CMake variables that depend on the workspace."""
@@ -260,7 +287,7 @@ class _Build:
         natives = [package for package in natives if package.name not in self._failed]
         if not natives:
             return
-        chosen = [package for package in packages if package.name in names]
+        chosen = [one for one in packages if one.name in names and one.name not in self._failed]
         try:
             tools = genuine_catkin.find_tools(self._variables)
             genuine_catkin.build(tools, chosen, self._layout, self._options, self._say)
@@ -302,6 +329,13 @@ class _Build:
             except OSError:
                 digest.update(f"{path}\0gone\n".encode())
         return digest.hexdigest()
+
+
+def _version_of(folder: Path) -> str:
+    try:
+        return read_manifest(folder).version
+    except (XmlError, OSError):
+        return ""
 
 
 def _read_state(file: Path) -> dict[str, str]:

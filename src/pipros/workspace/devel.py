@@ -131,7 +131,8 @@ def install_package(project: Project, layout: Layout, settings: Mapping[str, str
     share = layout.install / "share" / project.name
     copy_file(Path(project.folder) / "package.xml", share / "package.xml", say)
     for interface in project.interfaces:
-        copy_file(Path(interface.path), share / interface.kind / os.path.basename(interface.path), say)
+        if interface.folder is not None:
+            copy_file(Path(interface.path), share / interface.folder / os.path.basename(interface.path), say)
     setup = read_setup_py(project.folder) if project.has_python_setup else None
     modules = layout.install / PYTHON_DESTINATION
     for name, folder in (setup.packages if setup else {}).items():

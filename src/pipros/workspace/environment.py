@@ -12,6 +12,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from pipros.env import DISTRIBUTION
 from pipros.workspace.hooks import FoundHook, find_hooks
 from pipros.workspace.index import SHARED_PACKAGES
 from pipros.workspace.overlays import MARKER, built_workspaces
@@ -24,8 +25,6 @@ _LISTS = {
     "PKG_CONFIG_PATH": "lib/pkgconfig",
     "PYTHONPATH": "lib/python3/dist-packages",
 }
-
-_CONSTANTS = {"ROS_DISTRO": "noetic", "ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3"}
 
 
 def workspace_environment(
@@ -69,7 +68,7 @@ def workspace_environment(
     for workspace in visible:
         packages += [str(source) for source in workspace.sources] or [str(workspace.prefix / "share")]
     changed["ROS_PACKAGE_PATH"] = os.pathsep.join(dict.fromkeys([*packages, str(SHARED_PACKAGES)]))
-    changed |= _CONSTANTS
+    changed |= DISTRIBUTION
     changed["ROS_ROOT"] = str(SHARED_PACKAGES / "ros")
     changed["ROS_ETC_DIR"] = str(SHARED_PACKAGES.parent / "etc" / "ros")
     changed.setdefault("ROS_MASTER_URI", variables.get("ROS_MASTER_URI") or "http://localhost:11311")

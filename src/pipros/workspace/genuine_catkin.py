@@ -174,6 +174,12 @@ def shipped_packages(packages: Sequence[SourcePackage], prefixes: Sequence[Path]
     return needed
 
 
+def has_package(tools: NativeTools, name: str) -> bool:
+    """Whether genuine ROS on this machine, or a workspace that is set up, has a package."""
+    prefixes = _environment(tools)["CMAKE_PREFIX_PATH"].split(os.pathsep)
+    return any(_is_installed(name, Path(prefix)) for prefix in prefixes)
+
+
 def _is_installed(name: str, prefix: Path) -> bool:
     """Whether CMake finds a package below a prefix.
 

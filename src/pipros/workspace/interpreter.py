@@ -14,13 +14,19 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from pipros.env import DISTRIBUTION
+
 _ON_WINDOWS = os.name == "nt"
 _POSIX_SHELL = "/bin/sh"
 
 
-def with_own_python_first(variables: Mapping[str, str], executable: str = sys.executable) -> dict[str, str]:
-    """A copy of the environment in which `python3` and `python` are the given interpreter."""
-    environment = dict(variables)
+def program_environment(variables: Mapping[str, str], executable: str = sys.executable) -> dict[str, str]:
+    """The environment for a program of a package.
+
+    `python3` and `python` are the given interpreter, and `ROS_DISTRO`, `ROS_VERSION` and `ROS_PYTHON_VERSION`
+    are set, as after sourcing a setup file of Noetic.
+    """
+    environment = {**DISTRIBUTION, **variables}
     own = os.path.dirname(os.path.abspath(executable))
     search_path = environment.get("PATH", os.defpath)
     found = shutil.which("python3", path=search_path) or shutil.which("python", path=search_path)

@@ -10,6 +10,7 @@ from catkin_pkg.package import InvalidPackage, parse_package
 from catkin_pkg.package import Package as Manifest
 from catkin_pkg.topological_order import topological_order_packages
 
+from pipros.env import DISTRIBUTION
 from pipros.errors import PiprosError
 from pipros.input_file import read_file, read_text
 from pipros.packages.crawl import MANIFEST, crawl
@@ -115,9 +116,7 @@ def _read_manifest(folder: Path, variables: Mapping[str, str], errors: list[str]
     try:
         parse(read_file(file), str(file))  # unlike catkin_pkg it says where malformed XML is
         manifest = parse_package(str(file), warnings=warnings)
-        manifest.evaluate_conditions(
-            {"ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3", "ROS_DISTRO": "noetic", **variables}
-        )
+        manifest.evaluate_conditions({**DISTRIBUTION, **variables})
     except XmlError as error:
         errors.append(str(error))
     except InvalidPackage as error:

@@ -15,6 +15,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipros.env import DISTRIBUTION
 from pipros.input_file import read_file
 from pipros.packages.crawl import MANIFEST
 from pipros.safe.xml import Element, XmlError, parse
@@ -31,7 +32,7 @@ _MEANING: dict[str, tuple[str, ...]] = {
     "doc_depend": ("doc_depends",),
 }
 
-_CONDITION_VALUES = {"$ROS_VERSION": "1", "$ROS_PYTHON_VERSION": "3", "$ROS_DISTRO": "noetic"}
+_CONDITION_VALUES = {f"${name}": value for name, value in DISTRIBUTION.items()}
 _COMPARISON = re.compile(r"""\s*(\S+?)\s*(==|!=)\s*['"]?([^'"\s]+)['"]?\s*""")
 
 

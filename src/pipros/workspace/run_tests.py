@@ -12,7 +12,7 @@ from pathlib import Path
 from pipros.workspace import genuine_catkin
 from pipros.workspace.catkin.project import Project, TestEntry
 from pipros.workspace.downloads import fetch
-from pipros.workspace.interpreter import with_own_python_first
+from pipros.workspace.interpreter import program_environment
 from pipros.workspace.layout import Layout
 from pipros.workspace.make_targets import is_wanted, label, results_label
 
@@ -97,6 +97,6 @@ def _environment(layout: Layout) -> dict[str, str]:
     """The environment with the workspace set up, as if `devel/setup.sh` had been sourced."""
     from pipros.workspace.environment import underlays_of_build, workspace_environment
 
-    variables = with_own_python_first(os.environ)
+    variables = program_environment(os.environ)
     underlays = underlays_of_build(variables, layout.devel)
     return {**variables, **workspace_environment(layout.devel, underlays, variables)}

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
 
 from pipros.cmake.language import CMakeError
 from pipros.errors import PiprosError
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.spec import MessageSpec
+from pipros.safe.xml import XmlError
 from pipros.workspace.catkin.project import Interface, Project
 from pipros.workspace.layout import SourcePackage
+from pipros.workspace.manifest import read_manifest
 
 MESSAGES_WITHOUT_DEPENDENCY = frozenset(("std_msgs", "actionlib_msgs"))
 """Packages that need not be listed, because `Header` and actions use them."""
@@ -34,15 +38,21 @@ def check_manifest(project: Project, package: SourcePackage) -> None:
             )
 
 
-def check_interfaces(project: Project, definitions: Definitions) -> None:
+def check_interfaces(
+    project: Project, definitions: Definitions, find_folder: Callable[[str], Path | None]
+) -> None:
     """Reads every message, service and action of a package, and the messages that they contain.
+
+    Args:
+        find_folder: finds the folder of a package; None if it does not exist.
 
     Raises:
         DefinitionError: a file is malformed; with file, line and column.
         UnknownType: a field has a type that does not exist.
         CMakeError: a field has a type of a package that `generate_messages(DEPENDENCIES …)` does not name.
     """
-    allowed = {project.name, *project.message_dependencies, *MESSAGES_WITHOUT_DEPENDENCY}
+    allowed = {project.name, *MESSAGES_WITHOUT_DEPENDENCY}
+    allowed |= _with_dependencies(project.message_dependencies, find_folder)
     for interface in project.interfaces:
         for spec in specs_of(interface, project.name, definitions):
             for field in spec.fields:
@@ -59,6 +69,20 @@ def check_interfaces(project: Project, definitions: Definitions) -> None:
                         f"generate_messages(DEPENDENCIES {package})?",
                     )
                 _check_type(field.type.base, spec, field.line, definitions)
+
+
+def _with_dependencies(names: Sequence[str], find_folder: Callable[[str], Path | None]) -> set[str]:
+    """The packages and those that their manifests depend on, directly or not: they bring these messages."""
+    known: set[str] = set()
+    pending = list(names)
+    while pending:
+        name = pending.pop()
+        folder = None if name in known else find_folder(name)
+        known.add(name)
+        if folder is not None:
+            with suppress(XmlError, OSError):
+                pending += read_manifest(folder).depends("build_export_depends", "exec_depends")
+    return known
 
 
 def _check_type(type_name: str, within: MessageSpec, line: int, definitions: Definitions) -> None:

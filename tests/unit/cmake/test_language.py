@@ -109,6 +109,13 @@ def test_no_text_does_anything_but_parse_or_be_refused(text: str) -> None:
         ("a IN_LIST LIST", True),
         ("z IN_LIST LIST", False),
         ("SET MATCHES ^va", True),
+        ("", False),
+        ("NOT", False),
+        ("SET AND NOT", False),
+        ("NOT NOT", True),
+        ("( )", False),
+        ("SET OR ( NOT )", True),
+        ("NOT ( NOT )", True),
     ],
 )
 def test_conditions_hold_as_in_cmake(condition: str, expected: bool) -> None:
@@ -117,7 +124,7 @@ def test_conditions_hold_as_in_cmake(condition: str, expected: bool) -> None:
     assert is_true(written, variables, {"add_rostest"}) is expected
 
 
-@pytest.mark.parametrize("condition", ["( SET", "SET SET", "SET STREQUAL", "NOT", ""])
+@pytest.mark.parametrize("condition", ["( SET", "SET SET", "SET STREQUAL", "NOT AND SET", "SET OR"])
 def test_what_is_no_condition_is_refused(condition: str) -> None:
     with pytest.raises(ValueError, match="condition"):
         is_true([(word, False) for word in condition.split()], {})

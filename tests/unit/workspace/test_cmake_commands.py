@@ -133,7 +133,7 @@ def test_dynamic_reconfigure_is_refused_with_its_line(workspace: Workspace) -> N
         "dynamic_reconfigure",
     )
     (error,) = workspace.build().errors
-    assert f"{folder}/CMakeLists.txt:4: the package [p] makes code of [cfg/P.cfg]" in error
+    assert f"{folder}/CMakeLists.txt:4: the package [p] generates code from [cfg/P.cfg]" in error
 
 
 def test_a_package_may_have_cmake_code_for_others(workspace: Workspace) -> None:

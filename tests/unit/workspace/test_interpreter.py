@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.interpreter import command_of, why_not_startable, with_own_python_first
+from pipros.env import DISTRIBUTION
+from pipros.workspace.interpreter import command_of, program_environment, why_not_startable
 
 
 def program(path: Path, content: str = "#!/bin/sh\n") -> Path:
@@ -16,14 +17,19 @@ def program(path: Path, content: str = "#!/bin/sh\n") -> Path:
 
 def test_the_own_interpreter_comes_first_when_another_python_would_be_found(tmp_path: Path) -> None:
     own, other = program(tmp_path / "venv" / "python3"), program(tmp_path / "other" / "python3")
-    environment = with_own_python_first({"PATH": str(other.parent), "A": "b"}, str(own))
-    assert environment == {"PATH": f"{own.parent}:{other.parent}", "A": "b"}
+    environment = program_environment({"PATH": str(other.parent), "A": "b"}, str(own))
+    assert environment == {**DISTRIBUTION, "PATH": f"{own.parent}:{other.parent}", "A": "b"}
 
 
 def test_a_path_that_leads_to_the_own_interpreter_is_left_alone(tmp_path: Path) -> None:
     own, tools = program(tmp_path / "venv" / "python3"), program(tmp_path / "tools" / "gdb")
     variables = {"PATH": f"{tools.parent}:{own.parent}"}
-    assert with_own_python_first(variables, str(own)) == variables
+    assert program_environment(variables, str(own))["PATH"] == variables["PATH"]
+
+
+def test_programs_see_the_distribution_unless_the_environment_has_another(tmp_path: Path) -> None:
+    environment = program_environment({"PATH": "/nowhere", "ROS_DISTRO": "one"})
+    assert [environment[name] for name in DISTRIBUTION] == ["one", "1", "3"]
 
 
 def test_a_prefix_is_split_into_words_and_seen_by_no_shell(tmp_path: Path) -> None:

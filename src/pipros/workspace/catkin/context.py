@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 from pipros.cmake.configure import configured
@@ -13,8 +14,22 @@ from pipros.input_file import read_text
 from pipros.workspace.catkin.names import CATKIN_COMMANDS
 from pipros.workspace.catkin.project import NativeTarget, Project
 
-FindExtras = Callable[[str], Sequence[str] | None]
-"""The CMake files that a package gives to those that find it; None if there is no such package."""
+
+@dataclass(frozen=True, slots=True)
+class FoundPackage:
+    """A package that `find_package()` finds.
+
+    Attributes:
+        version: that of its manifest; empty if it is not known.
+        extras: the CMake files that it gives to the packages that find it.
+    """
+
+    version: str = ""
+    extras: Sequence[str] = ()
+
+
+FindPackage = Callable[[str], FoundPackage | None]
+"""Finds a package by name; None if it does not exist."""
 
 
 class ReadContext:
@@ -25,6 +40,7 @@ class ReadContext:
         version: that of the package's manifest.
         scope: the current variables.
         components: the packages that `find_package()` has found.
+        find_package: finds a package by name.
         has_foreign_packages: whether commands may exist that only CMake itself would find.
     """
 
@@ -33,7 +49,7 @@ class ReadContext:
         project: Project,
         version: str,
         scope: Scope,
-        find_extras: FindExtras,
+        find_package: FindPackage,
         handlers: Mapping[str, Handler],
         check: Handler,
     ) -> None:
@@ -48,7 +64,7 @@ class ReadContext:
         self.scope = scope
         self.components: set[str] = set()
         self.has_foreign_packages = False
-        self._find_extras = find_extras
+        self.find_package = find_package
         self._interpreter = Interpreter(
             scope,
             {name: partial(handler, self) for name, handler in handlers.items()},
@@ -84,13 +100,9 @@ class ReadContext:
         """Records that genuine catkin has to build the package; `what` completes "the package [x] …"."""
         self.project.needs_cmake.append(NativeTarget(what, self.file, command.line))
 
-    def run_extras(self, package: str) -> bool:
-        """Carries out the CMake files that a package gives to those that find it.
-
-        Returns False if there is no such package.
-        """
-        files = self._find_extras(package)
-        for file in files or ():
+    def run_extras(self, package: FoundPackage) -> None:
+        """Carries out the CMake files that a package gives to those that find it."""
+        for file in package.extras:
             if file.endswith(".em"):
                 self.has_foreign_packages = True
             elif file.endswith(".in"):
@@ -98,7 +110,6 @@ class ReadContext:
                 self._interpreter.run_text(text, file)
             else:
                 self._interpreter.run_file(file)
-        return files is not None
 
     def _include_module(self, name: str) -> None:
         if name not in HARMLESS_MODULES:

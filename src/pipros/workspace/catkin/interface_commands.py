@@ -18,9 +18,8 @@ _LANGUAGES = ("", "_py", "_cpp", "_lisp", "_eus", "_nodejs")
 def _add_files(context: ReadContext, command: Command, words: list[str]) -> None:
     kind = _KINDS[command.name]
     options = sections(words, ("DIRECTORY", "FILES", "BASE_DIR"), ("NOINSTALL",))
-    folder = os.path.join(
-        context.scope.values["CMAKE_CURRENT_SOURCE_DIR"], (options["DIRECTORY"] or [kind])[0]
-    )
+    directory = (options["DIRECTORY"] or [kind])[0]
+    folder = context.scope.in_source(directory)
     files = options["FILES"]
     if "FILES" not in words:
         files = sorted(os.path.basename(path) for path in glob.glob(os.path.join(folder, f"*.{kind}")))
@@ -29,7 +28,8 @@ def _add_files(context: ReadContext, command: Command, words: list[str]) -> None
         if not os.path.isfile(path):
             raise context.error(command, f"{command.name}() was given a file that does not exist: {path}")
         name = os.path.splitext(os.path.basename(file))[0]
-        context.project.interfaces.append(Interface(kind, name, path))
+        installed = None if "NOINSTALL" in words else directory
+        context.project.interfaces.append(Interface(kind, name, path, installed))
 
 
 def _generate_messages(context: ReadContext, command: Command, words: list[str]) -> None:
@@ -43,8 +43,8 @@ def _generate_messages(context: ReadContext, command: Command, words: list[str])
 
 
 def _dynamic_reconfigure(context: ReadContext, command: Command, words: list[str]) -> None:
-    what = f"makes code of [{' '.join(words)}], for which pipros has no dynamic_reconfigure"
-    context.need_native_build(command, what)
+    context.project.has_reconfigure_options = True
+    context.need_native_build(command, f"generates code from [{' '.join(words)}]")
 
 
 COMMANDS: Mapping[str, Handler] = {

@@ -51,6 +51,9 @@ COMPONENT_COMMANDS: Mapping[str, tuple[str, ...]] = {
     name: components for name, components in CATKIN_COMMANDS.items() if components is not None
 }
 
+CATKIN_VERSION = "0.8.10"
+"""The version of catkin whose commands these are, for `${catkin_VERSION}`."""
+
 _CORE = """
     catkin cmake_modules cpp_common gencpp geneus genlisp genmsg gennodejs genpy message_filters
     message_generation message_runtime mk rosbag rosbag_storage rosbash rosboost_cfg rosbuild rosclean

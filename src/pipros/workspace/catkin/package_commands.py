@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from pipros.cmake.configure import configured
 from pipros.cmake.language import Command
 from pipros.cmake.message import Kind, read_message
 from pipros.cmake.words import sections
 from pipros.input_file import read_text
-from pipros.workspace.catkin.context import Handler, ReadContext
-from pipros.workspace.catkin.names import CORE_PACKAGES
+from pipros.workspace.catkin.context import FoundPackage, Handler, ReadContext
+from pipros.workspace.catkin.names import CATKIN_VERSION, CORE_PACKAGES
 from pipros.workspace.catkin.project import EnvironmentHook
 
 _HARMLESS_PACKAGES = frozenset(
@@ -26,6 +27,11 @@ _FOUND_VARIABLES: Mapping[str, Mapping[str, str]] = {
     "Python": {"Python_EXECUTABLE": sys.executable, "Python_Interpreter_FOUND": "1"},
 }
 """What `find_package()` sets besides `<name>_FOUND`."""
+
+
+_COMPONENT_KEYWORDS = frozenset(("COMPONENTS", "OPTIONAL_COMPONENTS", "REQUIRED"))
+_OTHER_KEYWORDS = frozenset(("CONFIG", "EXACT", "MODULE", "QUIET"))
+_VERSION = re.compile(r"[0-9.]+(\.\.\.<?[0-9.]+)?")
 
 
 def _set_project(context: ReadContext, command: Command, words: list[str]) -> None:
@@ -53,30 +59,63 @@ def _find_package(context: ReadContext, command: Command, words: list[str]) -> N
     if not words:
         raise ValueError("find_package() called with incorrect number of arguments")
     name, *rest = words
+    values = context.scope.values
     if name == "catkin":
-        names = sections(rest, ("COMPONENTS", "OPTIONAL_COMPONENTS"), ("REQUIRED", "QUIET"))
-        for component in names["COMPONENTS"]:
-            _find_component(context, command, component)
+        values["catkin_VERSION"] = CATKIN_VERSION
+        for component in _component_names(rest):
+            _find_component(context, command, component, is_required="REQUIRED" in rest)
     else:
         context.components.add(name)
+        package = None if name in _HARMLESS_PACKAGES else context.find_package(name)
+        if package is not None:
+            values[f"{name}_VERSION"] = package.version
         if name not in _HARMLESS_PACKAGES and name not in CORE_PACKAGES:
             context.has_foreign_packages = True
-            context.run_extras(name)
-    context.scope.values.update(_FOUND_VARIABLES.get(name, {}))
-    context.scope.values[f"{name}_FOUND"] = "1"
+            context.run_extras(package or FoundPackage())
+    values.update(_FOUND_VARIABLES.get(name, {}))
+    values[f"{name}_FOUND"] = "1"
 
 
-def _find_component(context: ReadContext, command: Command, name: str) -> None:
-    context.components.add(name)
-    context.project.components.append((name, command.line))
-    context.scope.values[f"{name}_FOUND"] = "1"
-    if name not in CORE_PACKAGES and not context.run_extras(name):
+def _component_names(words: Sequence[str]) -> list[str]:
+    """The components in the arguments of `find_package()`, optional ones too.
+
+    They may follow `REQUIRED` directly. catkin requires the optional ones if it is required itself.
+    """
+    names: list[str] = []
+    has_version = takes_names = False
+    for word in words:
+        if word in _COMPONENT_KEYWORDS:
+            takes_names = True
+        elif word in _OTHER_KEYWORDS or word.startswith("NO_"):
+            takes_names = False
+        elif not has_version and _VERSION.fullmatch(word):
+            has_version = True
+        elif takes_names:
+            names.append(word)
+        else:
+            raise ValueError(f'find_package() called with invalid argument "{word}"')
+    return names
+
+
+def _find_component(context: ReadContext, command: Command, name: str, *, is_required: bool) -> None:
+    package = context.find_package(name)
+    if package is None and name not in CORE_PACKAGES:
+        if not is_required:
+            context.scope.values[f"{name}_FOUND"] = "0"
+            return
         raise context.error(
             command,
             f'Could not find a package configuration file provided by "{name}" with any of the following '
             f"names:\n\n    {name}Config.cmake\n    {name.lower()}-config.cmake\n\n"
             f"  There is no package [{name}] in this workspace, on ROS_PACKAGE_PATH, or with pipros.",
         )
+    context.components.add(name)
+    context.project.components.append((name, command.line))
+    context.scope.values[f"{name}_FOUND"] = "1"
+    if package is not None:
+        context.scope.values[f"{name}_VERSION"] = package.version
+        if name not in CORE_PACKAGES:
+            context.run_extras(package)
 
 
 def _catkin_package(context: ReadContext, command: Command, words: list[str]) -> None:
@@ -104,14 +143,23 @@ def _cfg_extra(context: ReadContext, command: Command, path: str) -> str:
     raise context.error(command, f"catkin_package() could not find CFG_EXTRAS file: {path}")
 
 
-def _python_setup(context: ReadContext, command: Command, _words: list[str]) -> None:
+def _python_setup(context: ReadContext, command: Command, words: list[str]) -> None:
     project = context.project
+    if words:
+        raise ValueError(f"catkin_python_setup() called with unused arguments: {';'.join(words)}")
+    for is_too_late, name in (
+        (project.generate_messages_line > 0, "generate_messages"),
+        (project.has_reconfigure_options, "generate_dynamic_reconfigure_options"),
+    ):
+        if is_too_late:
+            raise context.error(
+                command,
+                f"{name}() must be called after catkin_python_setup() in project '{project.name}'",
+            )
     if not os.path.isfile(os.path.join(project.folder, "setup.py")):
         raise context.error(
             command, "catkin_python_setup() called without 'setup.py' in the package's folder"
         )
-    if project.has_catkin_package:
-        raise context.error(command, "catkin_python_setup() must be called before catkin_package()")
     project.has_python_setup = True
 
 

@@ -12,11 +12,17 @@ PYTHON_DESTINATION = "lib/python3/dist-packages"
 
 @dataclass(frozen=True, slots=True)
 class Interface:
-    """A message, service or action file; `kind` is `msg`, `srv` or `action`."""
+    """A message, service or action file.
+
+    Attributes:
+        kind: `msg`, `srv` or `action`.
+        folder: where to install it, below the share folder of the package; None if it is not installed.
+    """
 
     kind: str
     name: str
     path: str
+    folder: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +83,7 @@ class Project:
         binary: its folder in the build space.
         components, catkin_depends: names of packages with the lines that name them.
         generate_messages_line: the line of `generate_messages()`, 0 without one.
+        has_reconfigure_options: whether `generate_dynamic_reconfigure_options()` was called.
         needs_cmake: why genuine catkin has to build the package; empty if pipros can.
         status_lines: what `message(STATUS)` and the like print.
         warnings: what to warn about, with file and line.
@@ -92,6 +99,7 @@ class Project:
     interfaces: list[Interface] = field(default_factory=list)
     generate_messages_line: int = 0
     message_dependencies: list[str] = field(default_factory=list)
+    has_reconfigure_options: bool = False
     catkin_depends: list[tuple[str, int]] = field(default_factory=list)
     has_catkin_package: bool = False
     has_python_setup: bool = False

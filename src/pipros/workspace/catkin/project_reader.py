@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from pipros.cmake.language import Command
 from pipros.cmake.names import BEYOND_COMMANDS, BUILTIN_COMMANDS
 from pipros.cmake.scope import Scope
+from pipros.env import DISTRIBUTION
 from pipros.limits import Limits
 from pipros.workspace.catkin import (
     install_commands,
@@ -21,7 +22,7 @@ from pipros.workspace.catkin import (
     target_commands,
     testing_commands,
 )
-from pipros.workspace.catkin.context import FindExtras, Handler, ReadContext
+from pipros.workspace.catkin.context import FindPackage, FoundPackage, Handler, ReadContext
 from pipros.workspace.catkin.names import CATKIN_COMMANDS, COMPONENT_COMMANDS
 from pipros.workspace.catkin.project import Project
 from pipros.workspace.catkin.variables import package_variables
@@ -40,7 +41,7 @@ def read_project(
     name: str,
     settings: Mapping[str, str],
     environment: Mapping[str, str],
-    find_extras: FindExtras = lambda _name: (),
+    find_package: FindPackage = lambda _name: FoundPackage(),
     version: str = "",
     limits: Limits | None = None,
 ) -> Project:
@@ -49,6 +50,8 @@ def read_project(
     Args:
         name: the package's name in its manifest.
         settings: `-D` settings of the command line, and the folders of the workspace.
+        environment: what `$ENV{NAME}` stands for; `ROS_DISTRO` and the like have Noetic's values if unset.
+        find_package: finds the packages that the file needs.
         version: the package's version in its manifest.
         limits: by default those of the process.
 
@@ -58,10 +61,11 @@ def read_project(
     project = Project(name, folder, os.path.join(folder, "CMakeLists.txt"))
     variables = package_variables(name, folder)
     unset = {name: value for name, value in variables.items() if name not in settings}
+    environment = {**DISTRIBUTION, **environment}
     scope = Scope(unset, {"CATKIN_ENABLE_TESTING": "ON", **settings}, environment, limits)
     scope.cache.setdefault("CMAKE_CURRENT_BINARY_DIR", os.path.join(folder, "build"))
     project.binary = scope.values["CMAKE_CURRENT_BINARY_DIR"]
-    ReadContext(project, version, scope, find_extras, _HANDLERS, _check_known).run()
+    ReadContext(project, version, scope, find_package, _HANDLERS, _check_known).run()
     return project
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import platform
 import sys
 
 from pipros.workspace.catkin.project import PYTHON_DESTINATION
@@ -10,6 +11,7 @@ from pipros.workspace.catkin.project import PYTHON_DESTINATION
 
 def package_variables(name: str, folder: str) -> dict[str, str]:
     """The variables for a package. Those for compilers are left out, and so empty."""
+    system = {"darwin": "Darwin", "win32": "Windows"}.get(sys.platform, "Linux")
     return {
         "CATKIN_PACKAGE_BIN_DESTINATION": f"lib/{name}",
         "CATKIN_PACKAGE_LIB_DESTINATION": "lib",
@@ -28,7 +30,10 @@ def package_variables(name: str, folder: str) -> dict[str, str]:
         "PYTHON_EXECUTABLE": sys.executable,
         "CMAKE_SOURCE_DIR": folder,
         "CMAKE_CURRENT_SOURCE_DIR": folder,
-        "CMAKE_SYSTEM_NAME": {"darwin": "Darwin", "win32": "Windows"}.get(sys.platform, "Linux"),
+        "CMAKE_SYSTEM_NAME": system,
+        "CMAKE_SYSTEM_PROCESSOR": platform.machine(),
+        "CMAKE_HOST_SYSTEM_NAME": system,
+        "CMAKE_HOST_SYSTEM_PROCESSOR": platform.machine(),
         "CMAKE_VERSION": "3.16.3",
         "CMAKE_INSTALL_BINDIR": "bin",
         "CMAKE_INSTALL_LIBDIR": "lib",
