@@ -3,10 +3,16 @@
 Python runs signal handlers between two byte codes of the main thread. A signal that arrives just
 before that thread begins to wait is handled only after the wait: an endless wait would lose
 Ctrl-C. So every wait of a main thread consists of short slices.
+
+A handler may also raise KeyboardInterrupt between any two byte codes. `threading.Event` is written in Python:
+an exception in the middle of its `wait` may leave its lock taken, and then `set` blocks for ever. `set` also
+blocks when it is called by a handler that interrupts `wait`. `OnceEvent` has neither problem.
 """
 
 from __future__ import annotations
 
+import contextlib
+import threading
 import time
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
@@ -15,6 +21,41 @@ from typing import TypeVar
 SLICE_S = 0.2
 
 _Item = TypeVar("_Item")
+
+
+class OnceEvent:
+    """An event that is set once, whatever interrupts those who wait for it.
+
+    `set` never blocks: signal handlers may call it. An exception that a handler raises in `wait` is harmless.
+    """
+
+    __slots__ = ("_is_set", "_lock")
+
+    def __init__(self) -> None:
+        self._is_set = False
+        self._lock = threading.Lock()  # taken until the event is set
+        self._lock.acquire()
+
+    def is_set(self) -> bool:
+        return self._is_set
+
+    def set(self) -> None:
+        """Ends all waits. Harmless when repeated."""
+        self._is_set = True
+        self._release()
+
+    def wait(self, timeout_s: float | None = None) -> bool:
+        """Waits in slices until the event is set; False when the time is over first."""
+        return self._is_set or wait_in_slices(self._wait_once, timeout_s)
+
+    def _wait_once(self, timeout_s: float) -> bool:
+        if not self._is_set and self._lock.acquire(timeout=timeout_s):
+            self._release()  # for the next who waits; whom an exception just here forgets ends after a slice
+        return self._is_set
+
+    def _release(self) -> None:
+        with contextlib.suppress(RuntimeError):  # another thread did it
+            self._lock.release()
 
 
 def wait_in_slices(wait_for: Callable[[float], bool], timeout_s: float | None = None) -> bool:

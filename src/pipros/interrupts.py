@@ -53,8 +53,13 @@ class _InterruptKeeper:
 
 def _interrupt_again() -> None:
     time.sleep(_AGAIN_S)
+    interrupt_main_thread()
+
+
+def interrupt_main_thread() -> None:
+    """Has the handler of SIGINT called in the main thread, also when that waits for a lock or for input."""
     main = threading.main_thread().ident
-    if main is not None and hasattr(signal, "pthread_kill"):  # it also ends a wait of the main thread
+    if main is not None and hasattr(signal, "pthread_kill"):  # it also ends a wait of the system
         signal.pthread_kill(main, signal.SIGINT)
     else:
         _thread.interrupt_main()

@@ -5,13 +5,12 @@ from __future__ import annotations
 import errno
 import functools
 import sys
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ParamSpec, TypeVar
 
 from pipros.env import Environment
 from pipros.errors import Interrupted, NotFound, Refused, Unreachable
-from pipros.interruptible_wait import wait_in_slices
+from pipros.interruptible_wait import OnceEvent
 from pipros.msg import time as msg_time
 from pipros.names import is_legal_remapping, parse_arguments
 from pipros.node.codec import AnyMessage
@@ -144,7 +143,7 @@ def wait_for_message(
         ROSInterruptException: the node was shut down meanwhile.
     """
     arrived: list[AnyMessage] = []
-    changed = threading.Event()
+    changed = OnceEvent()
 
     def take(message: AnyMessage) -> None:
         arrived.append(message)
@@ -155,7 +154,7 @@ def wait_for_message(
             raise ROSInterruptException("rospy shutdown")
         subscriber = Subscriber(topic, topic_type, take)
         try:
-            wait_in_slices(changed.wait, None if timeout is None else in_seconds(timeout))
+            changed.wait(None if timeout is None else in_seconds(timeout))
         finally:
             subscriber.unregister()
     if arrived:

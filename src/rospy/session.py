@@ -19,6 +19,7 @@ from typing import Any
 from pipros import names
 from pipros.env import Environment
 from pipros.errors import Interrupted
+from pipros.interruptible_wait import OnceEvent
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.node.clock import Clock, SimulatedClock, WallClock
@@ -54,7 +55,7 @@ class Session:
         self._client_hooks: list[Hook] = []
         self._preshutdown_hooks: list[Hook] = []
         self._shutdown_hooks: list[Hook] = []
-        self._waits: set[threading.Event] = set()
+        self._waits: set[OnceEvent] = set()
         self._is_over = False  # shut down without ever having had a node
         self._lock = threading.RLock()
         self._signals = Signals(self.end)
@@ -68,7 +69,7 @@ class Session:
             time.sleep(seconds)
 
     @contextlib.contextmanager
-    def ended_by_shutdown(self, wait: threading.Event) -> Iterator[None]:
+    def ended_by_shutdown(self, wait: OnceEvent) -> Iterator[None]:
         """Has the event set when the node ends before the block does."""
         self._waits.add(wait)
         try:
@@ -239,10 +240,11 @@ class Session:
         node.on_shutdown(self.calls.interrupt_present)
         node.on_shutdown(self._call_client_hooks)
         open_console_and_file(node, self.logger, log_level)
-        node.start()
-        self.node = node
-        if not disable_signals:
-            self._take_signals(node)
+        if disable_signals:
+            node.start()
+            self.node = node
+        else:
+            self._start_with_signals(node)
         atexit.register(self.end, "atexit")
         if hasattr(os, "register_at_fork"):  # the end of a child is not the end of the node
             os.register_at_fork(after_in_child=lambda: atexit.unregister(self.end))
@@ -267,14 +269,22 @@ class Session:
         for action in waiting:
             action(node)
 
-    def _take_signals(self, node: Node) -> None:
+    def _start_with_signals(self, node: Node) -> None:
+        """Starts the node. A signal that comes meanwhile ends it then."""
         try:
-            self._signals.take(node)
+            self._signals.take()
         except NotInMainThread:
             raise ROSInitException(
                 "init_node() must be called in the main thread, or with disable_signals=True: "
                 "only the main thread can handle signals"
             ) from None
+        try:
+            node.start()
+        except BaseException:
+            self._signals.give_back()
+            raise
+        self.node = node
+        self._signals.listen(node)
 
     # -- the end --------------------------------------------------------------------
 

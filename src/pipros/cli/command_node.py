@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import signal
 import threading
 from collections.abc import Iterator, Sequence
-from types import FrameType
 
 from pipros.errors import PiprosError
 from pipros.node import Node
+from pipros.node.signals import Signals
 from pipros.node.start_params import is_on
 
 
@@ -17,14 +16,14 @@ from pipros.node.start_params import is_on
 def command_node(name: str, argv: Sequence[str] = (), *, wall_time: bool = False) -> Iterator[Node]:
     """A started node with a unique name, which unregisters itself however the command ends.
 
-    SIGTERM ends the command as Ctrl-C does.
+    Ctrl-C and SIGTERM shut the node down; see `ended_by_signals`.
 
     Args:
         argv: the command line, with the remapping arguments of the node.
         wall_time: use the machine's clock even when `/use_sim_time` is set.
     """
     node = Node(name, anonymous=True, argv=argv)
-    with _sigterm_as_ctrl_c(), node:
+    with ended_by_signals(node, node):
         if not wall_time:
             with contextlib.suppress(PiprosError):  # a command goes on without a master
                 if is_on(node, "/use_sim_time"):
@@ -33,16 +32,26 @@ def command_node(name: str, argv: Sequence[str] = (), *, wall_time: bool = False
 
 
 @contextlib.contextmanager
-def _sigterm_as_ctrl_c() -> Iterator[None]:
+def ended_by_signals(node: Node, life: contextlib.AbstractContextManager[object]) -> Iterator[None]:
+    """Runs the block within `life`, which starts the node; SIGINT and SIGTERM shut the node down.
+
+    They raise nothing in the block unless it goes on after the shutdown, which ends all waits for the node.
+    An exception of a block that was ended that way counts as KeyboardInterrupt. In a thread other than the
+    main one signals are left alone.
+    """
     if threading.current_thread() is not threading.main_thread():
-        yield
+        with life:
+            yield
         return
-    before = signal.signal(signal.SIGTERM, _interrupt)
+    signals = Signals(node.shutdown, insist=True)
+    signals.take()
     try:
-        yield
+        with life:
+            signals.listen(node)
+            yield
+    except Exception:
+        if signals.have_come:
+            raise KeyboardInterrupt from None
+        raise
     finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def _interrupt(_signal: int, _frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
+        signals.give_back()

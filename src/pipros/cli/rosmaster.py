@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import sys
-import threading
 from collections.abc import Sequence
 from dataclasses import replace
 from optparse import SUPPRESS_HELP, OptionParser, Values
@@ -14,6 +13,7 @@ from pipros import names
 from pipros.cli.streams import command
 from pipros.env import DEFAULT_MASTER_PORT, Environment
 from pipros.errors import PiprosError
+from pipros.interruptible_wait import OnceEvent
 
 _DEPRECATED = """
 
@@ -143,7 +143,7 @@ def _serve(environment: Environment, port: int, timeout_s: float | None, options
     from pipros.master.options import MasterOptions, limits_with_timeout
 
     tune_for_master()
-    end = threading.Event()
+    end = OnceEvent()
 
     def shut_down(reason: str) -> None:
         print(f"shutdown request: {reason}", flush=True)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from pipros import names
+from pipros.cli.command_node import ended_by_signals
 from pipros.cli.program import run
 from pipros.cli.streams import command
 from pipros.env import Environment
@@ -23,6 +24,7 @@ def _repeat(arguments: Sequence[str]) -> int:
     special = names.parse_arguments(arguments).special
     master_uri = special.get("__master", environment.master_uri)
     environment = replace(environment, master_uri=master_uri, namespace="/")
-    with RosoutAggregator(environment, environment.log_dir.expanduser() / "rosout.log") as rosout:
+    rosout = RosoutAggregator(environment, environment.log_dir.expanduser() / "rosout.log")
+    with ended_by_signals(rosout.node, rosout):
         rosout.node.wait_for_shutdown()
     return 0

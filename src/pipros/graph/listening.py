@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from pipros.graph.message_classes import installed_class
 from pipros.graph.message_path import InvalidIndex, Step, has_field, parse_path
 from pipros.graph.output import Say, to_stderr
 from pipros.graph.topics import topic_type
-from pipros.interruptible_wait import wait_in_slices
+from pipros.interruptible_wait import OnceEvent
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
@@ -60,7 +59,7 @@ class Listening:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._is_over = threading.Event()
+        self._is_over = OnceEvent()
         self._error: BaseException | None = None
         node.on_shutdown(self._is_over.set)
 
@@ -89,7 +88,7 @@ class Listening:
 
         Raises the exception of a callback, if there was one.
         """
-        is_over = wait_in_slices(self._is_over.wait, timeout_s)
+        is_over = self._is_over.wait(timeout_s)
         if self._error is not None:
             raise self._error
         return is_over

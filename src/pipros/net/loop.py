@@ -10,6 +10,7 @@ import threading
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
+from pipros.interruptible_wait import OnceEvent
 from pipros.net.lookup import Lookups, process_lookups
 from pipros.net.workers import Workers
 
@@ -43,15 +44,32 @@ class BackgroundLoop:
         """
         # A selector loop on every system: links are watched by their file descriptors.
         self.asyncio = _Loop(f"{self._name}: blocking", self._lookups)
-        started = threading.Event()
+        started = OnceEvent()
         self.asyncio.call_soon(started.set)
         self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
         self._thread.start()
         started.wait()
 
     def run(self, coroutine: Coroutine[Any, Any, T], timeout_s: float | None = None) -> T:
-        """Runs a coroutine in the loop and waits for its result."""
-        return asyncio.run_coroutine_threadsafe(coroutine, self.asyncio).result(timeout_s)
+        """Runs a coroutine in the loop and waits for its result.
+
+        Raises:
+            TimeoutError: it took longer than `timeout_s`.
+        """
+        # Not the `result` of a concurrent future: an exception that a signal handler raises in that wait can
+        # leave a lock taken, which the loop then waits for.
+        done = OnceEvent()
+        tasks: list[asyncio.Task[T]] = []
+
+        def begin() -> None:
+            task = self.asyncio.create_task(coroutine)
+            tasks.append(task)
+            task.add_done_callback(lambda _: done.set())
+
+        self.asyncio.call_soon_threadsafe(begin)
+        if not done.wait(timeout_s):
+            raise TimeoutError(f"{self._name}: no result in {timeout_s} s")
+        return tasks[0].result()
 
     def spawn(self, coroutine: Coroutine[Any, Any, Any]) -> concurrent.futures.Future[Any]:
         """Starts a coroutine in the loop; the caller goes on."""

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from pipros.errors import PiprosError
-from pipros.interruptible_wait import wait_in_slices
+from pipros.interruptible_wait import OnceEvent, wait_in_slices
 from pipros.msg.time import NS_PER_S
 
 #: A wait for simulated time that has not started is reported after so many seconds (ros_comm#2111).
@@ -59,7 +59,7 @@ class WallClock:
     is_simulated = False
 
     def __init__(self) -> None:
-        self._interrupted = threading.Event()
+        self._interrupted = OnceEvent()
         self._exempt: int | None = None
 
     def now_ns(self) -> int:
@@ -71,7 +71,7 @@ class WallClock:
             return True
         if duration_s <= 0:
             return not self._interrupted.is_set()
-        return not wait_in_slices(self._interrupted.wait, duration_s)
+        return not self._interrupted.wait(duration_s)
 
     def interrupt(self, exempt: int | None = None) -> None:
         self._exempt = exempt

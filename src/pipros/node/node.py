@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import concurrent.futures
 import inspect
 import logging
 import socket
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.env import Environment
 from pipros.errors import Interrupted, Unreachable
-from pipros.interruptible_wait import wait_in_slices
+from pipros.interruptible_wait import OnceEvent
 from pipros.limits import Limits, process_limits
 from pipros.net import address
 from pipros.net.connections import Connections
@@ -115,7 +114,7 @@ class Node:
         self._registrations: Registrations | None = None
         self._lock = threading.Lock()
         self._ending_thread: int | None = None
-        self._ended = threading.Event()
+        self._ended = OnceEvent()
         self._shutdown_hooks: list[Callable[[], object]] = []
 
     # -- life -----------------------------------------------------------------
@@ -260,7 +259,7 @@ class Node:
 
     def wait_for_shutdown(self, timeout_s: float | None = None) -> bool:
         """Waits until the node has been shut down; False when the time is over first."""
-        return wait_in_slices(self._ended.wait, timeout_s)
+        return self._ended.wait(timeout_s)
 
     def on_shutdown(self, hook: Callable[[], object]) -> None:
         """Calls `hook` when the node shuts down, while it can still publish; in order of addition."""
@@ -282,7 +281,7 @@ class Node:
             is_first, self._ending_thread = self._ending_thread is None, self._ending_thread or get_ident()
         if not is_first:
             if self._ending_thread != get_ident():  # a hook that asks for the end is in the middle of it
-                wait_in_slices(self._ended.wait)
+                self._ended.wait()
             return
         self.log.debug("signal_shutdown [%s]", reason)
         is_started = self._registrations is not None
@@ -309,7 +308,7 @@ class Node:
         self.endpoints.close()
         try:
             self._loop.run(self._close(), SHUTDOWN_DEADLINE_S)
-        except (TimeoutError, asyncio.TimeoutError, concurrent.futures.TimeoutError):
+        except (TimeoutError, asyncio.TimeoutError):
             self.log.debug("%s did not close its ports in time", self.name)
         self._loop.stop()
         self.master.close()

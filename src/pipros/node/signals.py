@@ -13,6 +13,8 @@ from types import FrameType
 from typing import Any
 
 from pipros.errors import PiprosError
+from pipros.interruptible_wait import OnceEvent
+from pipros.interrupts import interrupt_main_thread
 from pipros.node.node import Node
 
 #: Set in the byte that the handler writes, beside the number of the signal.
@@ -20,6 +22,9 @@ _FROM_HANDLER = 0x80
 
 #: The handler and the interpreter report the same signal within this time, if both do.
 _BOTH_REPORT_WITHIN_S = 1.0
+
+#: How long the main thread may go on after the end of the node, and how often it is interrupted from then on.
+_INSIST_AFTER_S = 0.1
 
 
 class NotInMainThread(PiprosError, RuntimeError):
@@ -36,20 +41,36 @@ class Signals:
     descriptor, and a signal that is reported both ways counts once. When our handler has been replaced, the
     new one alone decides what a signal means.
 
+    The handler raises nothing while the node runs: an exception between any two byte codes of the main thread
+    could leave a lock taken that the end of the node needs. It raises KeyboardInterrupt once the node has
+    ended: a further Ctrl-C ends a main thread that goes on.
+
     A forked child gets the handlers that the process had before: it is not the node.
     """
 
-    def __init__(self, end: Callable[[str], object]) -> None:
-        """`end` is called with the reason, in a thread of its own, at the first signal."""
+    def __init__(self, end: Callable[[str], object], *, insist: bool = False) -> None:
+        """`end` is called with the reason, in a thread of its own, at the first signal.
+
+        With `insist` the main thread is interrupted if it has not called `give_back` soon after that.
+        """
         self._end = end
+        self._insist = insist
         self._previous_handlers: dict[int, Any] = {}
-        self._is_ending = False
+        self._previous_descriptor = -1
+        self._ending: threading.Thread | None = None
+        self._has_ended = False
+        self._given_back = OnceEvent()
         self._by_interpreter: set[int] = set()  # signals that the handler has not reported yet
         self._by_handler: dict[int, float] = {}  # signals that the interpreter has not, and since when
         self._sockets: tuple[socket.socket, socket.socket]
 
-    def take(self, node: Node) -> None:
-        """Begins to listen, in the node's event loop.
+    @property
+    def have_come(self) -> bool:
+        """True once a signal has ended the node."""
+        return self._ending is not None
+
+    def take(self) -> None:
+        """Keeps the signals from now on for `listen`.
 
         Raises:
             NotInMainThread: this is another thread.
@@ -62,13 +83,30 @@ class Signals:
         self._sockets = reader, writer
         for number in (signal.SIGINT, signal.SIGTERM):
             self._previous_handlers[number] = signal.signal(number, self._handle)
-        node.add_reader(reader, self._read)
-        signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
+        self._previous_descriptor = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
         if hasattr(os, "register_at_fork"):
-            os.register_at_fork(after_in_child=self._give_back)
+            os.register_at_fork(after_in_child=self._give_back_in_child)
+
+    def listen(self, node: Node) -> None:
+        """Has signals end the node, also those since `take`. They are read in its event loop."""
+        node.add_reader(self._sockets[0], self._read)
+
+    def give_back(self) -> None:
+        """Restores what was there before `take`. In the main thread, once the node has ended."""
+        self._given_back.set()
+        if self._ending is not None:
+            self._ending.join()
+        self._restore()
+        for sock in self._sockets:
+            sock.close()
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
         """Our handler: called by Python in the main thread, or by a handler that replaced it."""
+        if self._has_ended:
+            if number not in self._by_interpreter:
+                raise KeyboardInterrupt
+            self._by_interpreter.remove(number)  # the signal that ended the node
+            return
         with contextlib.suppress(OSError):  # the buffer is full of signals: this one changes nothing
             self._sockets[1].send(bytes((number | _FROM_HANDLER,)))
         previous = self._previous_handlers[number]
@@ -101,16 +139,25 @@ class Signals:
         The main thread may be in the middle of anything, a publish for example, and may hold what
         the end needs, so the end does not run on top of it.
         """
-        if self._is_ending:
+        if self._ending is not None:
             os._exit(128 + number)
-        self._is_ending = True
-        threading.Thread(
-            target=self._end, args=(f"signal-{number}",), name="end of the node", daemon=True
-        ).start()
+        self._ending = threading.Thread(
+            target=self._run_end, args=(f"signal-{number}",), name="end of the node", daemon=True
+        )
+        self._ending.start()
 
-    def _give_back(self) -> None:
-        """In a forked child."""
-        signal.set_wakeup_fd(-1)
+    def _run_end(self, reason: str) -> None:
+        self._end(reason)
+        self._has_ended = True
+        while self._insist and not self._given_back.wait(_INSIST_AFTER_S):
+            interrupt_main_thread()
+
+    def _restore(self) -> None:
+        signal.set_wakeup_fd(self._previous_descriptor)
         for number, previous in self._previous_handlers.items():
             if signal.getsignal(number) == self._handle:
                 signal.signal(number, signal.SIG_DFL if previous is None else previous)
+
+    def _give_back_in_child(self) -> None:
+        if not self._given_back.is_set():
+            self._restore()

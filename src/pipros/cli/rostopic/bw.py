@@ -58,9 +58,7 @@ def measure_bandwidth(argv: Sequence[str]) -> int:
         listening = Listening(node)
         listening.subscribe(topic, count)
         print(f"subscribed to [{topic}]", flush=True)
-        try:
-            while not listening.wait(REPORT_PERIOD_S):
-                report()
-        except KeyboardInterrupt:
+        while not listening.wait(REPORT_PERIOD_S):
             report()
+        report()
     return 0

@@ -52,11 +52,9 @@ def measure_delay(argv: Sequence[str]) -> int:
             topic, lambda raw: delays.add(raw, clock.now_ns()), tcp_nodelay=options.tcp_nodelay
         )
         print(f"subscribed to [{topic}]", flush=True)
-        try:
-            while not listening.wait(REPORT_PERIOD_S):
-                delays.report()
-        except KeyboardInterrupt:
+        while not listening.wait(REPORT_PERIOD_S):
             delays.report()
+        delays.report()
     return 0
 
 

@@ -64,12 +64,10 @@ def measure_rate(argv: Sequence[str]) -> int:
         for topic in topics:
             listening.subscribe(topic, count(topic), tcp_nodelay=options.tcp_nodelay)
             print(f"subscribed to [{topic}]", flush=True)
-        try:
-            while not listening.wait(REPORT_PERIOD_S):
-                print(rates.report(), flush=True)
-        except KeyboardInterrupt:
-            if rates.has_new():
-                print(rates.report())
+        while not listening.wait(REPORT_PERIOD_S):
+            print(rates.report(), flush=True)
+        if rates.has_new():
+            print(rates.report())
     return 0
 
 

@@ -1,0 +1,40 @@
+"""One Ctrl-C is enough, also between two byte codes of a wait: see `tests.chaos.interrupt_at`."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from pipros.master.master import Master
+from pipros.msg import load_message_class
+from tests.support.nodes import MakeNode
+from tests.support.processes import Processes
+
+String = load_message_class("std_msgs/String")
+
+#: Spread over the start of the node and its wait. Where a wait has fewer byte codes, SIGINT comes during it.
+MOMENTS = (*range(30, 400, 40), *range(1000, 1250, 50))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the runs are forked children")
+@pytest.mark.parametrize("what", ["command", "node"])
+def test_ctrl_c_between_two_byte_codes_is_not_lost(
+    processes: Processes, master: Master, make_node: MakeNode, what: str
+) -> None:
+    make_node("talker").advertise("/chatter", String, latch=True).publish(String("x"))
+    runs = processes.run(
+        sys.executable,
+        "-m",
+        "tests.chaos.interrupt_at",
+        what,
+        *map(str, MOMENTS),
+        cwd=Path(__file__).parents[2],
+        environment={"ROS_MASTER_URI": master.uri},
+        timeout_s=300,
+    )
+    assert "done" in runs.stdout, runs.output
+    assert "was lost" not in runs.output
+    assert "RuntimeError" not in runs.output  # a lock that is released twice
