@@ -128,6 +128,29 @@ def test_a_second_ctrl_c_ends_a_node_whose_hook_hangs(
     assert node.wait(5) == 128 + signal.SIGINT
 
 
+def test_a_further_ctrl_c_ends_a_program_that_goes_on_after_the_end_of_its_node(
+    processes: Processes, tmp_path: Path, master: Master
+) -> None:
+    body = """
+import threading
+threading.Timer(0, lambda: (rospy.spin(), print('over', flush=True))).start()
+while True:
+    time.sleep(0.1)
+"""
+    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node.wait_for("ready")
+    node.send_signal(signal.SIGINT)
+    node.wait_for("over")
+
+    def is_ended_by_another() -> bool:
+        if node.is_running:
+            node.send_signal(signal.SIGINT)
+        return not node.is_running
+
+    wait_until(is_ended_by_another, 30)
+    assert "KeyboardInterrupt" in node.output
+
+
 def test_a_node_waits_for_its_master_and_goes_on_when_it_comes(processes: Processes, tmp_path: Path) -> None:
     with Master(port=0) as first:
         port = first.port

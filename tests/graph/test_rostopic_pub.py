@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from pipros.master.master import Master
 from pipros.msg import load_message_class
 from tests.support.nodes import Inbox, MakeNode
 from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
 
 String = load_message_class("std_msgs/String")
 
@@ -47,6 +49,22 @@ def test_a_latched_message_reaches_subscribers_that_come_later(
     pub.press_ctrl_c()
 
     assert pub.wait() == 0
+
+
+def test_ctrl_c_ends_it_while_it_waits_for_a_pipe(
+    ros: RosSystem, master: Master, make_node: MakeNode
+) -> None:
+    client = make_node("looker").master
+    pub = ros.pipros.processes.start(
+        *("rostopic", "pub", "/words", "std_msgs/String"),
+        stdin=subprocess.PIPE,
+        environment={"ROS_MASTER_URI": master.uri},
+    )
+    wait_until(lambda: "/words" in dict(client.get_system_state()[0]), what="a publisher")
+    pub.press_ctrl_c()
+
+    assert pub.wait() == 0
+    assert pub.lines == []
 
 
 def test_every_document_of_a_pipe_is_a_message(ros: RosSystem, master: Master, inbox: Inbox) -> None:
