@@ -140,6 +140,8 @@ class Process:
             self._popen.wait(_GRACE_S)
         for reader in self._readers:
             reader.join(1.0)
+        if self._popen.stdin is not None:
+            self._popen.stdin.close()
 
     def _signal_group(self, number: int) -> None:
         if self.is_running:
