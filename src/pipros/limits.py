@@ -76,6 +76,10 @@ class Limits:
         definition_fields: fields and constants of all types in such a text, or of one type in a file; those
             of embedded types count each time.
         definition_copies_bytes: the definitions of all types in such a text, each with what it embeds.
+        bag_header_bytes: the header of one record of a bag.
+        bag_connection_bytes: a connection header, or the list of a chunk's connections, in a bag.
+        bag_chunk_bytes: one chunk of a bag, uncompressed.
+        bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
         message_values: values in a new message.
         empty_elements: values in one message beyond the eight that each of its bytes pays for.
         yaml_values: values of a YAML text, aliases and merged mappings counted as often as they are used.
@@ -131,6 +135,10 @@ class Limits:
     definition_types: int = 1000
     definition_fields: int = 20_000
     definition_copies_bytes: int = 64 * _MIB
+    bag_header_bytes: int = 1 * _MIB
+    bag_connection_bytes: int = 16 * _MIB
+    bag_chunk_bytes: int = 2048 * _MIB
+    bag_cache_bytes: int = 256 * _MIB
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
     yaml_values: int = 1_000_000

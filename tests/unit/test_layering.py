@@ -27,7 +27,7 @@ FLOORS: list[list[set[str]]] = [
     [{"msg"}],
     [{"startup", "net", "workspace"}],
     [{"master", "node"}],
-    [{"launch", "graph", "transforms", "filters"}],
+    [{"launch", "graph", "transforms", "filters", "bag"}],
     [{"testing"}],
     [{"cli"}],
 ]

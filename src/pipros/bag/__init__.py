@@ -1,0 +1,44 @@
+"""Bags: recorded messages in a file. Reading, writing, indexing and repairing them, without a node.
+
+    from pipros.bag import BagReader, BagWriter
+
+The pure part (records, index, compression, the order of messages) has bytes in and values out; `source.py`
+is all that is asked of a file to read.
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from pipros.bag.connection import Connection
+    from pipros.bag.errors import BagError, BagFormatError, NoMessages, NotIndexed
+    from pipros.bag.reader import BagMessage, BagReader
+    from pipros.bag.writer import BagWriter
+
+__all__ = [
+    "BagError",
+    "BagFormatError",
+    "BagMessage",
+    "BagReader",
+    "BagWriter",
+    "Connection",
+    "NoMessages",
+    "NotIndexed",
+]
+
+_HOMES = {
+    "BagMessage": "reader",
+    "BagReader": "reader",
+    "BagWriter": "writer",
+    "Connection": "connection",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f"{__name__}.{_HOMES.get(name, 'errors')}"), name)

@@ -1,0 +1,132 @@
+"""The content of chunks: read from the file, uncompressed ahead of its use, kept while it is needed."""
+
+from __future__ import annotations
+
+import os
+from collections import OrderedDict
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Protocol
+
+from pipros.bag.compression import NONE, decompress
+from pipros.bag.errors import BagFormatError
+from pipros.bag.index import ChunkHeader
+from pipros.bag.source import Source
+from pipros.limits import Limits
+
+LARGE_BYTES = 16 * 1024 * 1024
+"""Uncompressed chunks above this size are not read whole; their messages are read one by one."""
+
+_AHEAD_BYTES = 64 * 1024 * 1024
+"""Uncompressed size of the chunks that are prepared ahead."""
+
+
+class Headers(Protocol):
+    """Tells the header of a chunk by its number."""
+
+    def __call__(self, number: int, /) -> ChunkHeader: ...
+
+
+def read_chunk_data(source: Source, header: ChunkHeader, limits: Limits) -> bytes:
+    """The whole content of a chunk.
+
+    Raises:
+        BagFormatError: it is cut off, damaged or larger than allowed.
+    """
+    where = check_chunk(source, header, limits)
+    data = source.read(header.data_position, header.data_size)
+    return decompress(header.compression, data, header.size, where)
+
+
+def check_chunk(source: Source, header: ChunkHeader, limits: Limits) -> str:
+    """Where the chunk is, for errors.
+
+    Raises:
+        BagFormatError: it is larger than allowed.
+    """
+    where = f"{source.at(header.data_position)}, a chunk"
+    if header.size > limits.bag_chunk_bytes:
+        raise BagFormatError(
+            f"{where}: its size must be at most {limits.bag_chunk_bytes} bytes (bag_chunk_bytes), "
+            f"got {header.size}"
+        )
+    return where
+
+
+class ChunkStore:
+    """The contents of chunks, at most `bag_cache_bytes` of them besides the one in use.
+
+    Compressed chunks that come next are uncompressed by threads meanwhile.
+    """
+
+    def __init__(self, source: Source, headers: Headers, limits: Limits) -> None:
+        self._source = source
+        self._headers = headers
+        self._limits = limits
+        self._kept: OrderedDict[int, bytes] = OrderedDict()
+        self._kept_bytes = 0
+        self._ahead: dict[int, Future[bytes]] = {}
+        self._threads: ThreadPoolExecutor | None = None
+
+    def get(self, number: int, upcoming: Sequence[int] = ()) -> bytes | None:
+        """The content of a chunk; None for a large one whose messages are to be read from the file.
+
+        Args:
+            upcoming: the numbers of the chunks that will be asked for next.
+
+        Raises:
+            BagFormatError: the chunk is damaged.
+        """
+        data = self._kept.get(number)
+        if data is not None:
+            self._kept.move_to_end(number)
+            return data
+        header = self._headers(number)
+        if header.compression == NONE and header.data_size == header.size > LARGE_BYTES:
+            return None
+        self._prepare(upcoming)
+        if number in self._ahead:
+            data = self._ahead.pop(number).result()
+        else:
+            data = read_chunk_data(self._source, header, self._limits)
+        self._keep(number, data)
+        return data
+
+    def drop(self, number: int) -> None:
+        """Forgets a chunk that is not needed any more."""
+        self._kept_bytes -= len(self._kept.pop(number, b""))
+
+    def close(self) -> None:
+        """Ends the threads."""
+        self._ahead.clear()
+        if self._threads is not None:
+            self._threads.shutdown(wait=True, cancel_futures=True)
+            self._threads = None
+
+    def _keep(self, number: int, data: bytes) -> None:
+        self._kept[number] = data
+        self._kept_bytes += len(data)
+        while self._kept_bytes > self._limits.bag_cache_bytes and len(self._kept) > 1:
+            _, old = self._kept.popitem(last=False)
+            self._kept_bytes -= len(old)
+
+    def _prepare(self, upcoming: Sequence[int]) -> None:
+        processors = os.cpu_count() or 1
+        room = _AHEAD_BYTES
+        for number in upcoming[: processors if processors > 1 else 0]:
+            if number in self._ahead or number in self._kept:
+                continue
+            try:
+                header = self._headers(number)
+                room -= header.size
+                if header.compression == NONE or room < 0:
+                    return
+                where = check_chunk(self._source, header, self._limits)
+                data = self._source.read(header.data_position, header.data_size)
+            except BagFormatError:
+                return  # said when its turn comes
+            if self._threads is None:
+                self._threads = ThreadPoolExecutor(processors, thread_name_prefix="chunks")
+            self._ahead[number] = self._threads.submit(
+                decompress, header.compression, data, header.size, where
+            )

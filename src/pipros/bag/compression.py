@@ -1,0 +1,100 @@
+"""Compression of chunks: none, bz2 and lz4.
+
+lz4 is read without the `lz4` library by `lz4_frame.py`, slowly; writing it needs the library (`pipros[lz4]`).
+"""
+
+from __future__ import annotations
+
+import bz2
+from typing import Any
+
+from pipros.bag.errors import BagError, BagFormatError
+
+NONE, BZ2, LZ4 = "none", "bz2", "lz4"
+COMPRESSIONS = (NONE, BZ2, LZ4)
+
+
+def has_lz4() -> bool:
+    """True if chunks can be written with lz4."""
+    return _lz4() is not None
+
+
+def compress(compression: str, data: bytes | memoryview) -> bytes | memoryview:
+    """The data of a chunk, compressed.
+
+    Raises:
+        BagError: an unknown compression, or lz4 without its library.
+    """
+    if compression == NONE:
+        return data
+    if compression == BZ2:
+        return bz2.compress(data)
+    if compression != LZ4:
+        raise BagError(f"the compression must be one of {', '.join(COMPRESSIONS)}, got [{compression}]")
+    library = _lz4()
+    if library is None:
+        raise BagError("lz4 cannot be written without its library: pip install 'pipros[lz4]'")
+    packed: bytes = library.compress(
+        data, block_size=library.BLOCKSIZE_MAX4MB, block_linked=False, content_checksum=True, store_size=False
+    )
+    return packed
+
+
+def decompress(compression: str, data: bytes, size: int, where: str) -> bytes:
+    """The data of a chunk, which must be `size` bytes. No more than that is ever made.
+
+    Raises:
+        BagFormatError: the bytes are damaged, or of another size.
+    """
+    if compression == NONE:
+        plain = data
+    elif compression == BZ2:
+        plain = _decompress_bz2(data, size, where)
+    elif compression == LZ4:
+        plain = _decompress_lz4(data, size, where)
+    else:
+        raise BagFormatError(
+            f"{where}: the compression must be one of {', '.join(COMPRESSIONS)}, got [{compression}]"
+        )
+    if len(plain) != size:
+        raise BagFormatError(f"{where}: the chunk must have {size} bytes, got {len(plain)}")
+    return plain
+
+
+def _decompress_bz2(data: bytes, size: int, where: str) -> bytes:
+    parts, left = [], size
+    while data:
+        reader = bz2.BZ2Decompressor()
+        try:
+            part = reader.decompress(data, left + 1)
+        except (OSError, ValueError, EOFError) as error:
+            raise BagFormatError(f"{where}: the bz2 data are damaged: {error}") from None
+        parts.append(part)
+        left -= len(part)
+        if left < 0 or not reader.eof:
+            break
+        data = reader.unused_data
+    return parts[0] if len(parts) == 1 else b"".join(parts)
+
+
+def _decompress_lz4(data: bytes, size: int, where: str) -> bytes:
+    library = _lz4()
+    if library is None:
+        from pipros.bag.lz4_frame import decompress_frame
+
+        return decompress_frame(data, size, where)
+    try:
+        # One byte more than allowed would show that there is more.
+        plain: bytes = library.LZ4FrameDecompressor().decompress(data, size + 1)
+    except (RuntimeError, ValueError, EOFError, MemoryError) as error:
+        raise BagFormatError(f"{where}: the lz4 data are damaged: {error}") from None
+    return plain
+
+
+def _lz4() -> Any:
+    """The `lz4.frame` module, or None where it is not installed."""
+    try:
+        import lz4.frame
+    except ImportError:
+        return None
+    return lz4.frame

@@ -1,0 +1,66 @@
+"""Connections of a bag: one publisher of one topic, with what it said in its connection header."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from pipros.bag.errors import BagFormatError
+from pipros.bag.records import U32, Fields, Op, field_bytes, number, parse_fields, record_bytes, text_of
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """One connection.
+
+    Attributes:
+        id: its number in the file.
+        topic: where its messages are played.
+        header: the fields of the connection header, as bytes: `type`, `md5sum`, `message_definition`, and
+            maybe `callerid`, `latching`, and `topic` as the publisher had it.
+        type, md5sum, definition: those fields as text.
+    """
+
+    id: int
+    topic: str
+    header: Mapping[str, bytes]
+    type: str = field(init=False)
+    md5sum: str = field(init=False)
+    definition: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        for name, source in (("type", "type"), ("md5sum", "md5sum"), ("definition", "message_definition")):
+            object.__setattr__(self, name, text_of(self.header.get(source, b"")))
+
+    @property
+    def is_latching(self) -> bool:
+        return self.header.get("latching") == b"1"
+
+    @property
+    def callerid(self) -> str:
+        return text_of(self.header.get("callerid", b""))
+
+
+def parse_connection(fields: Fields, data: bytes, where: str) -> Connection:
+    """The connection of a connection record.
+
+    Raises:
+        BagFormatError: it has no topic, number or type.
+    """
+    identity = number(fields, "conn", 4, where)
+    if "topic" not in fields:
+        raise BagFormatError(f"{where}: a connection must have a topic")
+    header = parse_fields(data, f"{where}, the connection header")
+    if "type" not in header:
+        raise BagFormatError(f"{where}: a connection must have a type")
+    return Connection(identity, text_of(fields["topic"]), header)
+
+
+def connection_record(connection: Connection) -> bytes:
+    """The record of a connection."""
+    fields = {
+        "op": bytes([Op.CONNECTION]),
+        "topic": connection.topic.encode(),
+        "conn": U32.pack(connection.id),
+    }
+    return record_bytes(fields, field_bytes(connection.header))

@@ -1,0 +1,131 @@
+"""The index of a bag of format 2.0: where the messages of each connection lie, and what each chunk has.
+
+An entry of an index is seconds, nanoseconds and the offset of the message's record in the uncompressed chunk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from struct import Struct
+
+from pipros.bag.errors import BagFormatError
+from pipros.bag.records import TIME, U32, U64, Fields, Op, number, record_bytes, text_of, time_of
+
+ENTRY = Struct("<III")
+INDEX_RECORD_BYTES = 55
+"""An index record as everybody writes it, without its entries."""
+
+Stamp = tuple[int, int]
+"""A time: seconds and nanoseconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChunkInfo:
+    """What the index says of a chunk.
+
+    Attributes:
+        position: of the chunk's record in the file.
+        start, end: the times of its earliest and latest message.
+        counts: how many messages of each connection are in it.
+    """
+
+    position: int
+    start: Stamp
+    end: Stamp
+    counts: Mapping[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class ChunkHeader:
+    """The header of a chunk's record.
+
+    Attributes:
+        compression: `none`, `bz2` or `lz4`.
+        data_position, data_size: the compressed bytes in the file.
+        size: how many bytes they are uncompressed.
+    """
+
+    compression: str
+    data_position: int
+    data_size: int
+    size: int
+
+
+def parse_chunk_header(fields: Fields, data_position: int, data_size: int, where: str) -> ChunkHeader:
+    """Raises:
+    BagFormatError: the size or the compression lacks.
+    """
+    if "compression" not in fields:
+        raise BagFormatError(f"{where}: the field [compression] lacks")
+    size = number(fields, "size", 4, where)
+    return ChunkHeader(text_of(fields["compression"]), data_position, data_size, size)
+
+
+def chunk_header_bytes(compression: str, size: int, data_size: int) -> bytes:
+    """The start of a chunk's record, up to its data."""
+    fields = {"op": bytes([Op.CHUNK]), "compression": compression.encode(), "size": U32.pack(size)}
+    return record_bytes(fields, b"")[:-4] + U32.pack(data_size)
+
+
+def parse_index(fields: Fields, data: bytes, where: str) -> tuple[int, bytes]:
+    """The number of a connection, and its entries in one chunk, packed as `ENTRY`.
+
+    Raises:
+        BagFormatError: another version than 1, or another size than that of the entries.
+    """
+    version = number(fields, "ver", 4, where)
+    if version != 1:
+        raise BagFormatError(f"{where}: the version of an index must be 1, got {version}")
+    count = number(fields, "count", 4, where)
+    if len(data) != count * ENTRY.size:
+        raise BagFormatError(f"{where}: {count} entries must be {count * ENTRY.size} bytes, got {len(data)}")
+    return number(fields, "conn", 4, where), data
+
+
+def index_record(connection: int, entries: bytes) -> bytes:
+    """The index record of one connection in one chunk."""
+    fields = {
+        "op": bytes([Op.INDEX]),
+        "conn": U32.pack(connection),
+        "ver": U32.pack(1),
+        "count": U32.pack(len(entries) // ENTRY.size),
+    }
+    return record_bytes(fields, entries)
+
+
+def parse_chunk_info(fields: Fields, data: bytes, where: str) -> ChunkInfo:
+    """Raises:
+    BagFormatError: another version than 1, or another size than that of the counts.
+    """
+    version = number(fields, "ver", 4, where)
+    if version != 1:
+        raise BagFormatError(f"{where}: the version of a chunk info must be 1, got {version}")
+    count = number(fields, "count", 4, where)
+    if len(data) != count * TIME.size:
+        raise BagFormatError(
+            f"{where}: {count} connections must be {count * TIME.size} bytes, got {len(data)}"
+        )
+    return ChunkInfo(
+        number(fields, "chunk_pos", 8, where),
+        time_of(fields, "start_time", where),
+        time_of(fields, "end_time", where),
+        dict(_pairs(data)),
+    )
+
+
+def chunk_info_record(info: ChunkInfo) -> bytes:
+    """The chunk info record of one chunk."""
+    fields = {
+        "op": bytes([Op.CHUNK_INFO]),
+        "ver": U32.pack(1),
+        "chunk_pos": U64.pack(info.position),
+        "start_time": TIME.pack(*info.start),
+        "end_time": TIME.pack(*info.end),
+        "count": U32.pack(len(info.counts)),
+    }
+    return record_bytes(fields, b"".join(TIME.pack(*pair) for pair in info.counts.items()))
+
+
+def _pairs(data: bytes) -> Iterator[tuple[int, int]]:
+    yield from TIME.iter_unpack(data)

@@ -1,0 +1,173 @@
+"""What a bag's index says: its connections and its chunks. Read without a look at the messages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from pipros.bag.connection import Connection, parse_connection
+from pipros.bag.errors import BagError, BagFormatError, NotIndexed
+from pipros.bag.index import ChunkHeader, ChunkInfo, parse_chunk_header, parse_chunk_info, parse_index
+from pipros.bag.records import MAGIC, Op, Version, number, op_of, parse_fields, parse_version
+from pipros.bag.source import Source
+
+_LONGEST_FIRST_LINE = 100
+_INDEX_RECORD_BYTES = 55  # without its entries
+
+
+@dataclass(slots=True)
+class Layout:
+    """A bag's connections and chunks.
+
+    Attributes:
+        version: of the format.
+        connections: by their number, in the order of the file.
+        chunks: in the order of the file.
+        indexes: for bags whose index was made by reading them: the entries of each chunk by connection,
+            by the chunk's position. Chunks that are not in it have theirs in the file.
+        headers: likewise, for parts of a file that have no header of their own.
+        index_position: where the index begins; 0 if there is none.
+        end: where the chunks end.
+        damage: what was wrong, if the index was made by reading.
+    """
+
+    version: Version
+    connections: dict[int, Connection] = field(default_factory=dict)
+    chunks: list[ChunkInfo] = field(default_factory=list)
+    indexes: dict[int, Mapping[int, bytes]] = field(default_factory=dict)
+    headers: dict[int, ChunkHeader] = field(default_factory=dict)
+    index_position: int = 0
+    end: int = 0
+    damage: list[str] = field(default_factory=list)
+
+
+def read_version(source: Source) -> tuple[Version, int]:
+    """The version of a bag, and where its first record begins.
+
+    Raises:
+        BagError: the file is empty, or no bag.
+    """
+    start = source.read(0, min(source.size, _LONGEST_FIRST_LINE))
+    line, newline, _ = start.partition(b"\n")
+    if not start:
+        raise BagError(f"{source.name} is an empty file")
+    version = parse_version(line) if newline else None
+    if version is None:
+        raise BagError(f"{source.name} is not a bag: it must begin with {MAGIC.decode().strip()}")
+    return version, len(line) + 1
+
+
+def read_layout(source: Source, start: int) -> Layout:
+    """The index of a bag of format 2.0, whose first record begins at `start`.
+
+    Raises:
+        NotIndexed: it has no index, or the file ends before it.
+        BagFormatError: the index is damaged.
+    """
+    try:
+        fields, data_position, data_size = source.header(start)
+        where = source.at(start)
+        if op_of(fields, where) != Op.FILE_HEADER:
+            raise BagFormatError(f"{where}: the first record must be the file header")
+        position = number(fields, "index_pos", 8, where)
+        counts = number(fields, "conn_count", 4, where), number(fields, "chunk_count", 4, where)
+    except BagFormatError as error:
+        raise NotIndexed(f"{source.name} has no readable file header: {error}. {REPAIR}") from None
+    if fields.get("encryptor"):
+        raise BagError(f"{source.name} is encrypted, which pipros cannot read")
+    if not position or (position >= source.size and counts != (0, 0)):
+        reason = "has no index" if not position else "is cut off before its index"
+        raise NotIndexed(f"{source.name} {reason}. {REPAIR}")
+    layout = Layout(Version(2, 0), index_position=position, end=position)
+    if position < data_position + data_size:
+        raise BagFormatError(f"{where}: the index must come after the file header, got position {position}")
+    try:
+        _read_index(source, layout, counts)
+    except BagFormatError as error:
+        raise NotIndexed(f"{source.name} has a damaged index: {error}. {REPAIR}") from None
+    return layout
+
+
+REPAIR = "Run rosbag reindex"
+
+
+def _read_index(source: Source, layout: Layout, counts: tuple[int, int]) -> None:
+    position = layout.index_position
+    for wanted, count in zip((Op.CONNECTION, Op.CHUNK_INFO), counts, strict=True):
+        for _ in range(count):
+            fields, data_position, data_size = source.header(position)
+            where = source.at(position)
+            if (op := op_of(fields, where)) != wanted:
+                raise BagFormatError(f"{where}: the record must be a {wanted.name} ({wanted:d}), got {op}")
+            data = source.data(data_position, data_size)
+            if wanted is Op.CONNECTION:
+                connection = parse_connection(fields, data, where)
+                layout.connections[connection.id] = connection
+            else:
+                layout.chunks.append(parse_chunk_info(fields, data, where))
+            position = data_position + data_size
+    layout.chunks.sort(key=lambda chunk: chunk.position)
+
+
+def read_chunk_header(source: Source, layout: Layout, position: int) -> ChunkHeader:
+    """The header of the chunk at `position`.
+
+    Raises:
+        BagFormatError: there is none.
+    """
+    if position in layout.headers:
+        return layout.headers[position]
+    fields, data_position, data_size = source.header(position)
+    where = source.at(position)
+    if (op := op_of(fields, where)) != Op.CHUNK:
+        raise BagFormatError(f"{where}: the record must be a chunk, got op {op}")
+    return parse_chunk_header(fields, data_position, data_size, where)
+
+
+def read_chunk_index(
+    source: Source, layout: Layout, chunk: ChunkInfo, header: ChunkHeader
+) -> Mapping[int, bytes]:
+    """The entries of a chunk by connection.
+
+    Raises:
+        BagFormatError: they are damaged.
+    """
+    if chunk.position in layout.indexes:
+        return layout.indexes[chunk.position]
+    position = header.data_position + header.data_size
+    expected = sum(_INDEX_RECORD_BYTES + 12 * count for count in chunk.counts.values())
+    block = _Block(source, position, expected)
+    found: dict[int, bytes] = {}
+    for _ in chunk.counts:
+        fields, data_position, data_size = block.header(position)
+        where = source.at(position)
+        if (op := op_of(fields, where)) != Op.INDEX:
+            raise BagFormatError(f"{where}: the record must be an index, got op {op}")
+        connection, entries = parse_index(fields, block.read(data_position, data_size), where)
+        found[connection] = found[connection] + entries if connection in found else entries
+        position = data_position + data_size
+    return found
+
+
+class _Block:
+    """A part of a source, read at once; what lies beyond is read from the source."""
+
+    def __init__(self, source: Source, position: int, size: int) -> None:
+        self._source = source
+        self._start = position
+        self._bytes = source.read(position, max(0, min(size, source.size - position)))
+
+    def header(self, position: int) -> tuple[dict[str, bytes], int, int]:
+        begin = position - self._start
+        size = int.from_bytes(self._bytes[begin : begin + 4], "little")
+        end = begin + 8 + size
+        if begin + 4 > len(self._bytes) or end > len(self._bytes):
+            return self._source.header(position)
+        fields = parse_fields(self._bytes[begin + 4 : end - 4], self._source.at(position))
+        return fields, self._start + end, int.from_bytes(self._bytes[end - 4 : end], "little")
+
+    def read(self, position: int, size: int) -> bytes:
+        begin = position - self._start
+        if begin + size <= len(self._bytes):
+            return self._bytes[begin : begin + size]
+        return self._source.read(position, size)

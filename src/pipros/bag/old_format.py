@@ -1,0 +1,104 @@
+"""Bags of format 1.2, which ROS wrote until 2010 (http://wiki.ros.org/Bags/Format/1.2).
+
+They have no chunks: definitions and messages follow each other, each message with its topic, type and md5sum.
+They are read from front to end once; what is found is told as chunks, so that all else is the same.
+"""
+
+from __future__ import annotations
+
+from pipros.bag.connection import Connection
+from pipros.bag.errors import BagFormatError
+from pipros.bag.index import ENTRY, ChunkHeader, ChunkInfo, Stamp
+from pipros.bag.layout import Layout
+from pipros.bag.records import Fields, Op, Version, number, op_of, text_of
+from pipros.bag.source import Source
+
+_PART_BYTES = 1024 * 1024
+"""Messages of about so many bytes are told as one chunk."""
+
+
+class _Part:
+    """Messages that lie together and are told as a chunk."""
+
+    def __init__(self, position: int) -> None:
+        self.position = position
+        self.entries: dict[int, bytearray] = {}
+        self.times: list[Stamp] = []
+
+    def add(self, connection: int, stamp: Stamp, position: int) -> None:
+        entry = ENTRY.pack(*stamp, position - self.position)
+        self.entries.setdefault(connection, bytearray()).extend(entry)
+        self.times.append(stamp)
+
+    def end(self, layout: Layout, end: int) -> None:
+        if not self.times:
+            return
+        size = end - self.position
+        counts = {connection: len(data) // ENTRY.size for connection, data in self.entries.items()}
+        layout.chunks.append(ChunkInfo(self.position, min(self.times), max(self.times), counts))
+        layout.headers[self.position] = ChunkHeader("none", self.position, size, size)
+        layout.indexes[self.position] = {key: bytes(data) for key, data in self.entries.items()}
+
+
+def scan_old_format(source: Source, version: Version, start: int) -> Layout:
+    """The connections and messages of a bag of format 1.2 whose first record begins at `start`.
+
+    A file that is cut off or damaged is read as far as it goes; `damage` says where it ended.
+    """
+    layout = Layout(version, index_position=1)
+    definitions: dict[tuple[str, str], bytes] = {}
+    known: dict[tuple[str, str, str], int] = {}
+    part = _Part(start)
+    position = start
+    while position < source.size:
+        try:
+            fields, data_position, data_size = source.header(position)
+            where = source.at(position)
+            op = op_of(fields, where)
+            after = data_position + data_size
+            if after > source.size:
+                raise BagFormatError(f"{where}: the file is cut off within this record")
+            if op == Op.MESSAGE_DEFINITION:
+                definitions[_text(fields, "type", where), _text(fields, "md5", where)] = fields.get(
+                    "def", b""
+                )
+            elif op == Op.MESSAGE:
+                stamp = number(fields, "sec", 4, where), number(fields, "nsec", 4, where)
+                connection = _connection(layout, fields, known, definitions, where)
+                part.add(connection, stamp, position)
+        except BagFormatError as error:
+            layout.damage.append(str(error))
+            break
+        position = after
+        if position - part.position > _PART_BYTES:
+            part.end(layout, position)
+            part = _Part(position)
+    part.end(layout, position)
+    layout.end = position
+    return layout
+
+
+def _text(fields: Fields, name: str, where: str) -> str:
+    if name not in fields:
+        raise BagFormatError(f"{where}: the field [{name}] lacks")
+    return text_of(fields[name])
+
+
+def _connection(
+    layout: Layout,
+    fields: Fields,
+    known: dict[tuple[str, str, str], int],
+    definitions: dict[tuple[str, str], bytes],
+    where: str,
+) -> int:
+    key = topic, type_name, md5sum = tuple(_text(fields, name, where) for name in ("topic", "type", "md5"))
+    if key not in known:
+        identity = known[topic, type_name, md5sum] = len(known)
+        header = {
+            "topic": topic.encode(),
+            "type": type_name.encode(),
+            "md5sum": md5sum.encode(),
+            "message_definition": definitions.get((type_name, md5sum), b""),
+        }
+        layout.connections[identity] = Connection(identity, topic, header)
+    return known[topic, type_name, md5sum]

@@ -1,0 +1,382 @@
+"""Reads bags: messages in time order, all or some topics, a part of the time.
+
+Opening reads the index only. Memory is bounded by the chunks under way, not by the bag.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import islice
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pipros.bag.chunk_data import ChunkStore
+from pipros.bag.connection import Connection
+from pipros.bag.errors import BagFormatError, NoMessages
+from pipros.bag.index import ENTRY, ChunkHeader, ChunkInfo, Stamp
+from pipros.bag.layout import Layout, read_chunk_header, read_chunk_index, read_layout, read_version
+from pipros.bag.message_classes import BagClasses
+from pipros.bag.old_format import scan_old_format
+from pipros.bag.records import U32, Op, field_bytes, op_of, parse_fields
+from pipros.bag.records import number as field_number
+from pipros.bag.runs import Entry, Span, runs_in_time_order, sorted_entries
+from pipros.bag.scan import Progress, scan
+from pipros.bag.source import SeekableFile, Source
+from pipros.limits import Limits, process_limits
+from pipros.msg.time import Time
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+RawMessage = tuple[Connection, int, int, bytes, int, int]
+"""Connection, seconds, nanoseconds, serialized message, the position of its chunk, its offset there."""
+
+_MESSAGE_HEADER_BYTES = 38
+"""What rosbag and rosbag_storage make the header of a message."""
+
+
+class BagMessage(NamedTuple):
+    """One message of a bag."""
+
+    topic: str
+    message: Any
+    time: Time
+    connection: Connection
+
+
+class BagReader:
+    """A bag that is open for reading. Use it in one thread at a time.
+
+    Args:
+        file: a path, or a file that is open for reading bytes and can seek. The latter is not closed.
+        rebuild_index: read the whole file instead of its index: for bags without one, cut off or damaged.
+            All complete messages are there then; `damage` says what was wrong.
+        progress: is told the position while the index is rebuilt.
+        limits: those of the process, if not given.
+
+    Raises:
+        BagError: the file is no bag, or encrypted.
+        NotIndexed: it has no index.
+        OSError: it cannot be read.
+
+    Attributes:
+        layout: connections and chunks as the index has them.
+
+    >>> with BagReader("run.bag") as bag:                              # doctest: +SKIP
+    ...     for topic, message, time, _ in bag.messages(["/chatter"]):
+    ...         print(time.to_sec(), message.data)
+    """
+
+    def __init__(
+        self,
+        file: str | os.PathLike[str] | SeekableFile,
+        *,
+        rebuild_index: bool = False,
+        progress: Progress | None = None,
+        limits: Limits | None = None,
+    ) -> None:
+        self._limits = limits or process_limits()
+        self._owned: Any = None
+        if isinstance(file, str | os.PathLike):
+            opened: Any = Path(file).open("rb")  # noqa: SIM115 # closed by `close`
+            self._owned, name = opened, os.fspath(file)
+        else:
+            opened, name = file, str(getattr(file, "name", "<bag>"))
+        try:
+            self._source = Source(opened, name, self._limits)
+            self.layout = self._read_layout(rebuild_index, progress)
+        except BaseException:
+            self.close()
+            raise
+        self._start()
+
+    @classmethod
+    def of_layout(cls, file: SeekableFile, name: str, layout: Layout, limits: Limits) -> Self:
+        """A reader of a file whose connections and chunks are known: one that is being written."""
+        reader = cls.__new__(cls)
+        reader._limits = limits
+        reader._owned = None
+        reader._source = Source(file, name, limits)
+        reader.layout = layout
+        reader._start()
+        return reader
+
+    def _start(self) -> None:
+        self._classes = BagClasses()
+        self._chunk_headers: dict[int, ChunkHeader] = {}
+
+    def _read_layout(self, rebuild_index: bool, progress: Progress | None) -> Layout:
+        version, start = read_version(self._source)
+        if version.number in (101, 102):
+            return scan_old_format(self._source, version, start)
+        if version.number != 200:
+            raise BagFormatError(
+                f"{self._source.name}: the version of a bag must be 1.2 or 2.0, "
+                f"got {version.major}.{version.minor}"
+            )
+        if rebuild_index:
+            return scan(self._source, start, self._limits, progress)
+        return read_layout(self._source, start)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Closes the file, if this reader opened it. May be called twice."""
+        if self._owned is not None:
+            self._owned.close()
+
+    @property
+    def name(self) -> str:
+        return self._source.name
+
+    @property
+    def size(self) -> int:
+        """Bytes of the file."""
+        return self._source.size
+
+    @property
+    def damage(self) -> list[str]:
+        """What was wrong with the file, if its index was rebuilt; one text for each place."""
+        return self.layout.damage
+
+    @property
+    def connections(self) -> list[Connection]:
+        """All connections, in the order of the file."""
+        return list(self.layout.connections.values())
+
+    @property
+    def chunks(self) -> list[ChunkInfo]:
+        return self.layout.chunks
+
+    @property
+    def message_count(self) -> int:
+        return sum(sum(chunk.counts.values()) for chunk in self.layout.chunks)
+
+    def count_by_connection(self) -> dict[int, int]:
+        """How many messages each connection has, by its number."""
+        counts = dict.fromkeys(self.layout.connections, 0)
+        for chunk in self.layout.chunks:
+            for connection, count in chunk.counts.items():
+                counts[connection] = counts.get(connection, 0) + count
+        return counts
+
+    @property
+    def start(self) -> Stamp:
+        """The time of the first message: seconds, nanoseconds.
+
+        Raises:
+            NoMessages: there is none.
+        """
+        return min(self._stamps("start"))
+
+    @property
+    def end(self) -> Stamp:
+        """The time of the last message. Raises `NoMessages`."""
+        return max(self._stamps("end"))
+
+    def _stamps(self, which: str) -> list[Stamp]:
+        stamps = [getattr(chunk, which) for chunk in self.layout.chunks if chunk.counts]
+        if not stamps:
+            raise NoMessages(f"{self._source.name} has no messages")
+        return stamps
+
+    def chunk_header(self, number: int) -> ChunkHeader:
+        """The header of the chunk of that number in `chunks`.
+
+        Raises:
+            BagFormatError: it is damaged.
+        """
+        header = self._chunk_headers.get(number)
+        if header is None:
+            position = self.layout.chunks[number].position
+            header = self._chunk_headers[number] = read_chunk_header(self._source, self.layout, position)
+        return header
+
+    def chunk_index(self, number: int) -> Mapping[int, bytes]:
+        """The packed entries of a chunk by connection. Raises `BagFormatError` if they are damaged."""
+        return read_chunk_index(
+            self._source, self.layout, self.layout.chunks[number], self.chunk_header(number)
+        )
+
+    def times(self, connections: Iterable[Connection]) -> list[Stamp]:
+        """The times of all messages of the connections, in order."""
+        wanted = {connection.id for connection in connections}
+        found: list[Stamp] = []
+        for number, chunk in enumerate(self.layout.chunks):
+            if wanted.isdisjoint(chunk.counts):
+                continue
+            for connection, data in self.chunk_index(number).items():
+                if connection in wanted:
+                    found += [(seconds, nanoseconds) for seconds, nanoseconds, _ in ENTRY.iter_unpack(data)]
+        found.sort()
+        return found
+
+    def class_of(self, connection: Connection) -> Any:
+        """The class of a connection's messages. Raises `BagError` if there is none."""
+        return self._classes.of(connection)
+
+    def raw_messages(
+        self,
+        connections: Iterable[Connection] | None = None,
+        start: Stamp | None = None,
+        end: Stamp | None = None,
+    ) -> Iterator[RawMessage]:
+        """Serialized messages in time order, those of one time in the order of connections.
+
+        Args:
+            connections: those wanted; all, if not given.
+            start, end: the times wanted, both included.
+
+        Raises:
+            BagFormatError: the file is damaged at the place where the next message should be.
+        """
+        wanted = self.connections if connections is None else list(connections)
+        ranks = {connection.id: rank for rank, connection in enumerate(wanted)}
+        chunks = self.layout.chunks
+        spans = [
+            Span(number, chunk.start, chunk.end)
+            for number, chunk in enumerate(chunks)
+            if not ranks.keys().isdisjoint(chunk.counts)
+            and (start is None or chunk.end >= start)
+            and (end is None or chunk.start <= end)
+        ]
+        order = [span.number for span in sorted(spans, key=lambda span: (span.start, span.number))]
+        next_of = {number: at + 1 for at, number in enumerate(order)}
+
+        def load(number: int) -> list[Entry]:
+            index = self.chunk_index(number)
+            packed = [(ranks[key], data) for key, data in index.items() if key in ranks]
+            return sorted_entries(packed, start, end)
+
+        known = [(connection, *_usual_headers(connection.id)) for connection in wanted]
+        store = ChunkStore(self._source, self.chunk_header, self._limits)
+        unpack = U32.unpack_from
+        try:
+            for run in runs_in_time_order(spans, load):
+                number = run.number
+                data = store.get(number, order[next_of[number] : next_of[number] + 8])
+                chunk_position = chunks[number].position
+                entries: Iterable[Entry] = run.entries
+                if run.begin or run.end < len(run.entries):
+                    entries = islice(run.entries, run.begin, run.end)
+                for seconds, nanoseconds, rank, offset in entries:
+                    connection, usual, as_in_cpp = known[rank]
+                    if data is not None and (
+                        data.startswith(usual, offset) or data.startswith(as_in_cpp, offset)
+                    ):
+                        begin = offset + _MESSAGE_HEADER_BYTES + 8
+                        size = unpack(data, begin - 4)[0] if begin <= len(data) else 0
+                        body = data[begin : begin + size]
+                        if len(body) != size or begin > len(data):
+                            raise self._misplaced(number, offset, "the message is cut off")
+                    else:
+                        body = self._message_at(number, data, offset, connection)
+                    yield connection, seconds, nanoseconds, body, chunk_position, offset
+                if run.is_last:
+                    store.drop(number)
+        finally:
+            store.close()
+
+    def messages(
+        self,
+        topics: Iterable[str] | str | None = None,
+        start: Time | float | None = None,
+        end: Time | float | None = None,
+        *,
+        where: Callable[[Connection], bool] | None = None,
+    ) -> Iterator[BagMessage]:
+        """Messages in time order.
+
+        Args:
+            topics: those wanted, or one; all, if not given.
+            start, end: the times wanted, both included; numbers are seconds.
+            where: which connections are wanted.
+
+        Raises:
+            BagError: the file is damaged, or a definition in it is broken.
+            DeserializationError: a message does not have the bytes that its definition asks for.
+        """
+        connections = [c for c in self.connections_of(topics) if where is None or where(c)]
+        classes = {connection.id: self.class_of(connection) for connection in connections}
+        for connection, seconds, nanoseconds, data, _, _ in self.raw_messages(
+            connections, stamp_of(start), stamp_of(end)
+        ):
+            message = classes[connection.id]().deserialize(data)
+            yield BagMessage(connection.topic, message, Time(seconds, nanoseconds), connection)
+
+    __iter__ = messages
+
+    def __getitem__(self, times: slice) -> Iterator[BagMessage]:
+        """The messages of a part of the time: `bag[10.5:20]`, in seconds or `Time`, both ends included.
+
+        Raises:
+            TypeError: not a slice of times.
+        """
+        if not isinstance(times, slice) or times.step is not None:
+            raise TypeError(f"a bag takes a slice of times such as bag[10.5:20], got {times!r}")
+        return self.messages(None, times.start, times.stop)
+
+    def connections_of(self, topics: Iterable[str] | str | None) -> list[Connection]:
+        """The connections of these topics; all, if None."""
+        if topics is None:
+            return self.connections
+        wanted = {topics} if isinstance(topics, str) else set(topics)
+        return [connection for connection in self.connections if connection.topic in wanted]
+
+    def _message_at(self, number: int, data: bytes | None, offset: int, connection: Connection) -> bytes:
+        """A message whose header is not the usual one, or that is read from the file by itself."""
+        header = self.chunk_header(number)
+
+        def read(position: int, size: int) -> bytes:
+            if position + size > header.size:
+                raise self._misplaced(number, offset, "it does not fit into its chunk")
+            if data is not None:
+                return data[position : position + size]
+            return self._source.read(header.data_position + position, size)
+
+        head_size = int.from_bytes(read(offset, 4), "little")
+        head = read(offset + 4, head_size)
+        where = self._place(number, offset)
+        fields = parse_fields(head, where)
+        is_own = "conn" not in fields or number_of(fields, where) == connection.id
+        if op_of(fields, where) != Op.MESSAGE or not is_own:
+            raise self._misplaced(number, offset, f"no message of {connection.topic} is there")
+        begin = offset + 4 + head_size
+        return read(begin + 4, int.from_bytes(read(begin, 4), "little"))
+
+    def _place(self, number: int, offset: int) -> str:
+        return f"{self._source.name}, chunk at byte {self.layout.chunks[number].position}, offset {offset}"
+
+    def _misplaced(self, number: int, offset: int, what: str) -> BagFormatError:
+        return BagFormatError(
+            f"{self._place(number, offset)}: {what}; the index or the chunk is damaged. Try rosbag reindex"
+        )
+
+
+def number_of(fields: Mapping[str, bytes], where: str) -> int:
+    """The number of the connection of a message."""
+    return field_number(dict(fields), "conn", 4, where)
+
+
+def _usual_headers(connection: int) -> tuple[bytes, bytes]:
+    """The start of a message record, up to its time, as rosbag and as rosbag_storage write it."""
+    op, conn = ("op", bytes([Op.MESSAGE])), ("conn", U32.pack(connection))
+    start, time = U32.pack(_MESSAGE_HEADER_BYTES), U32.pack(13) + b"time="
+    return start + field_bytes([op, conn]) + time, start + field_bytes([conn, op]) + time
+
+
+def stamp_of(time: Time | float | None) -> Stamp | None:
+    """Seconds and nanoseconds of a time that may be a number of seconds."""
+    if time is None:
+        return None
+    if not isinstance(time, Time):
+        time = Time.from_sec(max(0.0, time))
+    return time.secs, time.nsecs

@@ -1,0 +1,103 @@
+"""Messages of many chunks in time order, with as few chunks at hand as possible. Pure: no file is touched.
+
+Chunks whose times do not overlap are passed on whole. Where they overlap, their sorted entries are merged: a
+chunk takes part from its first message to its last, so that only chunks under way are held.
+Messages of one time come in the order of their connections, then in the order of the file.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from heapq import heappop, heappush, heapreplace
+
+from pipros.bag.index import ENTRY, Stamp
+
+Entry = tuple[int, int, int, int]
+"""Seconds, nanoseconds, the rank of the connection, the offset in the chunk."""
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A chunk to read: its number, and the times of its earliest and latest message."""
+
+    number: int
+    start: Stamp
+    end: Stamp
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Messages of one chunk that follow each other in time: `entries[begin:end]`.
+
+    `is_last` says that nothing else of the chunk will come.
+    """
+
+    number: int
+    entries: Sequence[Entry]
+    begin: int
+    end: int
+    is_last: bool
+
+
+def sorted_entries(
+    packed: Sequence[tuple[int, bytes]], start: Stamp | None, end: Stamp | None
+) -> list[Entry]:
+    """The entries of one chunk in time order.
+
+    Args:
+        packed: for each connection its rank and its entries as they stand in the file.
+        start, end: the earliest and latest time wanted, both included.
+    """
+    entries = [
+        (seconds, nanoseconds, rank, offset)
+        for rank, data in packed
+        for seconds, nanoseconds, offset in ENTRY.iter_unpack(data)
+    ]
+    entries.sort()
+    begin = bisect_left(entries, start) if start is not None else 0
+    stop = bisect_left(entries, (*end, _AFTER_ALL)) if end is not None else len(entries)
+    return entries[begin:stop] if begin or stop < len(entries) else entries
+
+
+_AFTER_ALL = 1 << 40  # above every rank
+
+
+def runs_in_time_order(spans: Sequence[Span], load: Callable[[int], list[Entry]]) -> Iterator[Run]:
+    """All messages of the chunks, as runs.
+
+    Args:
+        load: the sorted entries of a chunk by its number; called once for each, when its time comes.
+    """
+    waiting = sorted(spans, key=lambda span: (span.start, span.number), reverse=True)
+    # (seconds, nanoseconds, rank, number) of each active chunk's next message, and where it is in its entries
+    active: list[tuple[tuple[int, int, int, int], int]] = []
+    entries_of: dict[int, list[Entry]] = {}
+    while waiting or active:
+        while waiting and (not active or waiting[-1].start <= active[0][0][:2]):
+            span = waiting.pop()
+            entries = load(span.number)
+            if entries:
+                entries_of[span.number] = entries
+                heappush(active, ((*entries[0][:3], span.number), 0))
+        if not active:
+            continue
+        head, begin = active[0]
+        number = head[3]
+        entries = entries_of[number]
+        end = len(entries)
+        if len(active) > 1:
+            other = min(active[1:3])[0]
+            bound = (other[0], other[1], other[2] + (number < other[3]))
+            end = bisect_left(entries, bound, begin)
+        if waiting:
+            end = min(end, bisect_left(entries, waiting[-1].start, begin))
+        end = max(end, begin + 1)
+        is_last = end == len(entries)
+        if is_last:
+            heappop(active)
+            del entries_of[number]
+        else:
+            heapreplace(active, ((*entries[end][:3], number), end))
+        yield Run(number, entries, begin, end, is_last)

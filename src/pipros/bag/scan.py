@@ -1,0 +1,192 @@
+"""Makes the index of a bag of format 2.0 by reading it: for bags without one, cut off or damaged.
+
+Every complete message is found: also in a chunk that was being written when its writer was killed, and behind
+damaged places, from the next chunk on.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from pipros.bag.chunk_data import read_chunk_data
+from pipros.bag.connection import Connection, parse_connection
+from pipros.bag.errors import BagFormatError
+from pipros.bag.index import ENTRY, ChunkHeader, ChunkInfo, Stamp, parse_chunk_header
+from pipros.bag.layout import Layout
+from pipros.bag.records import Op, Version, number, op_of, parse_fields, time_of
+from pipros.bag.source import Source
+from pipros.limits import Limits
+
+_CHUNK_STARTS = re.compile(rb"\x04\0\0\0op=\x05|....compression=", re.DOTALL)
+_SEARCH_BYTES = 1024 * 1024
+
+Progress = Callable[[int], None]
+
+
+@dataclass(slots=True)
+class _Contents:
+    """What was found in one chunk."""
+
+    connections: list[Connection] = field(default_factory=list)
+    entries: dict[int, bytearray] = field(default_factory=dict)
+    start: Stamp | None = None
+    end: Stamp | None = None
+    size: int = 0
+
+    def add(self, connection: int, stamp: Stamp, offset: int) -> None:
+        self.entries.setdefault(connection, bytearray()).extend(ENTRY.pack(*stamp, offset))
+        self.start = stamp if self.start is None else min(self.start, stamp)
+        self.end = stamp if self.end is None else max(self.end, stamp)
+
+
+def scan(source: Source, start: int, limits: Limits, progress: Progress | None = None) -> Layout:
+    """The connections and chunks of a bag whose first record begins at `start`.
+
+    `progress` is told the position now and then. The `damage` of the layout says what was wrong.
+    """
+    layout = Layout(Version(2, 0), end=start)
+    position = start
+    while position < source.size:
+        if progress is not None:
+            progress(position)
+        try:
+            position = _take_record(source, layout, position, limits)
+        except BagFormatError as error:
+            layout.damage.append(str(error))
+            position = _next_chunk(source, position + 1)
+    return layout
+
+
+def _take_record(source: Source, layout: Layout, position: int, limits: Limits) -> int:
+    """Takes the record at `position`; returns where the next one begins."""
+    fields, data_position, data_size = source.header(position)
+    where = source.at(position)
+    op = op_of(fields, where)
+    after = data_position + data_size
+    if op == Op.CHUNK:
+        header = parse_chunk_header(fields, data_position, data_size, where)
+        if header.compression == "none" and (not data_size or after > source.size):
+            # Its writer was killed before it knew the size.
+            header = replace(header, data_size=source.size - data_position, size=source.size - data_position)
+            return _take_open_chunk(source, layout, position, header)
+        try:
+            contents = _read_chunk(source, header, limits)
+        except BagFormatError as error:
+            if after > source.size:
+                raise
+            layout.damage.append(str(error))
+            return after
+        _add_chunk(layout, position, header, contents)
+        if contents.size < header.size:
+            layout.damage.append(f"{where}: the chunk is damaged behind byte {contents.size} of its content")
+        layout.end = after
+    elif op == Op.MESSAGE:
+        raise BagFormatError(f"{where}: a message outside of a chunk")
+    elif op == Op.CONNECTION:
+        connection = parse_connection(fields, source.data(data_position, data_size), where)
+        layout.connections.setdefault(connection.id, connection)
+    elif op in (Op.INDEX, Op.CHUNK_INFO, Op.FILE_HEADER):
+        if op != Op.CHUNK_INFO:
+            layout.end = min(after, source.size)
+    else:
+        raise BagFormatError(f"{where}: no such record, op {op}")
+    return after
+
+
+def _read_chunk(source: Source, header: ChunkHeader, limits: Limits) -> _Contents:
+    if header.compression == "none" and header.size == header.data_size:
+        start = header.data_position
+        return _walk(lambda at, size: source.read(start + at, size), header.size)
+    data = read_chunk_data(source, header, limits)
+    return _walk(lambda at, size: data[at : at + size], len(data))
+
+
+def _take_open_chunk(source: Source, layout: Layout, position: int, header: ChunkHeader) -> int:
+    start = header.data_position
+    contents = _walk(lambda at, size: source.read(start + at, size), header.size)
+    header = replace(header, data_size=contents.size, size=contents.size)
+    if contents.entries:
+        layout.headers[position] = header
+        _add_chunk(layout, position, header, contents)
+        layout.damage.append(
+            f"{source.at(position)}: the chunk was not finished; its complete messages count"
+        )
+    after = start + contents.size
+    layout.end = after
+    return after if contents.entries or contents.size else start
+
+
+def _add_chunk(layout: Layout, position: int, header: ChunkHeader, contents: _Contents) -> None:
+    for connection in contents.connections:
+        layout.connections.setdefault(connection.id, connection)
+    if contents.start is None or contents.end is None:
+        return
+    counts = {connection: len(data) // ENTRY.size for connection, data in contents.entries.items()}
+    layout.chunks.append(ChunkInfo(position, contents.start, contents.end, counts))
+    layout.indexes[position] = {connection: bytes(data) for connection, data in contents.entries.items()}
+    layout.headers[position] = header
+
+
+def _walk(read: Callable[[int, int], bytes], size: int) -> _Contents:
+    """The complete records in the content of a chunk. It ends at the first that is damaged or cut off."""
+    contents = _Contents()
+    position = 0
+    while size - position >= 8:
+        head = read(position, min(128, size - position))
+        header_size = int.from_bytes(head[:4], "little")
+        if header_size > size - position - 8:
+            break
+        if header_size + 8 > len(head):
+            head = read(position, header_size + 8)
+        data_size = int.from_bytes(head[4 + header_size : 8 + header_size], "little")
+        after = position + 8 + header_size + data_size
+        if after > size:
+            break
+        try:
+            _take_inner(contents, head[4 : 4 + header_size], position, after - data_size, data_size, read)
+        except BagFormatError:
+            break
+        position = contents.size = after
+    return contents
+
+
+def _take_inner(
+    contents: _Contents,
+    header: bytes,
+    offset: int,
+    data_position: int,
+    data_size: int,
+    read: Callable[[int, int], bytes],
+) -> None:
+    where = f"byte {offset} of the chunk"
+    fields = parse_fields(header, where)
+    op = op_of(fields, where)
+    if op == Op.MESSAGE:
+        contents.add(number(fields, "conn", 4, where), time_of(fields, "time", where), offset)
+    elif op == Op.CONNECTION:
+        contents.connections.append(parse_connection(fields, read(data_position, data_size), where))
+    else:
+        raise BagFormatError(f"{where}: no record of a chunk, op {op}")
+
+
+def _next_chunk(source: Source, position: int) -> int:
+    """Where the next chunk begins, by the looks of it; the end of the file if there is none."""
+    first = position
+    while position < source.size:
+        block = source.read(position, min(_SEARCH_BYTES, source.size - position))
+        for match in _CHUNK_STARTS.finditer(block):
+            candidate = position + match.start() - 4
+            if candidate < first:
+                continue
+            try:
+                fields, _, _ = source.header(candidate)
+                if op_of(fields, "") == Op.CHUNK and "compression" in fields and "size" in fields:
+                    return candidate
+            except BagFormatError:
+                continue
+        if len(block) < _SEARCH_BYTES:
+            break
+        position += len(block) - 64
+    return source.size

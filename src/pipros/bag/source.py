@@ -1,0 +1,98 @@
+"""Reads pieces of a file, and says where it ends too early."""
+
+from __future__ import annotations
+
+import os
+from typing import Protocol
+
+from pipros.bag.errors import BagFormatError
+from pipros.bag.records import Fields, parse_fields
+from pipros.limits import Limits
+
+
+class SeekableFile(Protocol):
+    """What a file to read must have."""
+
+    def read(self, size: int = ..., /) -> bytes: ...
+    def seek(self, offset: int, whence: int = ..., /) -> int: ...
+
+
+class Source:
+    """Random access to a file by position.
+
+    Attributes:
+        name: of the file, for errors.
+        size: bytes of the file when it was opened; `refresh` looks again.
+    """
+
+    def __init__(self, file: SeekableFile, name: str, limits: Limits) -> None:
+        self._file = file
+        self._limits = limits
+        self.name = name
+        self.size = 0
+        self.refresh()
+
+    def refresh(self) -> None:
+        self.size = self._file.seek(0, os.SEEK_END)
+
+    def at(self, position: int) -> str:
+        """A place in the file, for an error."""
+        return f"{self.name}, byte {position}"
+
+    def read(self, position: int, size: int) -> bytes:
+        """Exactly `size` bytes.
+
+        Raises:
+            BagFormatError: the file ends before.
+        """
+        if size < 0 or position + size > self.size:
+            raise BagFormatError(
+                f"{self.at(position)}: {size} bytes must follow, got {max(0, self.size - position)}; "
+                "the file is cut off or damaged"
+            )
+        self._file.seek(position)
+        data = self._file.read(size)
+        if len(data) != size:
+            raise BagFormatError(f"{self.at(position)}: {size} bytes must follow, got {len(data)}")
+        return data
+
+    def header(self, position: int) -> tuple[Fields, int, int]:
+        """The header of the record at `position`, and the position and the size of its data.
+
+        The data may be cut off; only their length must be there.
+
+        Raises:
+            BagFormatError: no such header.
+        """
+        start = self._start(position)
+        size = int.from_bytes(start[:4], "little")
+        if len(start) < 4 or size > self._limits.bag_header_bytes:
+            raise BagFormatError(
+                f"{self.at(position)}: a record's header must have at most {self._limits.bag_header_bytes} "
+                f"bytes, got {size}"
+            )
+        whole = start if len(start) >= size + 8 else start[:4] + self.read(position + 4, size + 4)
+        data_size = int.from_bytes(whole[4 + size : 8 + size], "little")
+        return parse_fields(whole[4 : 4 + size], self.at(position)), position + 8 + size, data_size
+
+    def data(self, position: int, size: int) -> bytes:
+        """The data of a connection or of the index.
+
+        Raises:
+            BagFormatError: they are cut off, or larger than allowed.
+        """
+        if size > self._limits.bag_connection_bytes:
+            raise BagFormatError(
+                f"{self.at(position)}: the record must have at most {self._limits.bag_connection_bytes} "
+                f"bytes, got {size}"
+            )
+        return self.read(position, size)
+
+    def _start(self, position: int) -> bytes:
+        """Enough bytes for most headers, in one read."""
+        if position >= self.size:
+            raise BagFormatError(
+                f"{self.at(position)}: a record must follow, but the file ends at {self.size}"
+            )
+        self._file.seek(position)
+        return self._file.read(128)

@@ -1,0 +1,225 @@
+"""Writes bags of format 2.0, so that a killed writer or a full disk costs no more than the chunk under way.
+
+A chunk is collected in memory and written at once, with its index. The place of the file's index is noted in
+the file header last of all, after the index. Until then the file is one without an index, whose complete
+chunks `rosbag reindex` restores.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from io import BytesIO
+from struct import Struct
+from typing import Any, Protocol
+
+from pipros.bag.compression import NONE, compress
+from pipros.bag.connection import Connection, connection_record
+from pipros.bag.errors import BagError
+from pipros.bag.index import ENTRY, ChunkInfo, Stamp, chunk_header_bytes, chunk_info_record, index_record
+from pipros.bag.layout import Layout
+from pipros.bag.records import MAGIC, U32, Op, Version, field_bytes, file_header
+
+CHUNK_BYTES = 768 * 1024
+"""A chunk ends at the first message with which it has more."""
+
+_TIME_AND_SIZE = Struct("<III")
+_LARGEST = 0xFFFFFFFF
+
+
+class WritableFile(Protocol):
+    """What a file to write must have."""
+
+    def write(self, data: Any, /) -> Any: ...
+    def seek(self, offset: int, whence: int = ..., /) -> int: ...
+    def truncate(self, size: int | None = ..., /) -> int: ...
+    def flush(self) -> None: ...
+
+
+class _Topic:
+    """A connection as the writer has it: how its messages begin, and their entries in the open chunk."""
+
+    __slots__ = ("entries", "is_sorted", "last", "start")
+
+    def __init__(self, connection: Connection) -> None:
+        fields = [("op", bytes([Op.MESSAGE])), ("conn", U32.pack(connection.id))]
+        self.start = U32.pack(38) + field_bytes(fields) + U32.pack(13) + b"time="
+        self.entries = bytearray()
+        self.last: Stamp = (0, 0)
+        self.is_sorted = True
+
+
+class BagWriter:
+    """Writes messages into an open file, which it does not close.
+
+    Args:
+        file: open for reading and writing bytes.
+        compression: `none`, `bz2` or `lz4`; can be changed at any time, for the next chunk.
+        chunk_bytes: the size of chunks, uncompressed.
+        layout: of the bag to append to; the file is a new one, if not given.
+
+    Raises:
+        OSError: the file cannot be written, here and in all that writes. What is complete stays readable.
+    """
+
+    def __init__(
+        self,
+        file: WritableFile,
+        *,
+        compression: str = NONE,
+        chunk_bytes: int = CHUNK_BYTES,
+        layout: Layout | None = None,
+    ) -> None:
+        self._file = file
+        self.compression = compression
+        self.chunk_bytes = chunk_bytes
+        self._chunk = BytesIO()
+        self._chunk_start: Stamp | None = None
+        self._chunk_end: Stamp = (0, 0)
+        self._is_finished = False
+        if layout is None:
+            self.layout = Layout(Version(2, 0), end=len(MAGIC))
+            self._file.write(MAGIC)
+            self._write_file_header(0)
+        else:
+            self.layout = layout
+            layout.index_position = 0
+            self._write_file_header(0)  # first of all, so that nobody looks for an index that is gone
+            self._file.flush()
+            self._file.truncate(layout.end)
+            self._file.seek(layout.end)
+        self._next_id = max(self.layout.connections, default=-1) + 1
+        self._topics = {key: _Topic(value) for key, value in self.layout.connections.items()}
+
+    @property
+    def size(self) -> int:
+        """Bytes of the file, with those of the open chunk."""
+        return self.layout.end + self._chunk.tell()
+
+    def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:
+        """A new connection of a topic. Its header must have a `type`, `md5sum` and `message_definition`."""
+        connection = Connection(self._next_id, topic, dict(header))
+        self._next_id += 1
+        self.layout.connections[connection.id] = connection
+        self._topics[connection.id] = _Topic(connection)
+        self._chunk.write(connection_record(connection))
+        return connection
+
+    def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None:
+        """Adds a serialized message."""
+        chunk = self._chunk
+        offset = chunk.tell()
+        topic = self._topics[connection.id]
+        chunk.write(topic.start + _TIME_AND_SIZE.pack(seconds, nanoseconds, len(data)))
+        chunk.write(data)
+        self._added(topic, seconds, nanoseconds, offset)
+
+    def write_message(self, connection: Connection, seconds: int, nanoseconds: int, message: Any) -> None:
+        """Adds a message, which is serialized into the chunk.
+
+        Raises:
+            SerializationError: a field does not fit; nothing is added.
+        """
+        chunk = self._chunk
+        offset = chunk.tell()
+        topic = self._topics[connection.id]
+        begin = offset + chunk.write(topic.start + _TIME_AND_SIZE.pack(seconds, nanoseconds, 0))
+        try:
+            message.serialize(chunk)
+        except BaseException:
+            chunk.seek(offset)
+            chunk.truncate()
+            raise
+        U32.pack_into(chunk.getbuffer(), begin - 4, chunk.tell() - begin)
+        self._added(topic, seconds, nanoseconds, offset)
+
+    def _added(self, topic: _Topic, seconds: int, nanoseconds: int, offset: int) -> None:
+        topic.entries += ENTRY.pack(seconds, nanoseconds, offset)
+        stamp = (seconds, nanoseconds)
+        if stamp < topic.last:
+            topic.is_sorted = False
+        topic.last = stamp
+        if self._chunk_start is None:
+            self._chunk_start = self._chunk_end = stamp
+        elif stamp > self._chunk_end:
+            self._chunk_end = stamp
+        elif stamp < self._chunk_start:
+            self._chunk_start = stamp
+        if self._chunk.tell() > self.chunk_bytes:
+            self.finish_chunk()
+
+    def finish_chunk(self) -> None:
+        """Writes what was added since the last chunk, as one.
+
+        Raises:
+            OSError: the chunk could not be written whole. It is kept, and tried again at the next call.
+        """
+        if self._chunk_start is None:
+            return
+        size = self._chunk.tell()
+        if size > _LARGEST:
+            raise BagError(f"a chunk must have at most {_LARGEST} bytes, got {size}")
+        content = self._chunk.getbuffer()
+        try:
+            data = compress(self.compression, content)
+            start = chunk_header_bytes(self.compression, size, len(data))
+            index, counts = self._chunk_index()
+            position = self.layout.end
+            self._file.seek(position)
+            self._file.write(start)
+            self._file.write(data)
+            self._file.write(index)
+            self._file.flush()  # what Python holds back is lost if the process is killed
+        finally:
+            del content
+        self.layout.end = position + len(start) + len(data) + len(index)
+        self.layout.chunks.append(ChunkInfo(position, self._chunk_start, self._chunk_end, counts))
+        self._chunk = BytesIO()
+        self._chunk_start = None
+        for topic in self._topics.values():
+            if topic.entries:
+                topic.entries = bytearray()
+                topic.is_sorted, topic.last = True, (0, 0)
+
+    def _chunk_index(self) -> tuple[bytes, dict[int, int]]:
+        records, counts = [], {}
+        for connection, topic in self._topics.items():
+            if not topic.entries:
+                continue
+            entries = bytes(topic.entries)
+            if not topic.is_sorted:
+                entries = b"".join(ENTRY.pack(*entry) for entry in sorted(ENTRY.iter_unpack(entries)))
+            counts[connection] = len(entries) // ENTRY.size
+            records.append(index_record(connection, entries))
+        return b"".join(records), counts
+
+    def flush(self) -> None:
+        """Writes the open chunk, and hands all that was written to the operating system."""
+        self.finish_chunk()
+        self._file.flush()
+
+    def finish(self) -> None:
+        """Writes the index. The bag is complete then, and nothing can be added. May be called twice."""
+        if self._is_finished:
+            return
+        self.finish_chunk()
+        layout = self.layout
+        position = layout.end
+        self._file.seek(position)
+        for connection in layout.connections.values():
+            self._file.write(connection_record(connection))
+        for chunk in layout.chunks:
+            self._file.write(chunk_info_record(chunk))
+        self._file.flush()
+        self._write_file_header(position)
+        self._file.seek(0, os.SEEK_END)
+        self._file.flush()
+        layout.index_position = position
+        self._is_finished = True
+
+    def _write_file_header(self, index_position: int) -> None:
+        counts = len(self.layout.connections), len(self.layout.chunks)
+        header = file_header(index_position, *counts if index_position else (0, 0))
+        self._file.seek(len(MAGIC))
+        self._file.write(header)
+        self.layout.end = max(self.layout.end, len(MAGIC) + len(header))

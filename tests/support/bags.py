@@ -1,0 +1,81 @@
+"""Small bags for tests, made without a node."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable
+from typing import Any
+
+from std_msgs.msg import Int32, String
+
+from pipros.bag import BagReader, BagWriter
+from pipros.bag.connection import Connection
+
+Row = tuple[str, Any, int, int]
+"""Topic, message, seconds, nanoseconds."""
+
+
+def header_of(message: Any, topic: str, **more: str) -> dict[str, bytes]:
+    """The connection header of a publisher of such messages."""
+    cls = type(message)
+    fields = {"topic": topic, "type": cls._type, "md5sum": cls._md5sum, "message_definition": cls._full_text}
+    return {name: value.encode() for name, value in {**fields, **more}.items()}
+
+
+def bag_bytes(rows: Iterable[Row], *, is_finished: bool = True, **options: Any) -> bytes:
+    """A bag with these messages, one connection for each topic; options are those of `BagWriter`."""
+    file = io.BytesIO()
+    writer = BagWriter(file, **options)
+    connections: dict[str, Connection] = {}
+    for topic, message, seconds, nanoseconds in rows:
+        if topic not in connections:
+            connections[topic] = writer.add_connection(topic, header_of(message, topic))
+        writer.write_message(connections[topic], seconds, nanoseconds, message)
+    if is_finished:
+        writer.finish()
+    else:
+        writer.flush()
+    return file.getvalue()
+
+
+def some_rows(count: int = 30) -> list[Row]:
+    """Messages of two topics, in time order."""
+    return [
+        (f"/{'ab'[n % 2]}", String(f"text {n}") if n % 2 else Int32(n), 10 + n // 10, n % 10 * 1000)
+        for n in range(count)
+    ]
+
+
+def rows_of(reader: BagReader, **options: Any) -> list[tuple[str, Any, int, int]]:
+    """What a reader gives, in the form of `Row` with the value in place of the message."""
+    return [
+        (topic, message.data, time.secs, time.nsecs) for topic, message, time, _ in reader.messages(**options)
+    ]
+
+
+def values(rows: Iterable[Row]) -> list[tuple[str, Any, int, int]]:
+    """Rows in the form of `rows_of`."""
+    return [(topic, message.data, seconds, nanoseconds) for topic, message, seconds, nanoseconds in rows]
+
+
+def old_bag_bytes(rows: Iterable[Row]) -> bytes:
+    """A bag of format 1.2 without an index, as ROS wrote them until 2010."""
+    from pipros.bag.records import U32, record_bytes
+
+    out = [b"#ROSBAG V1.2\n"]
+    out.append(record_bytes({"op": b"\x03", "index_pos": bytes(8)}, b""))
+    told: set[str] = set()
+    for topic, message, seconds, nanoseconds in rows:
+        names = {
+            "topic": topic.encode(),
+            "md5": message._md5sum.encode(),
+            "type": message._type.encode(),
+        }
+        if topic not in told:
+            told.add(topic)
+            out.append(record_bytes({"op": b"\x01", **names, "def": message._full_text.encode()}, b""))
+        times = {"sec": U32.pack(seconds), "nsec": U32.pack(nanoseconds)}
+        data = io.BytesIO()
+        message.serialize(data)
+        out.append(record_bytes({"op": b"\x02", **names, **times}, data.getvalue()))
+    return b"".join(out)

@@ -1,0 +1,210 @@
+from __future__ import annotations
+
+import contextlib
+import io
+import random
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from std_msgs.msg import Int32, String
+
+from pipros.bag import BagError, BagFormatError, BagReader, NoMessages, NotIndexed
+from pipros.bag import chunk_data as chunk_data_module
+from pipros.limits import Limits
+from tests.support.bags import bag_bytes, header_of, old_bag_bytes, rows_of, some_rows, values
+
+
+def read(data: bytes, **options: Any) -> BagReader:
+    return BagReader(io.BytesIO(data), **options)
+
+
+@pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
+def test_what_was_written_is_read(compression: str, tmp_path: Path) -> None:
+    rows = some_rows()
+    file = tmp_path / "run.bag"
+    file.write_bytes(bag_bytes(rows, compression=compression, chunk_bytes=300))
+
+    with BagReader(file) as bag:
+        assert rows_of(bag) == values(rows)
+        assert bag.message_count == len(rows)
+        assert (bag.start, bag.end) == ((10, 0), (12, 9000))
+        assert [connection.topic for connection in bag.connections] == ["/a", "/b"]
+        assert len(bag.chunks) > 3
+        assert {bag.chunk_header(number).compression for number in range(len(bag.chunks))} == {compression}
+
+
+def test_topics_times_and_connections_choose_messages() -> None:
+    rows = some_rows()
+    bag = read(bag_bytes(rows, chunk_bytes=300))
+
+    assert rows_of(bag, topics="/b") == [row for row in values(rows) if row[0] == "/b"]
+    assert rows_of(bag, topics=["/b", "/none"]) == rows_of(bag, topics="/b")
+    assert rows_of(bag, topics=[]) == []
+    assert rows_of(bag, start=11.0, end=11.0) == [row for row in values(rows) if row[2:] == (11, 0)]
+    assert rows_of(bag, where=lambda connection: connection.type == "std_msgs/Int32") == rows_of(
+        bag, topics="/a"
+    )
+    assert [message.time.secs for message in bag[12:]] == [12] * 10
+    with pytest.raises(TypeError, match="a bag takes a slice of times"):
+        bag[3]  # type: ignore[index]
+
+
+@given(
+    st.lists(st.tuples(st.sampled_from("abc"), st.integers(0, 20)), max_size=60),
+    st.sampled_from([1, 200, 1000]),
+)
+def test_messages_come_in_time_order_whatever_the_order_of_writing(
+    written: list[tuple[str, int]], chunk_bytes: int
+) -> None:
+    rows: list[Any] = [(f"/{topic}", Int32(n), time, 0) for n, (topic, time) in enumerate(written)]
+    topics = list(dict.fromkeys(f"/{topic}" for topic, _ in written))
+
+    found = rows_of(read(bag_bytes(rows, chunk_bytes=chunk_bytes)))
+
+    # Those of one time come in the order of their connections, then as they were written.
+    assert found == sorted(values(rows), key=lambda row: (row[2], topics.index(row[0]), row[1]))
+
+
+def test_chunks_under_way_are_all_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = [("/a", String("x" * 1000), n, 0) for n in range(200)]
+    bag = read(bag_bytes(rows, chunk_bytes=2000))
+    kept: list[int] = []
+    keep = chunk_data_module.ChunkStore._keep
+
+    def watch(self: Any, number: int, data: bytes) -> None:
+        keep(self, number, data)
+        kept.append(len(self._kept))
+
+    monkeypatch.setattr(chunk_data_module.ChunkStore, "_keep", watch)
+    assert len(rows_of(bag)) == 200
+    assert max(kept) == 1
+
+
+def test_overlapping_chunks_beyond_the_cache_are_read_again() -> None:
+    rows: list[Any] = []
+    for n in range(20):
+        rows += [
+            ("/a", String("x" * 500), n, 0),
+            ("/a", String("y" * 500), 100 + n, 0),
+            ("/b", Int32(n), 0, 0),
+        ]
+    bag = read(bag_bytes(rows, chunk_bytes=1000), limits=Limits(bag_cache_bytes=1))
+
+    assert [row[2] for row in rows_of(bag, topics="/a")] == [*range(20), *range(100, 120)]
+
+
+def test_messages_of_a_large_chunk_are_read_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(chunk_data_module, "LARGE_BYTES", 100)
+    rows = some_rows()
+
+    assert rows_of(read(bag_bytes(rows))) == values(rows)
+
+
+def test_a_definition_that_no_package_has_comes_from_the_bag() -> None:
+    definition = b"string data\nint32 more\n"
+    header = {**header_of(String(), "/a"), "md5sum": b"0" * 32, "message_definition": definition}
+    file = io.BytesIO()
+    from pipros.bag import BagWriter
+
+    writer = BagWriter(file)
+    writer.write(writer.add_connection("/a", header), 1, 0, b"\x02\0\0\0hi\x07\0\0\0")
+    writer.write(writer.add_connection("/b", header_of(String(), "/b")), 2, 0, b"\x02\0\0\0ho")
+    writer.finish()
+    strange, known = (message for _, message, _, _ in read(file.getvalue()))
+
+    assert (strange.data, strange.more) == ("hi", 7)
+    assert type(known) is String
+    assert not hasattr(String(), "more")
+
+
+def test_a_broken_definition_names_the_topic() -> None:
+    data = (
+        bag_bytes([("/a", String("x"), 1, 0)])
+        .replace(b"string data ", b"string 1ata ")
+        .replace(String._md5sum.encode(), b"0" * 32)
+    )
+
+    with pytest.raises(BagError, match=r"the bag's definition of std_msgs/String \(topic /a\) is broken"):
+        list(read(data).messages())
+
+
+def test_a_bag_without_messages_has_no_times() -> None:
+    bag = read(bag_bytes([]))
+
+    assert (rows_of(bag), bag.message_count) == ([], 0)
+    with pytest.raises(NoMessages):
+        _ = bag.start
+
+
+@pytest.mark.parametrize(
+    ("data", "error", "words"),
+    [
+        (b"", BagError, "is an empty file"),
+        (b"#!/bin/sh\n", BagError, "is not a bag: it must begin with #ROSBAG V2.0"),
+        (b"#ROSBAG V3.0\n", BagFormatError, "the version of a bag must be 1.2 or 2.0, got 3.0"),
+        (b"#ROSBAG V2.0\n", NotIndexed, "Run rosbag reindex"),
+        (bag_bytes(some_rows(), is_finished=False), NotIndexed, "has no index"),
+        (bag_bytes(some_rows())[:-1], NotIndexed, "damaged index"),
+        (bag_bytes(some_rows())[:4500], NotIndexed, "cut off before its index"),
+    ],
+)
+def test_what_is_no_complete_bag_is_refused(data: bytes, error: type[Exception], words: str) -> None:
+    with pytest.raises(error) as raised:
+        read(data)
+    assert words in str(raised.value)
+
+
+def test_a_chunk_larger_than_the_limit_is_refused() -> None:
+    bag = read(bag_bytes(some_rows(), compression="bz2"), limits=Limits(bag_chunk_bytes=100))
+
+    with pytest.raises(BagFormatError, match="its size must be at most 100 bytes"):
+        list(bag.raw_messages())
+
+
+@pytest.mark.parametrize("compression", ["bz2", "lz4"])
+def test_no_more_is_uncompressed_than_the_chunk_claims(compression: str) -> None:
+    data = bytearray(bag_bytes([("/a", String("x" * 100_000), 1, 0)], compression=compression))
+    at = data.index(b"size=") + 5
+    data[at : at + 4] = (1000).to_bytes(4, "little")
+
+    with pytest.raises(BagFormatError, match="the chunk must have 1000 bytes, got 1001"):
+        list(read(bytes(data)).raw_messages())
+
+
+@pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
+def test_a_flipped_byte_is_an_error_with_a_place_or_other_messages(compression: str) -> None:
+    whole = bag_bytes(some_rows(), compression=compression, chunk_bytes=400)
+    rng = random.Random(1)  # noqa: S311
+    places = [at for at in range(len(whole)) if not 90 < at < 4117]
+    for at in rng.sample(places, min(len(places), 400)):
+        data = bytearray(whole)
+        data[at] ^= 1 << rng.randrange(8)
+        for rebuild in (False, True):
+            with contextlib.suppress(BagError):
+                list(read(bytes(data), rebuild_index=rebuild).raw_messages())
+
+
+def test_bags_of_format_1_2_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipros.bag.old_format._PART_BYTES", 500)
+    rows = some_rows()
+    data = old_bag_bytes(rows)
+    bag = read(data)
+
+    assert bag.layout.version.number == 102
+    assert rows_of(bag) == values(rows)
+    assert bag.damage == []
+    cut = read(data[:-3])
+    assert rows_of(cut) == values(rows)[:-1]
+    assert "cut off" in cut.damage[0]
+
+
+def test_two_iterations_at_once_do_not_disturb_each_other() -> None:
+    bag = read(bag_bytes(some_rows(), chunk_bytes=200, compression="bz2"))
+
+    pairs = list(zip(bag.raw_messages(), bag.raw_messages(), strict=True))
+
+    assert len(pairs) == 30
+    assert all(one == other for one, other in pairs)

@@ -1,0 +1,74 @@
+from __future__ import annotations
+
+import io
+
+import pytest
+
+from pipros.bag import BagError, BagReader
+from tests.support.bags import bag_bytes, rows_of, some_rows, values
+
+ROWS = some_rows(12)
+
+
+def rebuilt(data: bytes) -> BagReader:
+    return BagReader(io.BytesIO(data), rebuild_index=True)
+
+
+@pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
+def test_a_file_cut_at_any_byte_gives_all_complete_chunks(compression: str) -> None:
+    whole = bag_bytes(ROWS, compression=compression, chunk_bytes=250)
+    chunks = BagReader(io.BytesIO(whole)).layout
+    ends = [chunk.position for chunk in chunks.chunks[1:]] + [chunks.index_position]
+    for size in range(4117, len(whole)):
+        bag = rebuilt(whole[:size])
+        found = rows_of(bag)
+        complete = sum(
+            sum(chunk.counts.values()) for chunk, end in zip(chunks.chunks, ends, strict=True) if end <= size
+        )
+        assert found == values(ROWS)[: len(found)]
+        assert len(found) >= complete
+
+
+def test_a_file_cut_within_its_start_is_empty_or_refused() -> None:
+    whole = bag_bytes(ROWS)
+    for size in range(13):
+        with pytest.raises(BagError):
+            rebuilt(whole[:size])
+    for size in [*range(13, 120), 4000, 4116]:
+        assert rows_of(rebuilt(whole[:size])) == []
+
+
+def test_a_chunk_that_was_being_written_gives_its_complete_messages() -> None:
+    """Genuine rosbag writes uncompressed chunks bit by bit, with a size of zero until they end."""
+    whole = bytearray(bag_bytes(ROWS))
+    index = BagReader(io.BytesIO(bytes(whole))).chunk_header(0)
+    header = whole.index(b"size=") + 5
+    whole[header : header + 8] = bytes(8)
+    cut = bytes(whole[: index.data_position + index.data_size - 3])
+
+    bag = rebuilt(cut)
+
+    assert rows_of(bag) == values(ROWS)[:-1]
+    assert "was not finished" in bag.damage[0]
+
+
+def test_chunks_behind_a_damaged_place_are_found() -> None:
+    whole = bytearray(bag_bytes(ROWS, compression="bz2", chunk_bytes=250))
+    layout = BagReader(io.BytesIO(bytes(whole))).layout
+    second = layout.chunks[1].position
+    whole[second : second + 8] = b"\xff" * 8
+
+    bag = rebuilt(bytes(whole))
+
+    lost = sum(layout.chunks[1].counts.values())
+    assert len(rows_of(bag)) == len(ROWS) - lost
+    assert f"byte {second}" in bag.damage[0]
+
+
+def test_progress_is_told() -> None:
+    told: list[int] = []
+
+    BagReader(io.BytesIO(bag_bytes(ROWS)), rebuild_index=True, progress=told.append)
+
+    assert told == sorted(told)
+    assert told[0] == 13
