@@ -16,6 +16,7 @@ from tests.support.genuine import INSTALL, is_required, missing_packages
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Processes
 from tests.support.ros import RosSystem
+from tests.support.started import STARTED
 
 # How long an example takes says nothing about the code on a machine that does other things as well.
 settings.register_profile("pipros", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -38,10 +39,20 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
     return True if collection_path.is_relative_to(_INTEROP) and missing_packages() else None
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup() -> None:
+    STARTED.begin_test()
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """In continuous integration a test that is skipped proves nothing, so it is a failure."""
+    """The report of a failure shows what every program of the test printed.
+
+    In continuous integration a test that is skipped proves nothing, so it is a failure.
+    """
     report = yield
+    if report.failed:
+        report.sections += STARTED.sections()
     if report.skipped and is_required() and not hasattr(report, "wasxfail"):
         report.outcome = "failed"
         report.longrepr = f"skipped, which nothing may be in continuous integration: {report.longrepr}"

@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
+from tests.support.started import STARTED
 from tests.support.waiting import wait_until
 
 _VARIABLE = "PIPROS_TEST_RUN"
@@ -35,6 +36,7 @@ class Process:
         self.stdout: list[str] = []
         self.stderr: list[str] = []
         self.lines: list[str] = []
+        self._printed_at: list[str] = []
         self._changed = threading.Condition()
         self._popen = subprocess.Popen(
             self.argv,
@@ -54,6 +56,7 @@ class Process:
         ]
         for reader in self._readers:
             reader.start()
+        STARTED.add(self)
 
     def _read(self, stream: IO[str], lines: list[str]) -> None:
         with contextlib.closing(stream):
@@ -61,6 +64,7 @@ class Process:
                 with self._changed:
                     lines.append(line.rstrip("\n"))
                     self.lines.append(line.rstrip("\n"))
+                    self._printed_at.append(STARTED.elapsed())
                     self._changed.notify_all()
 
     @property
@@ -79,6 +83,12 @@ class Process:
     def output(self) -> str:
         """Everything it printed so far."""
         return "\n".join(self.lines)
+
+    @property
+    def transcript(self) -> list[str]:
+        """Everything it printed so far, with the second of the test; and how it ended."""
+        lines = [f"{at} {line}" for at, line in zip(self._printed_at, self.lines, strict=False)]
+        return lines if self.is_running else [*lines, f"(exit code {self.returncode})"]
 
     def mark(self) -> int:
         """A place in the output, for `wait_for(..., since=mark)`."""

@@ -17,6 +17,8 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from tests.support.started import STARTED
+
 # The exit code of the last command stands in the prompt, so that the end of a command and its result are one.
 _PROMPT = re.compile(r"\[(\d+)\]> $")
 _PROMPT_SETTINGS = {"bash": "[$?]> ", "zsh": "[%?]> "}
@@ -63,6 +65,7 @@ class Terminal:
         self._is_closed = False
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
+        STARTED.add(self)
         self.wait_for_prompt()
 
     def _read(self) -> None:
@@ -73,6 +76,15 @@ class Terminal:
                 with self._changed:
                     self._screen += decode(chunk).replace("\r", "")
                     self._changed.notify_all()
+
+    @property
+    def is_running(self) -> bool:
+        return self._shell.poll() is None
+
+    @property
+    def transcript(self) -> list[str]:
+        """Everything on the screen so far, without escape sequences."""
+        return _ESCAPES.sub("", self._screen).splitlines()
 
     @property
     def output(self) -> str:

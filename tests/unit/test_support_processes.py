@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -10,6 +11,8 @@ import pytest
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Processes
 from tests.support.waiting import wait_until
+
+pytest_plugins = ["pytester"]
 
 
 def test_waiting_returns_the_first_true_value() -> None:
@@ -68,3 +71,30 @@ def test_a_process_that_outlives_its_parent_in_another_session_is_found_and_ende
     with pytest.raises(AssertionError, match=r"left running:\n\d+: .*signal.pause"):
         started.assert_nothing_left(timeout_s=0.2)
     wait_until(lambda: not started.left(), what="the orphan to be gone")
+
+
+def test_the_report_of_a_failure_shows_what_each_program_printed(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
+    pytester.makeconftest("from tests.conftest import *")
+    pytester.makepyfile(
+        """
+        import sys
+
+        def test_before(processes):
+            processes.run(sys.executable, "-c", "print('of another test')")
+
+        def test_fails(processes):
+            processes.run(sys.executable, "-c", "print('all is well'); exit(3)")
+            waits = "import signal; print('up', flush=True); signal.pause()"
+            processes.start(sys.executable, "-c", waits).wait_for("up")
+            assert False
+        """
+    )
+
+    report = pytester.runpytest_subprocess("-p", "no:cacheprovider").stdout.str()
+
+    assert re.search(r"- ended: .*\n +\d+\.\d\d all is well\n\(exit code 3\)\n", report)
+    assert re.search(r"- running: .*\n +\d+\.\d\d up\n", report)
+    assert "of another test" not in report
