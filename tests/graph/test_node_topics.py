@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import struct
 import threading
+from contextlib import closing
 from typing import Any
 
 import pytest
 
+from pipros.env import Environment
 from pipros.errors import Refused
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.errors import SerializationError
 from pipros.net import incoming, sockets
 from pipros.net.incoming import IncomingLink
+from pipros.net.loop import BackgroundLoop
+from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
+from pipros.net.rpc_server import RpcServer
+from pipros.node import Node
 from pipros.node.endpoints import TypeConflict
 from pipros.wire.header import HeaderReader, encode_header
 from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
@@ -246,6 +253,46 @@ def test_a_subscriber_without_a_thread_for_a_publisher_tries_again(
     assert refused.is_set()
     assert subscriber.connection_count == 1
     assert "can't start new thread" in lines[0]
+
+
+def test_a_publisher_that_comes_while_a_subscriber_registers_is_heard(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The master announces it before its own answer, without it, is read."""
+    asked, may_answer = threading.Event(), threading.Event()
+
+    async def request_topic(*_: Any) -> list[Any]:
+        asked.set()
+        await asyncio.to_thread(may_answer.wait, 30)
+        return [1, "", ["TCPROS", "127.0.0.1", talker.endpoints.port]]
+
+    listener = make_node("listener")
+    register = listener.master.register_subscriber
+
+    def register_slowly(topic: str, type_name: str, api: str) -> Any:
+        publishers = register(topic, type_name, api)
+        with closing(MasterClient(listener.master.uri, "/talker")) as client:
+            client.register_publisher(topic, type_name, f"http://127.0.0.1:{server.port}/")
+        assert asked.wait(30)
+        return publishers
+
+    inbox = Inbox()
+    with Master(port=0) as master_of_talker:
+        talker = Node("talker", environment=Environment(master_uri=master_of_talker.uri))
+        server = RpcServer({"requestTopic": request_topic})
+        loop = BackgroundLoop("slow API of the talker")
+        loop.start()
+        loop.run(server.start())
+        with talker:
+            talker.advertise("/chatter", String, latch=True).publish(String("here"))
+            monkeypatch.setattr(listener.master, "register_subscriber", register_slowly)
+            listener.subscribe("/chatter", String, inbox)
+            with RpcClient(listener.uri) as client:  # its answer comes after the list was taken over
+                client.call("getPid", "/test")
+            may_answer.set()
+            assert inbox.wait()[0].data == "here"
+        loop.run(server.stop())
+        loop.stop()
 
 
 def test_the_last_unregister_ends_the_topic(make_node: MakeNode, master: Master) -> None:

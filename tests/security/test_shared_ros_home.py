@@ -97,6 +97,23 @@ def test_what_others_could_have_written_is_not_read(
     assert cache.read("thing") is None
 
 
+def test_a_file_that_another_process_replaces_just_now_is_read(
+    cache: CacheFolder, shared_home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fstat = os.fstat
+
+    def replace_and_fstat(descriptor: int) -> os.stat_result:
+        if stat.S_ISREG(fstat(descriptor).st_mode):
+            (things(shared_home) / "new").write_bytes(b"new")
+            (things(shared_home) / "new").replace(things(shared_home) / "thing")
+        return fstat(descriptor)
+
+    content = (things(shared_home) / "thing").read_bytes()
+    monkeypatch.setattr(os, "fstat", replace_and_fstat)
+
+    assert cache.read("thing") == content
+
+
 @needs_other_users
 @pytest.mark.parametrize("give", GIVEN_AWAY.values(), ids=GIVEN_AWAY)
 def test_what_belongs_to_others_is_not_read(

@@ -189,11 +189,7 @@ class Endpoints:
             found = self._subscriptions.get(topic)
             if found is None:
                 subscription = Subscription(topic, message_class, self._context)
-                entry = SubscriptionEntry(
-                    topic,
-                    subscription.interface.type,
-                    lambda uris: self._context.loop.call(subscription.update_publishers, uris),
-                )
+                entry = SubscriptionEntry(topic, subscription.interface.type, subscription.ask_for_publishers)
                 subscription.observe = self._observer
                 self._subscriptions[topic] = subscription, entry
             else:

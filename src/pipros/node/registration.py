@@ -54,12 +54,15 @@ class PublicationEntry:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SubscriptionEntry:
+    """A subscription. `ask` is called before the master is asked, and returns what takes its answer."""
+
     topic: str
     type: str
-    on_publishers: Callable[[Sequence[str]], None]
+    ask: Callable[[], Callable[[Sequence[str]], object]]
 
     def register(self, master: MasterClient, api: str) -> None:
-        self.on_publishers(master.register_subscriber(self.topic, self.type, api))
+        take = self.ask()
+        take(master.register_subscriber(self.topic, self.type, api))
 
     def unregister(self, master: MasterClient, api: str) -> None:
         master.unregister_subscriber(self.topic, api)

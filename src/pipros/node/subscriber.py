@@ -81,6 +81,7 @@ class Subscription:
         self._turn = DeliveryLock()
         self._lock = threading.Lock()
         self._following = Following(topic, context, self._link)
+        self._announcements = 0  # changed in the event loop only
         self._is_closed = False
 
     # -- callbacks --------------------------------------------------------------
@@ -131,8 +132,23 @@ class Subscription:
     # -- publishers ---------------------------------------------------------------
 
     def update_publishers(self, uris: Iterable[str]) -> None:
-        """Takes over the master's list of publishers. Called in the event loop; see `Following`."""
+        """Takes over a list of publishers that the master announces. Called in the event loop."""
+        self._announcements += 1
         self._following.update(uris)
+
+    def ask_for_publishers(self) -> Callable[[Iterable[str]], object]:
+        """To be called before the master is asked; the result takes its answer, in any thread.
+
+        A list that the master announces meanwhile is newer: its answer, which may lack a publisher that came
+        just then, does not replace it.
+        """
+        before = self._announcements
+
+        def take(uris: Iterable[str]) -> None:
+            if self._announcements == before:
+                self._following.update(uris)
+
+        return lambda uris: self._context.loop.call(take, uris)
 
     @property
     def attempts(self) -> int:
