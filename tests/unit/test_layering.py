@@ -22,6 +22,7 @@ FLOORS: list[list[set[str]]] = [
         {"limits", "warn_once"},
         {"cache_files", "home", "input_file", "log_file"},
         {"names", "env", "wire", "safe"},
+        {"log_folders"},
     ],
     [{"packages", "cmake"}],
     [{"msg"}],

@@ -1,4 +1,4 @@
-"""`pipros`: subcommands for which Noetic has no command."""
+"""`pipros`: what Noetic has no command for, and the map of all commands."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 
 import pipros
+from pipros.cli.command_map import command_map
 from pipros.cli.program import USAGE_ERROR, dispatch, run
 from pipros.cli.streams import command
 
@@ -13,12 +14,18 @@ OVERVIEW = f"""\
 pipros {pipros.__version__}: ROS 1 from pip. ROS' own commands have their own names: roscore, rostopic, …
 
 Commands:
+\tpipros env\tprint what the setup files of a workspace would set
+\tpipros version\tprint the versions of pipros, of Python, and of the ROS that it is
 \tpipros stubs\twrite type stubs for the messages of packages, for editors
 
-Type pipros <command> -h for more detailed usage
+Type pipros <command> -h for more detailed usage, pipros --help for a map of all commands of ROS
 """
 
-SUBCOMMANDS = {"stubs": "pipros.cli.stubs:main"}
+SUBCOMMANDS = {
+    "env": "pipros.cli.show_env:main",
+    "stubs": "pipros.cli.stubs:main",
+    "version": "pipros.cli.version:main",
+}
 
 
 @command
@@ -26,5 +33,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     if arguments == ["--version"]:
         print(pipros.__version__)
+        return 0
+    if arguments[:1] in (["--help"], ["-h"], ["help"]):
+        print(command_map(SUBCOMMANDS))
         return 0
     return run(lambda: dispatch(SUBCOMMANDS, arguments, OVERVIEW, USAGE_ERROR if arguments else 0))

@@ -1,8 +1,7 @@
-"""`rosclean`: shows the size of the log files, and deletes old ones."""
+"""`rosclean`: how much space the log files take, and how to get some of it back."""
 
 from __future__ import annotations
 
-import os
 import shutil
 import sys
 from argparse import ArgumentParser
@@ -10,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.cli.streams import command
-from pipros.env import Environment
+from pipros.log_folders import disk_usage, log_folders, oldest_first, readable, size_of
 
 _MEGABYTE = 1024 * 1024
 
@@ -19,7 +18,7 @@ _MEGABYTE = 1024 * 1024
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs a subcommand and returns its exit code."""
     parser = ArgumentParser(prog="rosclean")
-    subcommands = parser.add_subparsers(dest="command", required=True)
+    subcommands = parser.add_subparsers(dest="command", required=True, metavar="{check,purge}")
     subcommands.add_parser("check", help="Check usage of log files")
     purge = subcommands.add_parser("purge", help="Remove log files")
     purge.add_argument(
@@ -32,50 +31,29 @@ def main(argv: Sequence[str] | None = None) -> int:
         "--size", type=int, help="Maximum total size in MB to keep when deleting old files", metavar="SIZE"
     )
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
-    logs = Environment.from_os().log_dir
-    if not logs.is_dir():
-        return 0
-    if options.command == "check":
-        print(f"{readable(size_of(logs))} ROS node logs")
-        return 0
-    return _purge(logs, options.size, is_confirmed=options.is_confirmed)
+    code = 0
+    for folder, label in log_folders():
+        if options.command == "check":
+            print(f"{readable(disk_usage(folder))} {label}")
+        else:
+            code = _purge(folder, label, options.size, is_confirmed=options.is_confirmed) or code
+    return code
 
 
-def size_of(folder: Path) -> int:
-    """The size of a folder in bytes; links are not followed."""
-    total = 0
-    for place, _, files in os.walk(folder):
-        for name in files:
-            try:
-                total += os.lstat(os.path.join(place, name)).st_size
-            except OSError:
-                continue  # it was deleted meanwhile
-    return total
-
-
-def readable(size: int) -> str:
-    """A size as `du -h` writes it: `544K`, `8.7M`."""
-    amount, units = float(size), ["", "K", "M", "G", "T"]
-    while amount >= 1024 and len(units) > 1:
-        amount /= 1024
-        units.pop(0)
-    return f"{amount:.1f}{units[0]}" if units[0] and amount < 10 else f"{amount:.0f}{units[0]}"
-
-
-def _purge(logs: Path, limit_mb: int | None, *, is_confirmed: bool) -> int:
+def _purge(folder: Path, label: str, limit_mb: int | None, *, is_confirmed: bool) -> int:
     if limit_mb is None:
-        print("Purging ROS node logs.")
-        question = f"rm -rf {logs}"
+        print(f"Purging {label}.")
+        question = f"rm -rf {folder}"
     else:
-        size = size_of(logs)
-        print(
-            f"Purging ROS node logs until directory size is at most {limit_mb} MB "
-            f"(currently {size // _MEGABYTE} MB)."
-        )
-        if size <= limit_mb * _MEGABYTE:
-            print("Directory size is already below the limit.")
+        size_mb = size_of(folder) // _MEGABYTE
+        if size_mb <= limit_mb:
+            print(
+                f"Directory size of {label} is {size_mb} MB which is already below the requested threshold "
+                f"of {limit_mb} MB."
+            )
             return 0
-        question = f"Purge some of old logs in {logs}"
+        print(f"Purging {label} until directory size is at most {limit_mb} MB (currently {size_mb} MB).")
+        question = f"Purge some of old logs in {folder}"
     if not is_confirmed:
         print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
         print(f"Okay to perform:\n\n{question}\n(y/n)?")
@@ -83,9 +61,9 @@ def _purge(logs: Path, limit_mb: int | None, *, is_confirmed: bool) -> int:
             return 0
     try:
         if limit_mb is None:
-            shutil.rmtree(logs)
+            shutil.rmtree(folder)
         else:
-            _delete_oldest(logs, limit_mb * _MEGABYTE)
+            _delete_oldest(folder, limit_mb * _MEGABYTE)
     except OSError as error:
         print(f"ERROR: cannot delete [{error.filename}]: {error.strerror}", file=sys.stderr)
         return 1
@@ -94,9 +72,8 @@ def _purge(logs: Path, limit_mb: int | None, *, is_confirmed: bool) -> int:
 
 def _delete_oldest(logs: Path, limit: int) -> None:
     """Deletes entries, the oldest first, until the folder is small enough."""
-    entries = sorted((entry.lstat().st_mtime, entry) for entry in logs.iterdir() if not entry.is_symlink())
     size = size_of(logs)
-    for _, entry in entries:
+    for entry in oldest_first(logs):
         if size <= limit:
             break
         size -= size_of(entry) if entry.is_dir() else entry.lstat().st_size

@@ -135,22 +135,40 @@ def main(argv: Sequence[str] | None = None) -> None:
     """Prints the shell code; called by the setup files with `shell prefix [--extend] [--local]`."""
     shell, folder, *options = sys.argv[1:] if argv is None else argv
     prefix = Path(folder) if folder else None
+    code = setup_code(
+        prefix, os.environ, shell, extend="--extend" in options, with_underlays="--local" not in options
+    )
+    print(code, end="")
+
+
+def setup_code(
+    prefix: Path | None,
+    variables: Mapping[str, str],
+    shell: str,
+    *,
+    extend: bool = False,
+    with_underlays: bool = True,
+) -> str:
+    """What the setup file of a devel or install space carries out, environment hooks included."""
+    changes = environment_changes(prefix, variables, extend=extend, with_underlays=with_underlays)
+    workspaces = [workspace.prefix for workspace in built_workspaces({**variables, **changes})]
+    return shell_code(changes, shell) + hook_code(find_hooks(workspaces, shell), shell)
+
+
+def environment_changes(
+    prefix: Path | None, variables: Mapping[str, str], *, extend: bool = False, with_underlays: bool = True
+) -> dict[str, str]:
+    """As `workspace_environment`, with the workspaces below that `prefix` was built on."""
     underlays: list[Path] = []
-    if prefix is not None and "--local" not in options:
+    if prefix is not None and with_underlays:
         try:
             listed = (prefix / UNDERLAYS_FILE).read_text("utf-8").split("\0")
             underlays = [Path(entry) for entry in listed if entry and Path(entry, MARKER).is_file()]
         except OSError:
             pass  # the list was not written, or the workspace was moved
-    changes = workspace_environment(
-        prefix,
-        underlays,
-        os.environ,
-        extend="--extend" in options,
-        own_programs=Path(sys.executable).parent,
+    return workspace_environment(
+        prefix, underlays, variables, extend=extend, own_programs=Path(sys.executable).parent
     )
-    workspaces = [workspace.prefix for workspace in built_workspaces({**os.environ, **changes})]
-    print(shell_code(changes, shell) + hook_code(find_hooks(workspaces, shell), shell), end="")
 
 
 UNDERLAYS_FILE = ".pipros_underlays"

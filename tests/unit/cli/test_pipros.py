@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import json
+import platform
 from pathlib import Path
 
 import pytest
 
 from pipros import __version__
+from pipros.cli import command_map
 from pipros.cli.pipros import main
+from pipros.workspace.overlays import MARKER
+from tests.support.environments import REPOSITORY
+from tests.unit.test_packaging import COMMANDS
 
 
 def test_it_says_what_it_can_do(capsys: pytest.CaptureFixture[str]) -> None:
@@ -19,6 +25,75 @@ def test_it_says_what_it_can_do(capsys: pytest.CaptureFixture[str]) -> None:
 def test_it_says_its_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--version"]) == 0
     assert capsys.readouterr().out == f"{__version__}\n"
+
+
+def test_versions_for_a_report(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_DISTRO", "noetic")
+    assert main(["version", "--json"]) == 0
+    versions = json.loads(capsys.readouterr().out)
+    assert versions["pipros"] == __version__
+    assert versions["ros"] == "noetic"
+    assert versions["python"].startswith(platform.python_version())
+    assert Path(versions["location"]).is_dir()
+    assert main(["version"]) == 0
+    assert f"pipros    {__version__}\n" in capsys.readouterr().out
+
+
+def test_help_is_a_map_of_all_commands(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(command_map, "installed_commands", lambda: {*COMMANDS, "mystery"})
+    assert main(["--help"]) == 0
+    words = capsys.readouterr().out.split()
+    assert set(COMMANDS) - {"pipros-complete"} <= set(words)
+    assert words[-3:] == ["Also", "there:", "mystery"]
+
+
+def test_every_command_has_a_place_on_the_map() -> None:
+    placed = {name for commands in command_map.COMMANDS.values() for name in commands}
+    assert set(COMMANDS) - placed == {"pipros", "pipros-complete"}
+
+
+def test_the_map_has_only_commands_that_are_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command_map, "installed_commands", lambda: {"rostopic"})
+    assert "rosnode" not in command_map.command_map([])
+    assert "rostopic" in command_map.command_map([])
+    assert "pipros env" in command_map.command_map(["env"])
+
+
+@pytest.fixture
+def workspace(tmp_path: Path) -> Path:
+    """A workspace as catkin_make leaves it, without packages."""
+    devel = tmp_path / "my ws" / "devel"
+    devel.mkdir(parents=True)
+    (devel / MARKER).write_text(str(tmp_path / "my ws" / "src"))
+    return devel.parent
+
+
+def test_env_prints_what_the_setup_file_would_set(
+    workspace: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("CMAKE_PREFIX_PATH", raising=False)
+    for folder in (workspace, workspace / "devel"):
+        assert main(["env", str(folder)]) == 0
+        assert f"export CMAKE_PREFIX_PATH='{workspace}/devel'\n" in capsys.readouterr().out
+    assert main(["env", "--shell", "fish", str(workspace)]) == 0
+    assert f"set -gx CMAKE_PREFIX_PATH '{workspace}/devel'\n" in capsys.readouterr().out
+    assert main(["env", "--json", str(workspace)]) == 0
+    assert json.loads(capsys.readouterr().out)["ROS_PACKAGE_PATH"].startswith(f"{workspace}/src")
+
+
+def test_env_without_a_workspace_is_that_of_pipros(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
+    assert main(["env"]) == 0
+    assert f"export ROS_PACKAGE_PATH='{REPOSITORY}/src/pipros/share'\n" in capsys.readouterr().out
+
+
+def test_env_says_when_nothing_was_built(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["env", str(tmp_path)]) == 1
+    assert "is no built workspace; run catkin_make" in capsys.readouterr().err
 
 
 def test_stubs_are_written_where_editors_look(

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import rosclean as facade
 from pipros.cli import rosclean, roslaunch_deps
 
 
@@ -16,8 +17,7 @@ def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for number in range(3):
         run = folder / f"run{number}"
         run.mkdir(parents=True)
-        with (run / "x.log").open("wb") as file:
-            file.truncate(3_000_000)
+        (run / "x.log").write_bytes(b"x" * 3_000_000)
         os.utime(run, (number, number))
     (folder / "latest").symlink_to(folder / "run0")
     monkeypatch.setenv("ROS_LOG_DIR", str(folder))
@@ -26,7 +26,18 @@ def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_check_tells_the_size(logs: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert rosclean.main(["check"]) == 0
-    assert capsys.readouterr().out == "8.6M ROS node logs\n"
+    assert capsys.readouterr().out in ("8.6M ROS node logs\n", "8.7M ROS node logs\n")  # folders count, too
+
+
+def test_python_code_can_ask_for_the_size(logs: Path, tmp_path: Path) -> None:
+    assert 9_000_000 <= facade.get_disk_usage(str(logs)) < 9_100_000
+    assert facade.get_human_readable_disk_usage(str(logs)) in ("8.6M", "8.7M")
+    with pytest.raises(facade.CleanupException, match="must be a folder"):
+        facade.get_disk_usage(str(tmp_path / "none"))
+    facade.rosclean_main(["rosclean", "purge", "-y"])
+    assert not logs.exists()
+    with pytest.raises(SystemExit):
+        facade.rosclean_main(["rosclean", "nonsense"])
 
 
 def test_purge_deletes_everything_once_confirmed(logs: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -45,8 +45,10 @@ def candidates(words: Sequence[str], index: PackageIndex) -> Iterable[str]:
 
 
 def _of_subcommand(command: str, before: Sequence[str], current: str, index: PackageIndex) -> Iterable[str]:
-    if command == "rospack":
+    if command in ("rospack", "rosstack"):
         return _packages(index)
+    if command == "pipros":
+        return _packages(index) if before[0] == "stubs" else []
     if command in _KINDS:
         if before[0] == "package":
             return _packages(index)

@@ -12,7 +12,9 @@ from importlib import import_module
 SUBCOMMANDS = {
     "rosaction": "info list md5 package packages show",
     "rosbag": "check compress decompress filter fix help info play record reindex",
+    "pipros": "env stubs version",
     "rosclean": "check purge",
+    "rosconsole": "echo get list set",
     "rosmsg": "info list md5 package packages show",
     "rosnode": "cleanup info kill list machine ping",
     "rospack": "cflags-only-I cflags-only-other depends depends-indent depends-manifests depends-msgsrv "
@@ -21,6 +23,8 @@ SUBCOMMANDS = {
     "rosparam": "delete dump get list load set",
     "rosservice": "args call find info list type uri",
     "rossrv": "info list md5 package packages show",
+    "rosstack": "contains contains-path contents depends depends-indent depends-manifests depends-on "
+    "depends-on1 depends-why depends1 find help list list-names profile",
     "rostopic": "bw delay echo find hz info list pub type",
 }
 

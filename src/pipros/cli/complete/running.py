@@ -34,7 +34,9 @@ def _registered(command: str, before: Sequence[str]) -> list[str]:
             return client.get_param_names()
         if command == "rostopic":
             return sorted(name for name, _ in client.get_topic_types())
-        if command in ("rosservice", "rosnode"):
+        if command == "rosconsole" and before[0] == "echo":
+            return []
+        if command in ("rosservice", "rosnode", "rosconsole"):
             state = SystemState.from_state(client.get_system_state())
             return sorted(state.services) if command == "rosservice" else state.nodes()
     except PiprosError:

@@ -1,0 +1,95 @@
+"""All commands, by what a person wants to do."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Iterable
+
+import pipros
+
+COMMANDS: dict[str, dict[str, str]] = {
+    "Run": {
+        "roscore": "start a master, the parameter server and /rosout",
+        "rosmaster": "start a master alone",
+        "rosrun": "run one program of a package",
+        "roslaunch": "run all that a launch file names, with parameters and remappings",
+        "roslaunch-check": "check launch files without starting anything",
+        "roslaunch-deps": "list the packages that launch files need",
+        "roslaunch-logs": "print the folder with the logs of the running system",
+        "roslaunch-complete": "print the arguments that a launch file takes",
+    },
+    "Look at a running system, and talk to it": {
+        "rostopic": "list, print, measure and publish topics",
+        "rosnode": "list, describe, ping and end nodes",
+        "rosservice": "list, describe and call services",
+        "rosparam": "list, read, set, save and load parameters",
+        "rosconsole": "print what nodes log, and set their levels",
+        "rosgraph": "print who sends to whom, whenever that changes",
+    },
+    "Find out what is wrong": {
+        "pipros doctor": "check the environment, every node, topic and service, and say what to do",
+        "roswtf": "the checks of Noetic, in its words",
+        "rosclean": "tell how much room log files take, and delete them",
+    },
+    "Record and play": {
+        "rosbag": "record, play, describe, repair and filter bag files",
+    },
+    "Look up messages, services and actions": {
+        "rosmsg": "show, find and list messages",
+        "rossrv": "show, find and list services",
+        "rosaction": "show, find and list actions",
+        "rosmsg-proto": "print a prototype of a message to fill in",
+        "pipros stubs": "write type stubs for editors",
+    },
+    "Make packages and workspaces": {
+        "catkin_create_pkg": "make a package",
+        "catkin_init_workspace": "make the CMakeLists.txt of a workspace",
+        "catkin_make": "build a workspace, install it, run its tests",
+        "catkin_make_isolated": "build each package of a workspace by itself",
+        "catkin_find": "find files of packages in built workspaces",
+        "catkin_topological_order": "list packages in the order of their dependencies",
+        "pipros env": "print what the setup files of a workspace would set",
+    },
+    "Find packages": {
+        "rospack": "find packages, and which need which",
+        "rosstack": "find stacks, and which need which",
+        "rosversion": "print the version of a package, or of the distribution",
+        "pipros version": "print the versions of pipros and of Python",
+    },
+    "Test": {
+        "rostest": "run the tests of a launch file, each with a master of its own",
+        "rosunit": "run one test program without ROS around it",
+        "catkin_test_results": "sum up the results of tests",
+    },
+}
+"""Heading, then command and purpose. Only what is installed is printed."""
+
+
+def installed_commands() -> set[str]:
+    """The commands that the distribution brings along."""
+    try:
+        points = importlib.metadata.distribution("pipros").entry_points
+    except importlib.metadata.PackageNotFoundError:  # run from a source tree
+        return {name for commands in COMMANDS.values() for name in commands}
+    return {point.name for point in points if point.group == "console_scripts"}
+
+
+def command_map(subcommands: Iterable[str]) -> str:
+    """The map as text: commands under headings, those that are not listed here under the last one.
+
+    `subcommands` are those of `pipros` itself.
+    """
+    installed = installed_commands() | {f"pipros {name}" for name in subcommands}
+    width = max(len(name) for name in installed)
+    lines = [f"pipros {pipros.__version__}: ROS 1 from pip. Type a command with -h for its usage."]
+    listed: set[str] = {"pipros", "pipros-complete"}
+    for heading, commands in COMMANDS.items():
+        present = {name: purpose for name, purpose in commands.items() if name in installed}
+        listed |= present.keys()
+        if present:
+            lines += ["", f"{heading}:"]
+            lines += [f"  {name:{width}}  {purpose}" for name, purpose in present.items()]
+    others = sorted(installed - listed)
+    if others:
+        lines += ["", "Also there:", *(f"  {name}" for name in others)]
+    return "\n".join(lines)

@@ -1,0 +1,34 @@
+"""`rosconsole`: the levels of other nodes' loggers, and what nodes log."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from pipros.cli.program import USAGE_ERROR, dispatch, run
+from pipros.cli.streams import command
+
+OVERVIEW = """\
+rosconsole is a command-line tool for configuring the logger level of ROS nodes.
+
+Commands:
+\trosconsole get\tdisplay level for a logger
+\trosconsole list\tlist loggers for a node
+\trosconsole set\tset level for a logger
+\trosconsole echo\tprint logger messages
+
+Type rosconsole <command> -h for more detailed usage, e.g. 'rosconsole list -h'
+"""
+
+SUBCOMMANDS = {
+    "get": "pipros.cli.rosconsole.levels:show_level",
+    "list": "pipros.cli.rosconsole.levels:list_loggers",
+    "set": "pipros.cli.rosconsole.levels:change_level",
+    "echo": "pipros.cli.rosconsole.echo:echo",
+}
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    return run(lambda: dispatch(SUBCOMMANDS, arguments, OVERVIEW, USAGE_ERROR))

@@ -1,0 +1,137 @@
+"""`rosconsole echo`: what nodes log, as it comes."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from argparse import ArgumentParser
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from typing import Any
+
+from pipros.graph.client import GraphClient
+from pipros.graph.loggers import LEVELS
+from pipros.names import parse_arguments
+from pipros.printable import listed, printable_lines
+
+#: The numbers of rosgraph_msgs/Log, and the colours that Noetic gives them.
+_NUMBERS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
+_COLOURS = {"DEBUG": 92, "INFO": 97, "WARN": 93, "ERROR": 91, "FATAL": 95}
+_NAMES = {number: name for name, number in _NUMBERS.items()}
+_INDENT = " " * 10
+
+
+def echo(argv: Sequence[str]) -> int:
+    arguments = parse_arguments(argv)
+    parser = ArgumentParser(prog="rosconsole echo", description="Print logger messages")
+    parser.add_argument(
+        "filter",
+        metavar="FILTER",
+        type=_pattern,
+        nargs="?",
+        default=_pattern(".*"),
+        help="regular expression to filter the logger name (default: .*)",
+    )
+    parser.add_argument(
+        "-l",
+        "--level",
+        choices=LEVELS,
+        default="warn",
+        metavar="LEVEL",
+        help="minimum logger level to print (default: %(default)s)",
+    )
+    parser.add_argument("-1", "--once", action="store_true", help="prints one logger message and exits")
+    parser.add_argument(
+        "--topic",
+        metavar="TOPIC",
+        default="/rosout",
+        help="topic to read the logger messages from (default: %(default)s)",
+    )
+    parser.add_argument("--nocolor", action="store_true", help="output without color")
+    parser.add_argument("-v", "--verbose", action="store_true", help="print full logger details")
+    options = parser.parse_args(arguments.rest)
+    printer = LogPrinter(
+        options.filter,
+        _NUMBERS[options.level.upper()],
+        is_coloured=not options.nocolor and sys.stdout.isatty() and not os.environ.get("NO_COLOR"),
+        is_verbose=options.verbose,
+    )
+    _follow(options.topic, printer, is_once=options.once, argv=argv)
+    return 0
+
+
+def _pattern(text: str) -> re.Pattern[str]:
+    try:
+        return re.compile(text)
+    except re.error as error:
+        raise ValueError(str(error)) from None
+
+
+def _follow(topic: str, printer: LogPrinter, *, is_once: bool, argv: Sequence[str]) -> None:
+    from pipros.cli.command_node import command_node
+    from pipros.graph.listening import Listening
+    from pipros.graph.message_classes import MessageClasses
+
+    with GraphClient("rosconsole") as graph:
+        graph.master.get_pid()  # so that a missing master is an error, not a wait
+        name = graph.resolve(topic)
+    classes = MessageClasses()
+    with command_node("rosconsole", argv) as node:
+        listening = Listening(node)
+
+        def show(message: Any) -> None:
+            if printer.show(classes.decode(message)) and is_once:
+                listening.finish()
+
+        listening.subscribe(name, show)
+        listening.wait()
+
+
+class LogPrinter:
+    """Prints messages of rosgraph_msgs/Log that pass a level and a filter."""
+
+    def __init__(
+        self,
+        pattern: re.Pattern[str],
+        level: int,
+        *,
+        is_coloured: bool,
+        is_verbose: bool,
+        write: Callable[[str], object] | None = None,
+    ) -> None:
+        """`pattern` is looked for in the name of the node; `level` is a number of rosgraph_msgs/Log."""
+        self._pattern = pattern
+        self._level = level
+        self._is_coloured = is_coloured
+        self._is_verbose = is_verbose
+        self._write = write or _to_stdout
+
+    def show(self, message: Any) -> bool:
+        """Prints a message, unless it is left out; True when it was printed."""
+        if message.level < self._level or not self._pattern.search(message.name):
+            return False
+        level = _NAMES.get(message.level, str(message.level))
+        padded, name = f"{level:5}", listed(message.name)
+        if self._is_coloured:
+            padded = f"\x1b[{_COLOURS.get(level, 97)}m{padded}\x1b[0m"
+            name = f"\x1b[1m{name}\x1b[22m"
+        lines = [f"[ {padded} ] [{name}]: {printable_lines(message.msg)}"]
+        if self._is_verbose:
+            lines.append(f"{_INDENT}{_details(message)}")
+        self._write("\n".join(lines))
+        return True
+
+
+def _details(message: Any) -> str:
+    seconds = message.header.stamp.to_sec()
+    try:
+        when = str(datetime.fromtimestamp(seconds).astimezone())
+    except (OverflowError, OSError, ValueError):
+        when = "-"
+    place = f"{listed(message.function)}]: {listed(message.file)}:{message.line}"
+    return f"[{when} ({seconds:.6f})] [{place}"
+
+
+def _to_stdout(text: str) -> None:
+    print(text, flush=True)

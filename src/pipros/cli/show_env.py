@@ -1,0 +1,64 @@
+"""`pipros env`: what the setup files of a workspace would set, without sourcing them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from argparse import ArgumentParser
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipros.cli.program import CommandError, run
+from pipros.cli.streams import command
+
+SHELLS = ("sh", "fish", "powershell")
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    parser = ArgumentParser(
+        prog="pipros env",
+        description="Print what setup.bash of a workspace would set, as commands of a shell: "
+        'eval "$(pipros env ~/catkin_ws)" does what sourcing the file does. Without a workspace it is the '
+        "environment of pipros alone.",
+    )
+    parser.add_argument(
+        "workspace", nargs="?", help="a workspace, or its devel or install folder (default: none)"
+    )
+    parser.add_argument("--shell", choices=SHELLS, default="sh", help="the shell (default: %(default)s)")
+    parser.add_argument(
+        "--extend", action="store_true", help="keep the workspaces that are set up already, below this one"
+    )
+    parser.add_argument(
+        "--json", action="store_true", help="print one JSON object of the variables that change"
+    )
+    options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
+
+    def body() -> int:
+        space = None if options.workspace is None else built_space(Path(options.workspace))
+        from pipros.workspace.environment import environment_changes, setup_code
+
+        if options.json:
+            import json
+
+            print(json.dumps(environment_changes(space, os.environ, extend=options.extend), indent=2))
+        else:
+            print(setup_code(space, os.environ, options.shell, extend=options.extend), end="")
+        return 0
+
+    return run(body)
+
+
+def built_space(folder: Path) -> Path:
+    """The devel or install space that a folder is, or has.
+
+    Raises:
+        CommandError: nothing was built there.
+    """
+    from pipros.workspace.overlays import MARKER
+
+    folder = folder.absolute()
+    for space in (folder, folder / "devel", folder / "install"):
+        if (space / MARKER).is_file():
+            return space
+    raise CommandError(f"[{folder}] is no built workspace; run catkin_make there, or name its devel folder")

@@ -1,0 +1,43 @@
+"""`pipros version`: what to name in a report of a bug."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import sys
+from argparse import ArgumentParser
+from collections.abc import Sequence
+
+import pipros
+from pipros.cli.streams import command
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    parser = ArgumentParser(
+        prog="pipros version", description="Print the versions of pipros, Python and the ROS that it is."
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
+    versions = versions_of_process()
+    if options.json:
+        print(json.dumps(versions))
+    else:
+        width = max(map(len, versions))
+        for name, version in versions.items():
+            print(f"{name:{width}}  {version}")
+    return 0
+
+
+def versions_of_process() -> dict[str, str]:
+    """Name to version or place, in the order in which a person wants them."""
+    from pipros.cli.rosversion import DISTRO
+
+    return {
+        "pipros": pipros.__version__,
+        "ros": os.environ.get("ROS_DISTRO") or DISTRO,
+        "python": f"{platform.python_version()} ({sys.executable})",
+        "system": platform.platform(),
+        "location": os.path.dirname(os.path.abspath(pipros.__file__)),
+    }

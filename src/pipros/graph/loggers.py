@@ -1,0 +1,65 @@
+"""The loggers of other nodes, and their levels, by the services that every node has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pipros.graph.errors import GraphError
+from pipros.net.master_client import MasterClient
+
+if TYPE_CHECKING:
+    from pipros.node.service_server import ServiceClass
+
+LEVELS = ("debug", "info", "warn", "error", "fatal")
+
+CALL_LIMIT_S = 10.0
+"""How long a node may take to answer; one that hangs must not hang the command as well."""
+
+
+def levels_of(master: MasterClient, node: str) -> dict[str, str]:
+    """The level of each logger of a node, as it writes them: rospy in capitals, roscpp not.
+
+    Raises:
+        GraphError: nobody of that name answers.
+    """
+    answer = _call(master, node, "get_loggers", "roscpp/GetLoggers")
+    return {str(logger.name): str(logger.level) for logger in answer.loggers}
+
+
+def set_level(master: MasterClient, node: str, logger: str, level: str) -> None:
+    """Sets the level of one logger of a node, if it is another one now.
+
+    Raises:
+        GraphError: nobody of that name answers, or it has no such logger.
+    """
+    levels = levels_of(master, node)
+    if logger not in levels:
+        raise GraphError(f"node {node} does not contain logger {logger}")
+    if levels[logger].upper() != level.upper():
+        _call(master, node, "set_logger_level", "roscpp/SetLoggerLevel", logger=logger, level=level)
+
+
+def nodes_with_loggers(master: MasterClient) -> list[str]:
+    """The nodes whose levels can be set, sorted."""
+    from pipros.graph.services import nodes_by_service
+
+    suffix = "/set_logger_level"
+    return [name.removesuffix(suffix) for name in nodes_by_service(master) if name.endswith(suffix)]
+
+
+def _call(master: MasterClient, node: str, service: str, type_name: str, **fields: str) -> Any:
+    from pipros.graph.services import uri_of
+    from pipros.msg import load_service_class
+    from pipros.node.service_client import OpenCalls, ServiceClient, ServiceFailed
+
+    name = f"{node.rstrip('/')}/{service}"
+    if uri_of(master, name) is None:
+        raise GraphError(f"Service [{name}] is not available.")
+    service_class: ServiceClass = load_service_class(type_name)
+    client = ServiceClient(name, service_class, master=lambda: master, calls=OpenCalls())
+    try:
+        return client.call(service_class._request_class(**fields), timeout_s=CALL_LIMIT_S)
+    except ServiceFailed as error:
+        raise GraphError(f"service [{name}] failed: {error}") from None
+    finally:
+        client.close()

@@ -1,0 +1,94 @@
+"""`rosconsole` of pipros beside that of genuine ROS, on nodes of both."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import pytest
+
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+
+LOGGING_NODE = (
+    "import rospy; rospy.init_node('speaker'); rate = rospy.Rate(10)\n"
+    "while not rospy.is_shutdown():\n"
+    "    rospy.loginfo('in'); rospy.logwarn('one\\ntwo'); rospy.logfatal('bad'); rate.sleep()\n"
+)
+
+QUESTIONS = (
+    "rosconsole list /speaker",
+    "rosconsole get speaker rosout",
+    "rosconsole set /speaker rosout DEBUG",
+    "rosconsole get /speaker rosout",
+    "rosconsole set /speaker rosout info",
+    "rosconsole get /speaker rosout",
+    "rosconsole echo -1 -v -l fatal --topic /rosout",
+)
+
+MISTAKES = (
+    "rosconsole nonsense",
+    "rosconsole list",
+    "rosconsole list -h",
+    "rosconsole list /nobody",
+    "rosconsole get /speaker",
+    "rosconsole get /speaker nothing",
+    "rosconsole get a b c",
+    "rosconsole set -h",
+    "rosconsole set /speaker rosout",
+    "rosconsole set /speaker rosout loud",
+    "rosconsole set /speaker nothing debug",
+    "rosconsole echo -h",
+    "rosconsole echo -l LOUD",
+)
+
+
+@pytest.fixture(params=["genuine", "pipros"])
+def speaker(request: pytest.FixtureRequest, ros: RosSystem) -> Process:
+    """A node that logs, of either side, with a master of the other."""
+    side, other = (ros.genuine, ros.pipros) if request.param == "genuine" else (ros.pipros, ros.genuine)
+    other.start_master()
+    python = "/usr/bin/python3" if side is ros.genuine else "python"
+    process = side.start(python, "-c", LOGGING_NODE)
+    process.wait_for("bad")
+    return process
+
+
+def test_both_get_the_same_answers(ros: RosSystem, speaker: Process) -> None:
+    assert differences(ros, QUESTIONS) == {}
+
+
+@pytest.mark.parametrize("speaker", ["pipros"], indirect=True)
+def test_both_understand_mistakes_alike(ros: RosSystem, speaker: Process) -> None:
+    assert differences(ros, MISTAKES) == {}
+
+
+def differences(ros: RosSystem, commands: Sequence[str]) -> dict[str, object]:
+    """What both did, where it was not the same."""
+    different: dict[str, object] = {}
+    for command in commands:
+        outcomes = []
+        for side in (ros.genuine, ros.pipros):
+            done = side.run(*command.split())
+            outcomes.append((done.returncode, _plain(done.stdout), _plain(done.stderr)))
+        if outcomes[0] != outcomes[1]:
+            different[command] = outcomes
+    return different
+
+
+def _plain(lines: list[str]) -> list[str]:
+    """Without colours, which genuine rosconsole prints into pipes, and without times."""
+    text = re.sub(r"\x1b\[\d+m", "", "\n".join(lines))
+    text, _, _ = text.partition("Exception in thread")  # genuine rosconsole, at times, when it ends
+    return re.sub(r"\[\d{4}-.* \([\d.]+\)\]", "[WHEN]", text).split("\n")
+
+
+def test_a_roscpp_node_obeys(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    ros.genuine.start("rosrun", "cpp_battery", "battery_listener", "battery_topic:=/battery_topic")
+    ros.wait_for_subscriber("/battery_topic")
+    for command in ("list cpp_listener", "get cpp_listener ros", "get cpp_listener ros.roscpp"):
+        genuine, pipros = (side.run("rosconsole", *command.split()) for side in (ros.genuine, ros.pipros))
+        assert (pipros.returncode, pipros.stdout) == (genuine.returncode, genuine.stdout)
+    assert ros.pipros.run("rosconsole", "set", "/cpp_listener", "ros", "error").returncode == 0
+    assert ros.genuine.run("rosconsole", "get", "/cpp_listener", "ros").stdout == ["error"]
