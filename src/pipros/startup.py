@@ -13,9 +13,28 @@ from pipros.msg.importing.hook import install
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
     from importlib.machinery import ModuleSpec
+    from importlib.metadata import Distribution, DistributionFinder
     from types import ModuleType
+
+
+class _DistributionFinder:
+    """Answers `importlib.metadata` about the packages that come with pipros. Finds no modules."""
+
+    def find_spec(
+        self, _name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        return None
+
+    def find_distributions(self, context: DistributionFinder.Context) -> Iterable[Distribution]:
+        # Lists of all distributions, or of those in given folders, are about what pip has installed.
+        if context.name is None or "path" in vars(context):
+            return ()
+        from pipros.packages.distributions import shipped_distribution
+
+        found = shipped_distribution(context.name)
+        return () if found is None else (found,)
 
 
 class _RospkgFinder:
@@ -35,3 +54,4 @@ class _RospkgFinder:
 install()
 if not any(isinstance(finder, _RospkgFinder) for finder in sys.meta_path):
     sys.meta_path.insert(0, _RospkgFinder())
+    sys.meta_path.append(_DistributionFinder())

@@ -34,8 +34,15 @@ PACKAGES = {
         "<doc_depend>doxygen</doc_depend><export>"
         '<messages plugin="${prefix}/p2.xml"/><messages plugin="p3.xml"/><python path="x"/></export>',
     ),
+    "all_of_them": (2, "<exec_depend>flags</exec_depend><export><metapackage/></export>"),
     "conditions": (3, '<exec_depend condition="$ROS_PYTHON_VERSION == 3">all_kinds</exec_depend>'),
 }
+
+DRY_MANIFEST = """\
+<package><description brief="b">d</description><author>A</author><license>BSD</license>
+<depend package="flags"/><depend package="bottom"/><rosdep name="boost"/>
+<export><cpp cflags="-DD"/><messages plugin="${prefix}/p.xml"/></export></package>
+"""
 
 PKG_CONFIG = """\
 Name: flags
@@ -54,12 +61,12 @@ ABOUT_ONE = [
 FLAGS = ["cflags-only-I", "cflags-only-other", "libs-only-L", "libs-only-l", "libs-only-other"]
 
 QUESTIONS = [
-    *([command, package] for command in ABOUT_ONE for package in (*PACKAGES, "nowhere")),
+    *([command, package] for command in ABOUT_ONE for package in (*PACKAGES, "dry", "nowhere")),
     *([command, *more, "flags"] for command in FLAGS for more in ([], ["--deps-only"])),
     *([command, "bottom"] for command in FLAGS),
     *(["export", f"--lang={lang}", f"--attrib={attribute}", package]
       for lang, attribute in (("cpp", "cflags"), ("rosbag", "migration_rule_file"), ("messages", "plugin"))
-      for package in ("flags", "old_form", "all_kinds")),
+      for package in ("flags", "old_form", "all_kinds", "dry")),
     ["export", "--lang=cpp", "--attrib=cflags", "--deps-only", "old_form"],
     ["export", "--lang=cpp", "flags"],
     ["plugins", "--attrib=plugin", "messages"],
@@ -88,6 +95,9 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
         folder = base / "src" / name
         folder.mkdir(parents=True)
         (folder / "package.xml").write_text(MANIFEST.format(format=form, name=name, content=content))
+    (base / "src" / "stack" / "dry" / "inner").mkdir(parents=True)
+    for folder in ("dry", "dry/inner"):
+        (base / "src" / "stack" / folder / "manifest.xml").write_text(DRY_MANIFEST)
     for kind in ("msg", "srv"):
         (base / "src" / "messages" / kind).mkdir()
     devel = base / "devel"

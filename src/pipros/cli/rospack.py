@@ -200,9 +200,7 @@ def _depends_indent(query: _Query) -> list[str]:
 
 
 def _depends_manifests(query: _Query) -> list[str]:
-    return [
-        " ".join(str(query.index.find(name).path / "package.xml") for name in query.graph.all(query.package))
-    ]
+    return [" ".join(str(query.index.find(name).manifest_file) for name in query.graph.all(query.package))]
 
 
 def _depends_msgsrv(query: _Query) -> list[str]:
@@ -247,13 +245,11 @@ def _export(query: _Query) -> list[str]:
 
 
 def _rosdep(query: _Query) -> list[str]:
-    name = query.package
-    needed = {key for package in [name, *query.graph.all(name)] for key in query.graph.named(package)}
-    return [f"name: {key}" for key in sorted(needed)]
+    return [f"name: {key}" for key in query.graph.rosdeps(query.package)]
 
 
 def _rosdep0(query: _Query) -> list[str]:
-    return [f"name: {needed}" for needed in query.graph.named(query.package)]
+    return [f"name: {key}" for key in query.graph.rosdeps(query.package, only_direct=True)]
 
 
 def _nothing(query: _Query) -> list[str]:

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 from pipros.cli.program import run
 from pipros.cli.streams import command
-from pipros.input_file import read_file
 from pipros.workspace.index import Package, PackageIndex
 
 DISTRO = "noetic"
@@ -46,7 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if options.all:
             print("\n".join(f"{package.name}: {version_of(package)}" for package in index), end=end)
             return 0
-        package = index.get(options.package)
+        package = index.get(options.package) or index.metapackage(options.package)
         if package is None:
             print(f"Cannot locate [{options.package}]")
             return 1
@@ -62,8 +61,6 @@ def version_of(package: Package) -> str:
     Raises:
         XmlError: the manifest is malformed.
     """
-    from pipros.safe.xml import parse
+    from pipros.workspace.manifest import read_manifest
 
-    manifest = package.path / "package.xml"
-    version = parse(read_file(manifest), str(manifest)).first("version")
-    return version.text.strip() if version else UNKNOWN_VERSION
+    return read_manifest(package.path).version or UNKNOWN_VERSION

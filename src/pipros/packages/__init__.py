@@ -10,6 +10,7 @@ import os
 TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
 if TYPE_CHECKING:
     from pipros.packages.package_folders import PackageFolders
+    from pipros.packages.setup_modules import SetupModules
 
 SHARE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "share")
 """The folder of the packages that come with pipros."""
@@ -21,6 +22,7 @@ class ImportablePackages:
     def __init__(self) -> None:
         self._path = ""
         self._folders: PackageFolders | None = None
+        self._modules: SetupModules | None = None
 
     def find(self, name: str) -> str | None:
         """The folder of a package, or None. `ROS_PACKAGE_PATH` wins over the packages of pipros."""
@@ -30,6 +32,23 @@ class ImportablePackages:
             shipped = os.path.join(SHARE, name)
             found = shipped if os.path.isdir(shipped) else None
         return found
+
+    def find_module(self, name: str, package: str | None) -> str | None:
+        """The path of a module, or of the folder of a Python package, that a `setup.py` names; or None.
+
+        Args:
+            package: the folder of the ROS package of that name; only its `setup.py` counts then. None for the
+                packages of `ROS_PACKAGE_PATH`.
+        """
+        path = os.environ.get("ROS_PACKAGE_PATH", "")
+        if package is None and not path:
+            return None
+        if self._modules is None:
+            from pipros.packages.setup_modules import SetupModules
+
+            self._modules = SetupModules()
+        packages = self._on_path(path).by_name().values() if package is None else (package,)
+        return self._modules.find(name, packages)
 
     def _on_path(self, path: str) -> PackageFolders:
         if self._folders is None or path != self._path:

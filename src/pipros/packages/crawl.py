@@ -1,6 +1,7 @@
 """Finds the ROS packages below one folder, and checks later whether the result is still valid.
 
-A folder with a `package.xml` is a package. Packages do not nest, so nothing below it is searched.
+A folder with a `package.xml` is a package, or a metapackage; one with a `manifest.xml` is a dry package, from
+the time before catkin. Packages do not nest, so nothing below it is searched.
 Hidden folders and folders marked by `CATKIN_IGNORE`, `COLCON_IGNORE` or `AMENT_IGNORE` are left out;
 `rospack_nosubdirs` ends the search below a folder. Links are followed; each folder is visited once.
 
@@ -19,6 +20,11 @@ import time
 from stat import S_ISREG
 
 MANIFEST = "package.xml"
+DRY_MANIFEST = "manifest.xml"
+
+WET, META, DRY = "wet", "meta", "dry"
+"""The kinds of packages: of catkin, metapackages of catkin, and dry ones."""
+
 _IGNORE_MARKERS = frozenset(("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE"))
 _NO_DESCENT_MARKER = "rospack_nosubdirs"
 
@@ -32,19 +38,27 @@ _NAME_WITHIN_BYTES = 1024 * 1024
 
 
 class CrawledPackage:
-    """A package that a crawl found: name, folder, and time of its manifest in ns (0: too recent to trust)."""
+    """A package that a crawl found.
 
-    __slots__ = ("manifest_ns", "name", "path")
+    Attributes:
+        path: its folder.
+        manifest_ns: the modification time of its manifest; 0 if that is too recent to be trusted.
+        kind: `WET`, `META` or `DRY`.
+    """
 
-    def __init__(self, name: str, path: str, manifest_ns: int) -> None:
+    __slots__ = ("kind", "manifest_ns", "name", "path")
+
+    def __init__(self, name: str, path: str, manifest_ns: int, kind: str = WET) -> None:
         self.name = name
         self.path = path
         self.manifest_ns = manifest_ns
+        self.kind = kind
 
     def is_current(self) -> bool:
         """True while the manifest is there unchanged, so that a new crawl would find this package."""
         try:
-            return os.stat(os.path.join(self.path, MANIFEST)).st_mtime_ns == self.manifest_ns
+            manifest = DRY_MANIFEST if self.kind == DRY else MANIFEST
+            return os.stat(os.path.join(self.path, manifest)).st_mtime_ns == self.manifest_ns
         except OSError:
             return False
 
@@ -90,13 +104,21 @@ def crawl(root: str) -> Crawl:
                 entries = {entry.name: entry for entry in listing}
         except OSError:
             continue
-        if MANIFEST in entries and not _IGNORE_MARKERS & entries.keys():
-            package = _read_package(folder, newest_trusted_ns)
-            if package is not None:
-                packages.append(package)
+        package = None
+        if not _IGNORE_MARKERS & entries.keys():
+            if MANIFEST in entries:
+                package = _read_package(folder, newest_trusted_ns)
+            elif DRY_MANIFEST in entries:
+                package = _dry_package(entries[DRY_MANIFEST], folder, newest_trusted_ns)
+        if package is not None:
+            packages.append(package)
+            if package.kind != DRY:
                 continue
+        # The folder of a dry package is recorded too: a package.xml may be added to it.
         changed_ns = status.st_mtime_ns
         folders.append((folder, changed_ns if changed_ns < newest_trusted_ns else 0))
+        if package is not None:
+            continue
         if _NO_DESCENT_MARKER in entries or _IGNORE_MARKERS & entries.keys():
             continue
         # `pending` is a stack, so the reverse order makes the walk alphabetical.
@@ -130,17 +152,35 @@ def _read_package(folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
             content = file.read(_NAME_WITHIN_BYTES)
     except OSError:
         return None
+    content = _without_comments(content)
     name = _name_in(content) or os.path.basename(os.path.abspath(folder))
-    return CrawledPackage(name, folder, changed_ns if changed_ns < newest_trusted_ns else 0)
+    kind = META if b"<metapackage" in content else WET
+    return CrawledPackage(name, folder, changed_ns if changed_ns < newest_trusted_ns else 0, kind)
 
 
-def _name_in(manifest: bytes) -> str:
-    """The text of the first `<name>` outside comments that contains one word; empty without one."""
+def _dry_package(manifest: os.DirEntry[str], folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
+    """The package of a `manifest.xml`, which has the name of its folder; None if that is not a file."""
+    try:
+        status = manifest.stat()
+    except OSError:
+        return None
+    if not S_ISREG(status.st_mode):
+        return None
+    changed_ns = status.st_mtime_ns if status.st_mtime_ns < newest_trusted_ns else 0
+    return CrawledPackage(os.path.basename(os.path.abspath(folder)), folder, changed_ns, DRY)
+
+
+def _without_comments(manifest: bytes) -> bytes:
     parts = manifest.split(b"<!--")
     for number, part in enumerate(parts[1:], 1):
         _, closing, after = part.partition(b"-->")
         parts[number] = after if closing else part
-    for part in b"".join(parts).split(b"<name>")[1:]:
+    return b"".join(parts)
+
+
+def _name_in(manifest: bytes) -> str:
+    """The text of the first `<name>` that contains one word; empty without one."""
+    for part in manifest.split(b"<name>")[1:]:
         text, closing, _ = part.partition(b"</name>")
         words = text.split()
         if closing and len(words) == 1 and not (b"<" in text or b">" in text):
@@ -152,7 +192,7 @@ def dump(found: Crawl) -> str | None:
     """A crawl as text for a cache file; None if a path or name contains a tab or a line end."""
     lines = [found.root]
     lines += [f"{changed_ns}\t{path}" for path, changed_ns in found.folders]
-    lines += [f"{package.manifest_ns}\t{package.path}\t{package.name}" for package in found.packages]
+    lines += [f"{one.manifest_ns}\t{one.path}\t{one.name}\t{one.kind}" for one in found.packages]
     if any("\t" in path or "\n" in path for path, _ in found.folders):
         return None
     if any("\n" in package.path or "\t" in package.path for package in found.packages):
@@ -172,8 +212,8 @@ def load(text: str, root: str) -> Crawl | None:
             folders.append((path, int(changed_ns)))
         packages = []
         for line in lines[int(count) :]:
-            changed_ns, path, name = line.split("\t")
-            packages.append(CrawledPackage(name, path, int(changed_ns)))
+            changed_ns, path, name, kind = line.split("\t")
+            packages.append(CrawledPackage(name, path, int(changed_ns), kind))
     except ValueError:
         return None
     return Crawl(root, tuple(folders), tuple(packages))

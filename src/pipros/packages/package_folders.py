@@ -10,7 +10,7 @@ import os
 from binascii import crc32
 
 from pipros.cache_files import CacheFolder
-from pipros.packages.crawl import Crawl, CrawledPackage, crawl, dump, load
+from pipros.packages.crawl import META, Crawl, CrawledPackage, crawl, dump, load
 
 TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class PackageFolders:
         self._roots = [_Root(os.path.abspath(root), cache) for root in roots]
 
     def get(self, name: str) -> str | None:
-        """The folder of that package, or None."""
+        """The folder of that package, or None. Metapackages are not packages, as for rospack and rospkg."""
         for root in self._roots:
             folder = root.get(name)
             if folder is not None:
@@ -49,10 +49,19 @@ class PackageFolders:
         return folders
 
     def occurrences(self) -> Iterator[tuple[str, str]]:
-        """Name and folder of every package; one that hides another comes before it."""
+        """Name and folder of every package but metapackages; one that hides another comes before it."""
         for root in self._roots:
             for package in root.crawl().packages:
-                yield package.name, package.path
+                if package.kind != META:
+                    yield package.name, package.path
+
+    def metapackage(self, name: str) -> str | None:
+        """The folder of that metapackage, or None."""
+        for root in self._roots:
+            for package in root.crawl().packages:
+                if package.kind == META and package.name == name:
+                    return package.path
+        return None
 
 
 class _Root:
@@ -99,7 +108,8 @@ class _Root:
     def _learn(self, found: Crawl, *, is_own: bool) -> tuple[Crawl, dict[str, CrawledPackage]]:
         packages: dict[str, CrawledPackage] = {}
         for package in found.packages:
-            packages.setdefault(package.name, package)
+            if package.kind != META:
+                packages.setdefault(package.name, package)
         self._is_own = is_own
         self._known = found, packages
         return self._known

@@ -40,6 +40,16 @@ class DependencyGraph:
         """All names that a package's manifest depends on in any way, sorted; in the index or not."""
         return sorted(self.manifest(name).depends())
 
+    def rosdeps(self, name: str, *, only_direct: bool = False) -> list[str]:
+        """The names that rosdep is to install for a package and those that it depends on, sorted.
+
+        For a dry package these are the system packages of dry packages; for others, all names in manifests.
+        """
+        names = [name, *([] if only_direct else self.all(name))]
+        if self.manifest(name).is_dry:
+            return sorted({key for needed in names for key in self.manifest(needed).rosdeps})
+        return sorted({key for needed in names for key in self.named(needed)})
+
     def all(self, name: str) -> list[str]:
         """All packages that a package depends on, directly or not, each after those that it depends on.
 

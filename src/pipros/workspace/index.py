@@ -10,7 +10,7 @@ from pathlib import Path
 from pipros.env import Environment
 from pipros.errors import NotFound
 from pipros.packages import SHARE
-from pipros.packages.crawl import MANIFEST, crawl
+from pipros.packages.crawl import DRY_MANIFEST, MANIFEST, crawl
 from pipros.packages.package_folders import PackageFolders
 
 SHARED_PACKAGES = Path(SHARE).resolve()
@@ -22,6 +22,13 @@ class Package:
 
     name: str
     path: Path
+
+    @property
+    def manifest_file(self) -> Path:
+        """Its `package.xml`, or the `manifest.xml` of a dry package."""
+        file = self.path / MANIFEST
+        dry = self.path / DRY_MANIFEST
+        return dry if not file.is_file() and dry.is_file() else file
 
 
 class PackageIndex:
@@ -47,6 +54,11 @@ class PackageIndex:
     def get(self, name: str) -> Package | None:
         """The package of that name, or None."""
         folder = self._found.get(name)
+        return None if folder is None else Package(name, Path(folder))
+
+    def metapackage(self, name: str) -> Package | None:
+        """The metapackage of that name, or None. The other methods leave them out, as rospack does."""
+        folder = self._found.metapackage(name)
         return None if folder is None else Package(name, Path(folder))
 
     def find(self, name: str) -> Package:
@@ -75,7 +87,7 @@ class PackageIndex:
     def containing(self, path: Path) -> Package | None:
         """The package that contains a file or folder, by the nearest manifest above it."""
         for folder in (path.absolute(), *path.absolute().parents):
-            if (folder / MANIFEST).is_file():
+            if (folder / MANIFEST).is_file() or (folder / DRY_MANIFEST).is_file():
                 found = crawl(str(folder)).packages
                 return Package(found[0].name, folder) if found else None
         return None

@@ -13,7 +13,7 @@ from catkin_pkg.topological_order import topological_order_packages
 from pipros.env import DISTRIBUTION
 from pipros.errors import PiprosError
 from pipros.input_file import read_file, read_text
-from pipros.packages.crawl import MANIFEST, crawl
+from pipros.packages.crawl import DRY, MANIFEST, crawl
 from pipros.safe.xml import XmlError, parse
 
 WORKSPACE_MARKER = ".catkin_workspace"
@@ -95,6 +95,8 @@ def read_source_space(source: Path, variables: Mapping[str, str]) -> SourceSpace
     space = SourceSpace()
     found: dict[str, SourcePackage] = {}
     for crawled in crawl(str(source)).packages:
+        if crawled.kind == DRY:
+            continue
         folder = Path(crawled.path)
         manifest = _read_manifest(folder, variables, space.errors)
         if manifest is None:

@@ -1,6 +1,7 @@
 """Reads the parts of package manifests (`package.xml`) that tools such as `rospack` need.
 
-Formats 1, 2 and 3; conditions on dependencies have the values of Noetic. Manifests are not checked.
+Formats 1, 2 and 3, and `manifest.xml` of dry packages. Conditions on dependencies have the values of Noetic.
+Manifests are not checked.
 
 Why not catkin_pkg, which the build uses because it checks everything: it takes 50 ms to import and 0.4 ms a
 manifest, this module 22 ms (most of it shared with the command) and 0.1 ms. `rospack` in a workspace of 200
@@ -17,7 +18,7 @@ from pathlib import Path
 
 from pipros.env import DISTRIBUTION
 from pipros.input_file import read_file
-from pipros.packages.crawl import MANIFEST
+from pipros.packages.crawl import DRY_MANIFEST, MANIFEST
 from pipros.safe.xml import Element, XmlError, parse
 
 # The dependency lists of format 3 that each element adds to; in the order in which rospack prints them.
@@ -43,6 +44,8 @@ class Manifest:
     Attributes:
         dependencies: (kind, name), such as `("exec_depends", "rospy")`, sorted by kind of element.
         exports: the elements below `<export>`.
+        is_dry: whether it is a `manifest.xml`.
+        rosdeps: the system packages that a `manifest.xml` names; other manifests name them as dependencies.
     """
 
     name: str
@@ -50,6 +53,8 @@ class Manifest:
     description: str
     dependencies: tuple[tuple[str, str], ...]
     exports: tuple[Element, ...]
+    is_dry: bool = False
+    rosdeps: tuple[str, ...] = ()
 
     def depends(self, *kinds: str) -> list[str]:
         """The names in the given lists, by default in all, each once."""
@@ -64,6 +69,9 @@ def read_manifest(package: Path) -> Manifest:
         OSError: it cannot be read.
     """
     file = package / MANIFEST
+    is_dry = not file.is_file() and (package / DRY_MANIFEST).is_file()
+    if is_dry:
+        file = package / DRY_MANIFEST
     root = parse(read_file(file), str(file))
     if root.tag != "package":
         raise XmlError(str(file), root.line, root.column, "the root element is not <package>")
@@ -72,6 +80,10 @@ def read_manifest(package: Path) -> Manifest:
         for child in root.children:
             if child.tag == tag and child.text.strip() and _holds(child.attributes.get("condition", "")):
                 dependencies += [(kind, child.text.strip()) for kind in kinds]
+    if is_dry:
+        dependencies = [
+            (kind, name) for name in _attributes(root, "depend", "package") for kind in _MEANING["depend"]
+        ]
     export = root.first("export")
     return Manifest(
         name=_text(root, "name") or package.name,
@@ -79,7 +91,15 @@ def read_manifest(package: Path) -> Manifest:
         description=_text(root, "description"),
         dependencies=tuple(dependencies),
         exports=tuple(export.children) if export else (),
+        is_dry=is_dry,
+        rosdeps=tuple(_attributes(root, "rosdep", "name")) if is_dry else (),
     )
+
+
+def _attributes(root: Element, tag: str, name: str) -> list[str]:
+    """The values of an attribute of all elements with a tag, without empty ones."""
+    values = (child.attributes.get(name, "") for child in root.children if child.tag == tag)
+    return [value for value in values if value]
 
 
 def _text(root: Element, tag: str) -> str:

@@ -9,6 +9,7 @@ from pipros.env import Environment
 from pipros.errors import NotFound
 from pipros.packages import crawl as crawling
 from pipros.workspace.index import Package, PackageIndex
+from pipros.workspace.manifest import read_manifest
 
 
 def add_package(folder: Path, name: str | None = None) -> Path:
@@ -132,7 +133,7 @@ def test_a_large_folder_is_answered_from_the_cache_while_nothing_changes(tmp_pat
     many_packages(root)
     assert len(list(PackageIndex([root], cache_folder=cache))) == 50
     (stored,) = cache.iterdir()
-    stored.write_text(stored.read_text().replace("\tp7\n", "\tfrom_the_cache\n"))
+    stored.write_text(stored.read_text().replace("\tp7\twet\n", "\tfrom_the_cache\twet\n"))
     assert "from_the_cache" in PackageIndex([root], cache_folder=cache)
 
 
@@ -213,3 +214,58 @@ def test_a_crawl_survives_being_written_down(tmp_path: Path) -> None:
     assert again is not None
     assert crawling.dump(again) == text
     assert crawling.load(text, "/elsewhere") is None
+
+
+META = "<package><name>all_robots</name><version>1.2.3</version><export><metapackage/></export></package>"
+DRY = (
+    '<package><depend package="rospy"/><!-- <depend package="no"/> --><export><cpp x="y"/></export></package>'
+)
+
+
+def test_dry_packages_have_the_names_of_their_folders(tmp_path: Path) -> None:
+    for folder in ("old_robot", "old_robot/inner", "stack/arm"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "manifest.xml").write_text(DRY)
+    add_package(tmp_path / "both", "new_name")
+    (tmp_path / "both" / "manifest.xml").write_text(DRY)
+
+    index = PackageIndex([tmp_path])
+
+    assert [package.name for package in index] == ["arm", "new_name", "old_robot"]
+    assert index.find("arm").manifest_file == tmp_path / "stack/arm/manifest.xml"
+    assert index.find("new_name").manifest_file == tmp_path / "both/package.xml"
+    assert index.containing(tmp_path / "old_robot" / "inner") == Package(
+        "inner", tmp_path / "old_robot" / "inner"
+    )
+    manifest = read_manifest(tmp_path / "old_robot")
+    assert (manifest.name, manifest.version) == ("old_robot", "")
+    assert manifest.depends() == ["rospy"]
+    assert [export.tag for export in manifest.exports] == ["cpp"]
+
+
+def test_metapackages_are_found_only_by_those_who_ask_for_them(tmp_path: Path) -> None:
+    folder = add_package(tmp_path / "all_robots")
+    (folder / "package.xml").write_text(META)
+    add_package(tmp_path / "robot")
+
+    index = PackageIndex([tmp_path])
+
+    assert [package.name for package in index] == ["robot"]
+    assert index.get("all_robots") is None
+    assert index.metapackage("all_robots") == Package("all_robots", folder)
+    assert index.metapackage("robot") is None
+
+
+@pytest.mark.parametrize("change", ["package.xml is added", "manifest.xml is removed"])
+def test_a_dry_package_that_changes_is_noticed(tmp_path: Path, change: str) -> None:
+    folder = tmp_path / "root" / "robot"
+    folder.mkdir(parents=True)
+    (folder / "manifest.xml").write_text(DRY)
+    age(tmp_path)
+    found = crawling.crawl(str(tmp_path))
+    assert found.is_current()
+    if change == "package.xml is added":
+        (folder / "package.xml").write_text("<package><name>wet</name></package>")
+    else:
+        (folder / "manifest.xml").unlink()
+    assert not found.is_current()

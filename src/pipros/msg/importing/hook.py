@@ -35,7 +35,7 @@ def install() -> None:
     if not any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
         packages = _Packages()
         sys.meta_path.insert(0, InterfaceFinder(packages.find, packages.cache_folder))
-        sys.meta_path.append(PackageFinder(packages.find))
+        sys.meta_path.append(PackageFinder(packages.find, packages.find_module))
 
 
 def installed_library() -> Library:
@@ -51,11 +51,17 @@ class _Packages:
         self._importable: ImportablePackages | None = None
 
     def find(self, name: str) -> str | None:
+        return self._get().find(name)
+
+    def find_module(self, name: str, package: str | None) -> str | None:
+        return self._get().find_module(name, package)
+
+    def _get(self) -> ImportablePackages:
         if self._importable is None:
             from pipros.packages import ImportablePackages
 
             self._importable = ImportablePackages()
-        return self._importable.find(name)
+        return self._importable
 
     def cache_folder(self) -> str:
         from pipros.packages import cache_folder
@@ -64,10 +70,22 @@ class _Packages:
 
 
 class PackageFinder:
-    """Finds the Python package of a ROS package: its own modules below `src/`, or just its messages."""
+    """Finds the Python package of a ROS package, or just its messages.
 
-    def __init__(self, find_package: FindPackage) -> None:
+    The modules are below `src/`, or where a `setup.py` says, also that of a ROS package with another name.
+
+    Args:
+        find_module: called with a name and the folder of the ROS package of that name, or None; returns the
+            path of a module or the folder of a Python package.
+    """
+
+    def __init__(
+        self,
+        find_package: FindPackage,
+        find_module: Callable[[str, str | None], str | None] = lambda _name, _package: None,
+    ) -> None:
         self._find_package = find_package
+        self._find_module = find_module
 
     def find_spec(
         self, name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None
@@ -75,23 +93,37 @@ class PackageFinder:
         if not _may_be_package(name) or _is_python_starting():
             return None
         found = self._find_package(name)
-        if found is None:
+        folder = None if found is None else os.fspath(found)
+        if folder is not None:
+            modules = os.path.join(folder, "src", name)
+            if os.path.isfile(os.path.join(modules, "__init__.py")):
+                return _spec_of(name, modules)
+        path = self._find_module(name, folder)
+        if path is not None:
+            return _spec_of(name, path)
+        if folder is None or not any(
+            os.path.isdir(os.path.join(folder, kind)) for kind in (*KINDS, "action")
+        ):
             return None
-        from importlib.machinery import ModuleSpec, SourceFileLoader
+        from importlib.machinery import ModuleSpec
 
-        folder = os.fspath(found)
-        modules = os.path.join(folder, "src", name)
-        init = os.path.join(modules, "__init__.py")
-        if os.path.isfile(init):
-            # As importlib.util.spec_from_file_location() does, whose module takes milliseconds to import.
-            spec = ModuleSpec(name, SourceFileLoader(name, init), origin=init, is_package=True)
-            spec.has_location = True
-        elif any(os.path.isdir(os.path.join(folder, kind)) for kind in (*KINDS, "action")):
-            spec = ModuleSpec(name, None, is_package=True)
-        else:
-            return None
-        spec.submodule_search_locations = [modules]
+        spec = ModuleSpec(name, None, is_package=True)
+        spec.submodule_search_locations = [os.path.join(folder, "src", name)]
         return spec
+
+
+def _spec_of(name: str, path: str) -> ModuleSpec:
+    """The spec of the module in a file, or of the package in a folder."""
+    from importlib.machinery import ModuleSpec, SourceFileLoader
+
+    # As importlib.util.spec_from_file_location() does, whose module takes milliseconds to import.
+    is_package = not path.endswith(".py")
+    file = os.path.join(path, "__init__.py") if is_package else path
+    spec = ModuleSpec(name, SourceFileLoader(name, file), origin=file, is_package=is_package)
+    spec.has_location = True
+    if is_package:
+        spec.submodule_search_locations = [path]
+    return spec
 
 
 class InterfaceFinder:

@@ -279,3 +279,36 @@ def test_classes_are_found_by_type_name(workspace: Workspace) -> None:
     for name in ("robot/B", "no_robot/A"):
         said = workspace.fails(f"{load} load('{name}')")
         assert said.startswith("pipros.errors.NotFound: there is no ")
+
+
+SETUP = "from setuptools import setup\nsetup(packages=['{0}'], package_dir={{'': 'python'}})\n"
+
+
+def test_modules_are_importable_from_where_a_setup_py_says(workspace: Workspace) -> None:
+    workspace.package(
+        "robot_driver",
+        **{
+            "setup.py": SETUP.format("robot_lib"),
+            "python/robot_lib/__init__.py": "from robot_lib.arm import REACH\n",
+            "python/robot_lib/arm.py": "REACH = 3\n",
+        },
+    )
+    workspace.package(
+        "robot",
+        **{
+            "setup.py": SETUP.format("robot"),
+            "python/robot/__init__.py": "WORD = 1\n",
+            "msg/A.msg": "int32 x",
+        },
+    )
+    workspace.package("plain", **{"msg/A.msg": "int32 x"})
+    shown = workspace.shows(
+        "import robot, robot_lib, robot_lib.arm\nfrom robot.msg import A\nfrom plain.msg import A as B\n"
+        "print(robot.WORD, robot_lib.REACH, A._type, B._type)"
+    )
+    assert shown == "1 3 robot/A plain/A"
+
+
+def test_a_module_that_no_setup_py_names_is_not_found(workspace: Workspace) -> None:
+    workspace.package("robot", **{"setup.py": SETUP.format("other"), "python/lib/__init__.py": ""})
+    assert "No module named 'lib'" in workspace.fails("import lib")

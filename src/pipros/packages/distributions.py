@@ -1,0 +1,50 @@
+"""Tells `importlib.metadata` the versions of the Python packages of ROS that come with pipros.
+
+In Noetic `importlib.metadata.version("rospy")` is the version of the ROS package. Metadata files in the
+environment would do as well, but `pip freeze` would then list distributions that pip cannot install.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from importlib.metadata import Distribution
+from typing import Any
+
+from pipros.packages import SHARE
+from pipros.packages.crawl import MANIFEST
+
+_MODULES = os.path.dirname(os.path.dirname(SHARE))
+_VERSION = re.compile(r"<version>\s*([^\s<]+)\s*</version>")
+
+
+class ShippedDistribution(Distribution):
+    """A ROS package with Python modules. Name and version are those of its manifest."""
+
+    def __init__(self, name: str) -> None:
+        """Reads nothing yet; `name` is that of a package in `SHARE`."""
+        self._name = name
+
+    def read_text(self, filename: str) -> str | None:
+        """The text of `METADATA`; None for all other files."""
+        if filename != "METADATA":
+            return None
+        with open(os.path.join(SHARE, self._name, MANIFEST), encoding="utf-8") as file:
+            version = _VERSION.search(file.read())
+        lines = ["Metadata-Version: 2.1", f"Name: {self._name}"]
+        return "\n".join([*lines, f"Version: {version[1] if version else '0'}", ""])
+
+    def locate_file(self, path: Any) -> Any:
+        """The path of one of its files, relative to the folder of its modules."""
+        from pathlib import Path
+
+        return Path(_MODULES, path)
+
+
+def shipped_distribution(name: str) -> Distribution | None:
+    """The distribution of that name. Dashes, dots and underscores are the same, as for pip."""
+    name = re.sub(r"[-.]+", "_", name)
+    if not name.isidentifier() or not os.path.isfile(os.path.join(SHARE, name, MANIFEST)):
+        return None
+    folders = (os.path.join(_MODULES, name), os.path.join(SHARE, name, "src", name))
+    return ShippedDistribution(name) if any(map(os.path.isdir, folders)) else None

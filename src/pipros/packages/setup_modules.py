@@ -1,0 +1,102 @@
+"""Finds the Python modules that packages name in their `setup.py`, for imports without a build.
+
+The file is parsed, not run. Literal arguments of `setup()` or `generate_distutils_setup()` count; a list of
+packages that is computed, as by `find_packages()`, stands for every package in its folder.
+
+A failed import of any name may search all packages, so this module imports little, and parses only files that
+contain the name.
+"""
+
+from __future__ import annotations
+
+import os
+from stat import S_ISREG
+
+TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
+if TYPE_CHECKING:
+    import ast
+    from collections.abc import Iterable
+
+_READ = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+_LIMIT_BYTES = 256 * 1024
+
+
+class SetupModules:
+    """The `setup.py` files of packages. Each is read once."""
+
+    def __init__(self) -> None:
+        self._texts: dict[str, bytes] = {}
+
+    def find(self, name: str, packages: Iterable[str]) -> str | None:
+        """The path of a module or of the folder of a Python package.
+
+        Args:
+            name: without dots.
+            packages: the folders of the ROS packages to search, in order.
+        """
+        for package in packages:
+            text = self._texts.get(package)
+            if text is None:
+                text = self._texts[package] = _read(os.path.join(package, "setup.py"))
+            if text and (name.encode() in text or b"find_packages" in text):
+                found = declared_module(text, package, name)
+                if found is not None:
+                    return found
+        return None
+
+
+def declared_module(text: bytes, folder: str, name: str) -> str | None:
+    """The path of a module or Python package that a `setup.py` names and that exists; else None.
+
+    Args:
+        text: the content of the `setup.py`.
+        folder: where it is.
+    """
+    import ast
+    import warnings
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # about escapes in strings
+            calls = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return None
+    for call in calls:
+        arguments = {keyword.arg: keyword.value for keyword in call.keywords if keyword.arg}
+        folders = _literal(arguments.get("package_dir"))
+        folders = folders if isinstance(folders, dict) else {}
+        root = os.path.join(folder, str(folders.get("", "")))
+        if "packages" in arguments:
+            packages = _literal(arguments["packages"])
+            path = os.path.join(folder, str(folders[name])) if name in folders else os.path.join(root, name)
+            if not isinstance(packages, (list, tuple)) or name in packages:
+                path = os.path.normpath(path)
+                if os.path.isfile(os.path.join(path, "__init__.py")):
+                    return path
+        modules = _literal(arguments.get("py_modules"))
+        path = os.path.normpath(os.path.join(root, f"{name}.py"))
+        if isinstance(modules, (list, tuple)) and name in modules and os.path.isfile(path):
+            return path
+    return None
+
+
+def _literal(node: ast.expr | None) -> object:
+    """The value of a literal; None for anything else."""
+    import ast
+
+    try:
+        return None if node is None else ast.literal_eval(node)
+    except (ValueError, TypeError, SyntaxError, RecursionError, MemoryError):
+        return None
+
+
+def _read(file: str) -> bytes:
+    """The content of a file; empty if there is none, if it is too long, or no regular file."""
+    try:
+        with open(os.open(file, _READ), "rb") as opened:
+            status = os.fstat(opened.fileno())
+            if not S_ISREG(status.st_mode) or status.st_size > _LIMIT_BYTES:
+                return b""
+            return opened.read(_LIMIT_BYTES)
+    except OSError:
+        return b""
