@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests.support import pyright
+from tests.support import browser, pyright
 from tests.support.environments import make_tool_folder
 from tests.support.genuine import INSTALL, is_required, missing_packages
 from tests.support.ports import ClaimedPort
@@ -23,6 +23,7 @@ settings.register_profile("pipros", deadline=None, suppress_health_check=[Health
 settings.load_profile("pipros")
 
 _INTEROP = Path(__file__).parent / "interop"
+_BROWSER = Path(__file__).parent / "browser"
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -36,7 +37,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:
-    return True if collection_path.is_relative_to(_INTEROP) and missing_packages() else None
+    is_left_out = (collection_path.is_relative_to(_INTEROP) and missing_packages()) or (
+        collection_path.is_relative_to(_BROWSER) and not is_required() and browser.missing()
+    )
+    return True if is_left_out else None
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -65,6 +69,11 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         lines += [
             "tests/typing: what pyright says is not tested, for it is not on this machine",
             f"to have it where Node.js is: {pyright.INSTALL}",
+        ]
+    if lacking := browser.missing():
+        lines += [
+            f"tests/browser: the page is not tried in a browser, for this machine lacks: {' '.join(lacking)}",
+            f"to have it on Debian 12, as root: {browser.INSTALL}",
         ]
     if missing := missing_packages():
         lines += [

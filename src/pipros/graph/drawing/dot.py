@@ -1,0 +1,40 @@
+"""The graph in Graphviz's language, laid out by whoever reads it."""
+
+from __future__ import annotations
+
+from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
+
+
+def to_dot(graph: NodeGraph) -> str:
+    """A digraph: nodes as ellipses, topics as boxes, namespaces as clusters."""
+    lines = ["digraph graph_of_nodes {", "  rankdir=LR;", "  compound=True;"]
+    groups: dict[str, list[Vertex]] = {}
+    for vertex in graph.vertices.values():
+        groups.setdefault(vertex.group, []).append(vertex)
+    for group, vertices in groups.items():
+        if not group:
+            lines += [f"  {_statement(vertex)}" for vertex in vertices]
+            continue
+        lines += [f"  subgraph {_quoted('cluster_' + group)} {{", f"    label={_quoted(group)};"]
+        lines += [f"    {_statement(vertex)}" for vertex in vertices]
+        lines.append("  }")
+    has_topics = any(vertex.kind == "topic" for vertex in graph.vertices.values())
+    lines += [f"  {_edge(arrow, is_labelled=not has_topics)}" for arrow in graph.arrows]
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def _statement(vertex: Vertex) -> str:
+    attributes = f"label={_quoted(vertex.name)}, shape={'ellipse' if vertex.kind == 'node' else 'box'}"
+    if not vertex.is_reachable:
+        attributes += ", color=red"
+    return f"{_quoted(vertex.key)} [{attributes}];"
+
+
+def _edge(arrow: Arrow, *, is_labelled: bool) -> str:
+    label = f" [label={_quoted(arrow.topic)}]" if is_labelled else ""
+    return f"{_quoted(arrow.start)} -> {_quoted(arrow.end)}{label};"
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped}"'

@@ -1,0 +1,390 @@
+"""Where the vertices of a directed graph stand: in layers from left to right, as arrows lead.
+
+The method is that of Sugiyama, Tagawa and Toda (1981). Arrows that close a cycle are turned round. Each
+vertex gets a layer to the right of its predecessors; in large graphs of many cycles, to the right of its
+nearest one. Long arrows pass through a bend in each layer between, the order within the layers is improved
+by barycentres, and heights are fitted by least squares. Vertices of a group stand in a band of their own,
+across all layers, so that a rectangle can be drawn around them.
+
+The page and the pictures share it. No library does this in Python without a compiled program.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Generic, TypeVar
+
+Key = TypeVar("Key", bound=Hashable)
+
+LAYER_GAP = 60.0
+ROW_GAP = 18.0
+BAND_GAP = 34.0
+_SWEEPS = 6
+_FITTINGS = 6
+_MAX_BENDS = 20_000
+"""Above this number long arrows are drawn straight."""
+_LAYERS_PER_ROOT = 3
+"""How many layers a graph may have, in square roots of the number of its vertices."""
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A rectangle; `x` and `y` are its middle. Lengths are in pixels at full size, y points down."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class Layout(Generic[Key]):
+    """Where everything stands.
+
+    Attributes:
+        boxes: of the vertices.
+        routes: of each arrow, in the order given: the points that it passes, ends included.
+        bands: of the groups, without the one of vertices without a group.
+        width, height: of everything; the upper left corner is (0, 0).
+    """
+
+    boxes: Mapping[Key, Box] = field(default_factory=dict)
+    routes: Sequence[Sequence[tuple[float, float]]] = ()
+    bands: Mapping[str, Box] = field(default_factory=dict)
+    width: float = 0.0
+    height: float = 0.0
+
+
+def layered_layout(
+    sizes: Mapping[Key, tuple[float, float]],
+    arrows: Sequence[tuple[Key, Key]],
+    groups: Mapping[Key, str] | None = None,
+    *,
+    gap: float = LAYER_GAP,
+) -> Layout[Key]:
+    """Lays out a graph. The same graph gives the same layout.
+
+    Args:
+        sizes: width and height of each vertex.
+        arrows: pairs of vertices; loops and several arrows of a pair are allowed.
+        groups: the group of each vertex; empty for none.
+        gap: between the layers, in pixels.
+    """
+    if not sizes:
+        return Layout()
+    return _LayeredLayout(sizes, arrows, groups or {}, gap).result()
+
+
+class _LayeredLayout(Generic[Key]):
+    """Vertices are numbers here: those of the caller first, then the bends of long arrows."""
+
+    def __init__(
+        self,
+        sizes: Mapping[Key, tuple[float, float]],
+        arrows: Sequence[tuple[Key, Key]],
+        groups: Mapping[Key, str],
+        gap: float,
+    ) -> None:
+        self._gap = gap
+        self._keys = list(sizes)
+        number = {key: index for index, key in enumerate(self._keys)}
+        self._sizes = [sizes[key] for key in self._keys]
+        self._arrows = [(number[start], number[end]) for start, end in arrows]
+        names = ["", *sorted({groups.get(key, "") for key in self._keys} - {""})]
+        self._group_names = names
+        self._group = [names.index(groups.get(key, "")) for key in self._keys]
+        self._turned = _arrows_that_close_a_cycle(len(self._keys), self._arrows)
+        self._layer = self._layers()
+        if max(self._layer) > _LAYERS_PER_ROOT * math.isqrt(len(self._keys)) + 6:
+            self._layer = self._nearest_layers()
+            self._turned = {
+                index
+                for index, (start, end) in enumerate(self._arrows)
+                if self._layer[end] < self._layer[start]
+            }
+        self._chains = self._add_bends()
+        self._order = self._ordered_layers()
+
+    def _directed(self) -> list[tuple[int, int]]:
+        """The arrows without cycles and loops, each pair once."""
+        pairs = {
+            (end, start) if index in self._turned else (start, end)
+            for index, (start, end) in enumerate(self._arrows)
+            if start != end
+        }
+        return sorted(pairs)
+
+    def _layers(self) -> list[int]:
+        """The layer of each vertex: right of its predecessors; sources stand next to a successor."""
+        count = len(self._keys)
+        after: list[list[int]] = [[] for _ in range(count)]
+        missing = [0] * count
+        for start, end in self._directed():
+            after[start].append(end)
+            missing[end] += 1
+        layer = [0] * count
+        ready = [vertex for vertex in range(count) if not missing[vertex]]
+        is_source = [not missing[vertex] for vertex in range(count)]
+        order = []
+        while ready:
+            vertex = ready.pop()
+            order.append(vertex)
+            for end in after[vertex]:
+                layer[end] = max(layer[end], layer[vertex] + 1)
+                missing[end] -= 1
+                if not missing[end]:
+                    ready.append(end)
+        for vertex in reversed(order):  # a source stands just before what it leads to
+            if is_source[vertex] and after[vertex]:
+                layer[vertex] = min(layer[end] for end in after[vertex]) - 1
+        return layer
+
+    def _nearest_layers(self) -> list[int]:
+        """The layer of each vertex: its distance from the nearest vertex that nothing leads to."""
+        count = len(self._keys)
+        after: list[list[int]] = [[] for _ in range(count)]
+        is_source = [True] * count
+        for start, end in self._arrows:
+            after[start].append(end)
+            is_source[end] = False
+        layer = [-1] * count
+        starts = [
+            [vertex for vertex in range(count) if is_source[vertex]],
+            *([vertex] for vertex in range(count)),
+        ]
+        for reached in starts:
+            reached = [vertex for vertex in reached if layer[vertex] < 0]
+            distance = 0
+            while reached:
+                for vertex in reached:
+                    layer[vertex] = distance
+                distance += 1
+                reached = sorted({end for vertex in reached for end in after[vertex] if layer[end] < 0})
+        return layer
+
+    def _add_bends(self) -> list[list[int]]:
+        """The vertices that each arrow passes, from left to right."""
+        chains = []
+        bends: dict[tuple[int, int], list[int]] = {}
+        straight = sum(abs(self._layer[end] - self._layer[start]) for start, end in self._arrows) > _MAX_BENDS
+        for index, (start, end) in enumerate(self._arrows):
+            left, right = (end, start) if index in self._turned else (start, end)
+            if straight or start == end:
+                chains.append([left, right])
+                continue
+            if (left, right) not in bends:
+                between = range(self._layer[left] + 1, self._layer[right])
+                bends[left, right] = [self._add_bend(layer, self._group[left]) for layer in between]
+            chains.append([left, *bends[left, right], right])
+        return chains
+
+    def _add_bend(self, layer: int, group: int) -> int:
+        self._layer.append(layer)
+        self._group.append(group)
+        self._sizes.append((0.0, 2.0))
+        return len(self._layer) - 1
+
+    def _ordered_layers(self) -> list[list[int]]:
+        """The vertices of each layer from top to bottom, with few crossings; groups stay together."""
+        neighbours = self._neighbours()
+        self._left, self._right = neighbours
+        layers: list[list[int]] = [[] for _ in range(max(self._layer) + 1)]
+        for vertex in self._by_component():
+            layers[self._layer[vertex]].append(vertex)
+        position = [0.0] * len(self._layer)
+
+        def arrange(layer: list[int], near: list[list[int]]) -> None:
+            weights = {
+                vertex: sum(position[other] for other in near[vertex]) / len(near[vertex])
+                if near[vertex]
+                else position[vertex]
+                for vertex in layer
+            }
+            layer.sort(key=lambda vertex: (self._group[vertex], weights[vertex]))
+            for row, vertex in enumerate(layer):
+                position[vertex] = float(row)
+
+        nothing: list[list[int]] = [[] for _ in self._layer]
+        for layer in layers:
+            arrange(layer, nothing)
+        for _ in range(_SWEEPS):
+            for layer in layers:
+                arrange(layer, self._left)
+            for layer in reversed(layers):
+                arrange(layer, self._right)
+        return layers
+
+    def _neighbours(self) -> tuple[list[list[int]], list[list[int]]]:
+        count = len(self._layer)
+        left: list[list[int]] = [[] for _ in range(count)]
+        right: list[list[int]] = [[] for _ in range(count)]
+        for chain in self._chains:
+            for start, end in itertools.pairwise(chain):
+                if start != end:
+                    right[start].append(end)
+                    left[end].append(start)
+        return left, right
+
+    def _by_component(self) -> list[int]:
+        """All vertices, those that are connected next to each other, so that separate parts stay apart."""
+        seen = [False] * len(self._layer)
+        found = []
+        for first in range(len(self._layer)):
+            stack = [first]
+            while stack:
+                vertex = stack.pop()
+                if seen[vertex]:
+                    continue
+                seen[vertex] = True
+                found.append(vertex)
+                stack += reversed(self._right[vertex])
+                stack += reversed(self._left[vertex])
+        return found
+
+    def result(self) -> Layout[Key]:
+        heights, bands = self._heights()
+        columns, width = self._columns()
+        boxes = {
+            key: Box(columns[self._layer[vertex]], heights[vertex], *self._sizes[vertex])
+            for vertex, key in enumerate(self._keys)
+        }
+        routes = [self._route(index, heights, columns) for index in range(len(self._arrows))]
+        rectangles = {}
+        for group, (top, bottom) in bands.items():
+            inside = [box for vertex, box in enumerate(boxes.values()) if self._group[vertex] == group]
+            if not self._group_names[group] or not inside:
+                continue
+            left = min(box.x - box.width / 2 for box in inside) - ROW_GAP / 2
+            right = max(box.x + box.width / 2 for box in inside) + ROW_GAP / 2
+            rectangles[self._group_names[group]] = Box(
+                (left + right) / 2, (top + bottom) / 2, right - left, bottom - top
+            )
+        height = max(bottom for _, bottom in bands.values())
+        return Layout(boxes, routes, rectangles, width, height)
+
+    def _columns(self) -> tuple[list[float], float]:
+        """The middle of each layer, and the width of all."""
+        columns = []
+        right = 0.0
+        for layer in self._order:
+            width = max((self._sizes[vertex][0] for vertex in layer), default=0.0)
+            columns.append(right + width / 2)
+            right += width + self._gap
+        return columns, right - self._gap
+
+    def _heights(self) -> tuple[list[float], dict[int, tuple[float, float]]]:
+        """The y of each vertex, and top and bottom of each group's band."""
+        heights = [0.0] * len(self._layer)
+        bands: dict[int, tuple[float, float]] = {}
+        top = 0.0
+        for group in sorted(set(self._group)):
+            rows = [[vertex for vertex in layer if self._group[vertex] == group] for layer in self._order]
+            self._fit(rows, heights)
+            margin = BAND_GAP / 2 if self._group_names[group] else 0.0
+            upper = min(heights[vertex] - self._sizes[vertex][1] / 2 for row in rows for vertex in row)
+            lower = max(heights[vertex] + self._sizes[vertex][1] / 2 for row in rows for vertex in row)
+            shift = top + margin - upper
+            for row in rows:
+                for vertex in row:
+                    heights[vertex] += shift
+            bands[group] = top, lower + shift + margin
+            top = lower + shift + margin + ROW_GAP
+        return heights, bands
+
+    def _fit(self, rows: Sequence[Sequence[int]], heights: list[float]) -> None:
+        """Moves the vertices of a group towards their neighbours, keeping their order and distances."""
+        for row in rows:
+            below = 0.0
+            for vertex in row:
+                heights[vertex] = below + self._sizes[vertex][1] / 2
+                below += self._sizes[vertex][1] + ROW_GAP
+        members = {vertex for row in rows for vertex in row}
+        for turn in range(_FITTINGS):
+            near = self._left if turn % 2 == 0 else self._right
+            for row in rows if turn % 2 == 0 else reversed(rows):
+                self._fit_row(row, heights, near, members)
+
+    def _fit_row(
+        self, row: Sequence[int], heights: list[float], near: Sequence[Sequence[int]], members: set[int]
+    ) -> None:
+        wanted = []
+        offsets = []
+        offset = 0.0
+        for index, vertex in enumerate(row):
+            if index:
+                offset += (self._sizes[row[index - 1]][1] + self._sizes[vertex][1]) / 2 + ROW_GAP
+            offsets.append(offset)
+            others = [heights[other] for other in near[vertex] if other in members]
+            wanted.append((sum(others) / len(others) if others else heights[vertex]) - offset)
+        for vertex, height, offset in zip(row, _ascending(wanted), offsets, strict=True):
+            heights[vertex] = height + offset
+
+    def _route(
+        self, index: int, heights: Sequence[float], columns: Sequence[float]
+    ) -> list[tuple[float, float]]:
+        start, end = self._arrows[index]
+        chain = self._chains[index]
+        if start == end:  # a loop: out on the right, back on the left, above the vertex
+            x, y = columns[self._layer[start]], heights[start]
+            width, height = self._sizes[start]
+            peak = y - height / 2 - ROW_GAP / 2
+            return [(x + width / 2, y), (x + width / 4, peak), (x - width / 4, peak), (x - width / 2, y)]
+        left, right = chain[0], chain[-1]
+        if self._layer[left] == self._layer[right]:  # out on the right, and back
+            x = columns[self._layer[left]]
+            edges = [(x + self._sizes[vertex][0] / 2, heights[vertex]) for vertex in (left, right)]
+            beyond = max(edges)[0] + self._gap / 2
+            return [edges[0], (beyond, edges[0][1]), (beyond, edges[1][1]), edges[1]]
+        points = [(columns[self._layer[left]] + self._sizes[left][0] / 2, heights[left])]
+        points += [(columns[self._layer[vertex]], heights[vertex]) for vertex in chain[1:-1]]
+        points.append((columns[self._layer[right]] - self._sizes[right][0] / 2, heights[right]))
+        return points[::-1] if index in self._turned else points
+
+
+def _arrows_that_close_a_cycle(count: int, arrows: Sequence[tuple[int, int]]) -> set[int]:
+    """The numbers of the arrows that lead back to a vertex on the way, depth first."""
+    leaving: list[list[tuple[int, int]]] = [[] for _ in range(count)]
+    incoming = [0] * count
+    for index, (start, end) in enumerate(arrows):
+        if start != end:
+            leaving[start].append((index, end))
+            incoming[end] += 1
+    closing = set()
+    state = [0] * count  # 1 on the way, 2 done
+    for first in sorted(range(count), key=lambda vertex: (incoming[vertex] > 0, vertex)):
+        if state[first]:
+            continue
+        state[first] = 1
+        way = [(first, iter(leaving[first]))]
+        while way:
+            vertex, rest = way[-1]
+            for index, end in rest:
+                if state[end] == 1:
+                    closing.add(index)
+                elif not state[end]:
+                    state[end] = 1
+                    way.append((end, iter(leaving[end])))
+                    break
+            else:
+                state[vertex] = 2
+                way.pop()
+    return closing
+
+
+def _ascending(wanted: Sequence[float]) -> list[float]:
+    """The ascending numbers nearest to those wanted, by least squares (pool adjacent violators).
+
+    >>> _ascending([1.0, 5.0, 3.0, 9.0])
+    [1.0, 4.0, 4.0, 9.0]
+    """
+    pools: list[tuple[float, int]] = []  # the sum and the number of equal members
+    for value in wanted:
+        total, count = value, 1
+        while pools and pools[-1][0] / pools[-1][1] > total / count:
+            before, members = pools.pop()
+            total, count = total + before, count + members
+        pools.append((total, count))
+    return [total / count for total, count in pools for _ in range(count)]

@@ -1,0 +1,286 @@
+"""Nodes, topics and the arrows between them, as rqt_graph selects them: modes, filters, what is hidden."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+from pipros.graph.system_state import SystemState
+
+Mode = Literal["nodes", "active", "all"]
+"""Nodes only with topics as labels; nodes and topics with a connection; nodes and all topics."""
+MODES: tuple[Mode, ...] = ("nodes", "active", "all")
+Kind = Literal["node", "topic"]
+
+_QUIET_TOPICS = frozenset({"/rosout", "/rosout_agg", "/clock", "/statistics"})
+_QUIET_NODES = re.compile(
+    r"/(.*/)?(rosout|rosapi|rosbridge_websocket|(rostopic|record|rqt\w*|pipros_page)_\d[_\d]*)"
+)
+_TF_TOPICS = frozenset({"/tf", "/tf_static"})
+_PARAMETER_TOPICS = ("/parameter_descriptions", "/parameter_updates")
+
+
+class Connection(NamedTuple):
+    """A link that a node told of: messages of `topic` go from `publisher` to `subscriber`."""
+
+    publisher: str
+    topic: str
+    subscriber: str
+
+
+@dataclass(frozen=True, slots=True)
+class GraphOptions:
+    """What is shown.
+
+    Attributes:
+        mode: see `Mode`.
+        nodes, topics: patterns separated by commas, see `NameFilter`.
+        hide_dead_sinks: leave out topics without a subscriber.
+        hide_leaf_topics: leave out topics with a single neighbour.
+        hide_debug: leave out `/rosout`, `/clock`, `/statistics` and the nodes of tools.
+        hide_tf: leave out `/tf` and `/tf_static`.
+        hide_unreachable: leave out nodes that do not answer.
+        hide_parameters: leave out the topics of dynamic_reconfigure.
+    """
+
+    mode: Mode = "active"
+    nodes: str = "/"
+    topics: str = "/"
+    hide_dead_sinks: bool = True
+    hide_leaf_topics: bool = True
+    hide_debug: bool = True
+    hide_tf: bool = False
+    hide_unreachable: bool = False
+    hide_parameters: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Vertex:
+    """A node or a topic.
+
+    Attributes:
+        key: unique in the graph; a node and a topic may have the same name.
+        group: the namespace that it is drawn in, empty for none.
+        is_reachable: False for a node that does not answer.
+    """
+
+    key: str
+    name: str
+    kind: Kind
+    group: str = ""
+    is_reachable: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Arrow:
+    """From one vertex to another, with the topic whose messages it carries."""
+
+    start: str
+    end: str
+    topic: str
+
+
+@dataclass(frozen=True, slots=True)
+class NodeGraph:
+    """The vertices by their keys, and the arrows, both in a stable order."""
+
+    vertices: Mapping[str, Vertex] = field(default_factory=dict)
+    arrows: tuple[Arrow, ...] = ()
+
+
+class NameFilter:
+    """Patterns of names, separated by commas; `-` in front excludes, `*` stands for any characters.
+
+    A pattern without `*` means a name and all that is below it. rqt_graph's `.*` is the same as `*`.
+
+    >>> keeps = NameFilter("/robot, -/robot/camera*")
+    >>> [name for name in ("/robot", "/robot/scan", "/robot/camera_left", "/robots") if keeps(name)]
+    ['/robot', '/robot/scan']
+    """
+
+    def __init__(self, text: str) -> None:
+        patterns = [pattern.strip() for pattern in text.split(",")]
+        self._excluded = [_Pattern(pattern[1:].strip()) for pattern in patterns if pattern.startswith("-")]
+        self._included = [
+            _Pattern(pattern) for pattern in patterns if pattern and not pattern.startswith("-")
+        ]
+
+    def __call__(self, name: str) -> bool:
+        if any(excluded.matches(name) for excluded in self._excluded):
+            return False
+        return not self._included or any(included.matches(name) for included in self._included)
+
+
+class _Pattern:
+    """One pattern. It is cut at its stars, so that no text takes long to compare."""
+
+    def __init__(self, pattern: str) -> None:
+        self._parts = pattern.replace(".*", "*").split("*")
+
+    def matches(self, name: str) -> bool:
+        first, *rest = self._parts
+        if not rest:
+            return name == first or name.startswith(first.rstrip("/") + "/")
+        *middle, last = rest
+        if not name.startswith(first) or not name.endswith(last) or len(name) < len(first) + len(last):
+            return False
+        at, end = len(first), len(name) - len(last)
+        for part in middle:
+            found = name.find(part, at, end)
+            if found < 0:
+                return False
+            at = found + len(part)
+        return True
+
+
+def node_graph(
+    state: SystemState,
+    connections: Iterable[Connection],
+    unreachable: Collection[str] = (),
+    options: GraphOptions | None = None,
+) -> NodeGraph:
+    """The graph that the registrations and the connections imply.
+
+    Args:
+        connections: what the nodes that answered told.
+        unreachable: the nodes that did not answer: what they have registered counts as connected.
+    """
+    return _Builder(state, frozenset(connections), frozenset(unreachable), options or GraphOptions()).build()
+
+
+class _Builder:
+    def __init__(
+        self,
+        state: SystemState,
+        connections: frozenset[Connection],
+        unreachable: frozenset[str],
+        options: GraphOptions,
+    ) -> None:
+        self._state = state
+        self._connections = connections
+        self._unreachable = unreachable
+        self._options = options
+        self._keeps_node = NameFilter(options.nodes)
+        self._keeps_topic = NameFilter(options.topics)
+
+    def build(self) -> NodeGraph:
+        nodes = [node for node in self._state.nodes() if self._shows_node(node)]
+        topics = self._topics(set(nodes))
+        if self._options.mode == "nodes":
+            arrows = [
+                Arrow(node_key(publisher), node_key(subscriber), topic)
+                for topic, (publishers, subscribers) in topics.items()
+                for publisher in publishers
+                for subscriber in subscribers
+                if self._is_connected(Connection(publisher, topic, subscriber))
+            ]
+            shown_topics: list[str] = []
+        else:
+            arrows = [
+                arrow
+                for topic, (publishers, subscribers) in topics.items()
+                for arrow in (
+                    *(Arrow(node_key(node), topic_key(topic), topic) for node in publishers),
+                    *(Arrow(topic_key(topic), node_key(node), topic) for node in subscribers),
+                )
+            ]
+            shown_topics = list(topics)
+        groups = _groups(nodes)
+        vertices = [
+            Vertex(node_key(node), node, "node", _group_of(node, groups), node not in self._unreachable)
+            for node in nodes
+        ]
+        vertices += [
+            Vertex(topic_key(topic), topic, "topic", _group_of(topic, groups)) for topic in shown_topics
+        ]
+        return NodeGraph({vertex.key: vertex for vertex in vertices}, tuple(arrows))
+
+    def _shows_node(self, node: str) -> bool:
+        options = self._options
+        if options.hide_debug and _QUIET_NODES.fullmatch(node):
+            return False
+        if options.hide_unreachable and node in self._unreachable:
+            return False
+        return self._keeps_node(node)
+
+    def _shows_topic(self, topic: str) -> bool:
+        options = self._options
+        if options.hide_debug and topic in _QUIET_TOPICS:
+            return False
+        if options.hide_tf and topic in _TF_TOPICS:
+            return False
+        if options.hide_parameters and topic.endswith(_PARAMETER_TOPICS):
+            return False
+        return self._keeps_topic(topic)
+
+    def _topics(self, nodes: set[str]) -> dict[str, tuple[list[str], list[str]]]:
+        """The publishers and subscribers of each topic that is shown."""
+        topics = {}
+        for topic in self._state.topics():
+            if not self._shows_topic(topic):
+                continue
+            publishers = [node for node in self._state.publishers.get(topic, ()) if node in nodes]
+            subscribers = [node for node in self._state.subscribers.get(topic, ()) if node in nodes]
+            if self._options.mode != "all":
+                publishers, subscribers = self._connected(topic, publishers, subscribers)
+            elif self._is_hidden_end(publishers, subscribers):
+                continue
+            if publishers or subscribers:
+                topics[topic] = publishers, subscribers
+        return topics
+
+    def _is_hidden_end(self, publishers: list[str], subscribers: list[str]) -> bool:
+        if self._options.hide_dead_sinks and not subscribers:
+            return True
+        return self._options.hide_leaf_topics and len({*publishers, *subscribers}) < 2
+
+    def _connected(
+        self, topic: str, publishers: list[str], subscribers: list[str]
+    ) -> tuple[list[str], list[str]]:
+        pairs = [
+            (publisher, subscriber)
+            for publisher in publishers
+            for subscriber in subscribers
+            if self._is_connected(Connection(publisher, topic, subscriber))
+        ]
+        sending, receiving = {pair[0] for pair in pairs}, {pair[1] for pair in pairs}
+        return [node for node in publishers if node in sending], [
+            node for node in subscribers if node in receiving
+        ]
+
+    def _is_connected(self, connection: Connection) -> bool:
+        """True also when neither end can tell."""
+        return (
+            connection in self._connections
+            or {connection.publisher, connection.subscriber} <= self._unreachable
+        )
+
+
+def node_key(node: str) -> str:
+    return "n" + node
+
+
+def topic_key(topic: str) -> str:
+    return "t" + topic
+
+
+def _groups(nodes: Iterable[str]) -> set[str]:
+    """The namespaces, one level deep, that at least two nodes are in."""
+    counts: dict[str, int] = {}
+    for node in nodes:
+        group = _top_namespace(node)
+        counts[group] = counts.get(group, 0) + 1
+    return {group for group, count in counts.items() if group and count > 1}
+
+
+def _group_of(name: str, groups: set[str]) -> str:
+    group = _top_namespace(name)
+    return group if group in groups else ""
+
+
+def _top_namespace(name: str) -> str:
+    """`/robot` for `/robot/arm/joint`, nothing for `/joint`."""
+    end = name.find("/", 1)
+    return name[:end] if end > 0 else ""

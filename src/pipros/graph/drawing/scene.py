@@ -1,0 +1,83 @@
+"""The drawing itself, as values: the boxes, lines and texts that SVG, PNG and the page show."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from pipros.graph.drawing.layered_layout import Box, layered_layout
+from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
+from pipros.printable import printable
+
+CHARACTER_WIDTH = 7.4
+"""Of the widest usual fonts at the size of a label, in pixels."""
+FONT_SIZE = 13
+NODE_HEIGHT = 40.0
+TOPIC_HEIGHT = 28.0
+MARGIN = 24.0
+TRAFFIC_WIDTH = 150.0
+"""What a rate and a bandwidth on an arrow take."""
+_LONGEST_LABEL = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What is drawn.
+
+    Attributes:
+        boxes: each vertex with its place and the text in it.
+        arrows: each arrow with the points that it passes, and the text at its middle.
+        bands: the rectangle of each namespace.
+        width, height: of all, with a margin; the upper left corner is (0, 0).
+    """
+
+    boxes: Sequence[tuple[Vertex, Box, str]] = ()
+    arrows: Sequence[tuple[Arrow, Sequence[tuple[float, float]], str]] = ()
+    bands: Mapping[str, Box] = field(default_factory=dict)
+    width: float = 2 * MARGIN
+    height: float = 2 * MARGIN
+
+
+def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
+    """Lays the graph out; `with_traffic` leaves room for rates on the arrows."""
+    texts = {key: printable(vertex.name, _LONGEST_LABEL) for key, vertex in graph.vertices.items()}
+    has_topics = any(vertex.kind == "topic" for vertex in graph.vertices.values())
+    sizes = {key: _size(vertex, texts[key]) for key, vertex in graph.vertices.items()}
+    groups = {key: vertex.group for key, vertex in graph.vertices.items()}
+    joined = _joined(graph.arrows) if not has_topics else dict.fromkeys(graph.arrows, "")
+    arrows = list(joined)
+    label_width = CHARACTER_WIDTH * max((len(text) for text in joined.values()), default=0)
+    gap = max(TRAFFIC_WIDTH, label_width) if with_traffic else 60 + label_width
+    layout = layered_layout(sizes, [(arrow.start, arrow.end) for arrow in arrows], groups, gap=gap)
+    return Scene(
+        [(vertex, _moved(layout.boxes[key]), texts[key]) for key, vertex in graph.vertices.items()],
+        [
+            (arrow, [(x + MARGIN, y + MARGIN) for x, y in route], joined[arrow])
+            for arrow, route in zip(arrows, layout.routes, strict=True)
+        ],
+        {printable(group, _LONGEST_LABEL): _moved(box) for group, box in layout.bands.items()},
+        layout.width + 2 * MARGIN,
+        layout.height + 2 * MARGIN,
+    )
+
+
+def _size(vertex: Vertex, text: str) -> tuple[float, float]:
+    if vertex.kind == "node":  # the text must fit into an ellipse
+        return len(text) * CHARACTER_WIDTH * 1.12 + 34, NODE_HEIGHT
+    return len(text) * CHARACTER_WIDTH + 20, TOPIC_HEIGHT
+
+
+def _joined(arrows: Sequence[Arrow]) -> dict[Arrow, str]:
+    """One arrow for each pair of nodes, with the topics that it carries."""
+    pairs: dict[tuple[str, str], list[Arrow]] = {}
+    for arrow in arrows:
+        pairs.setdefault((arrow.start, arrow.end), []).append(arrow)
+    joined = {}
+    for same in pairs.values():
+        more = f" +{len(same) - 1}" if len(same) > 1 else ""
+        joined[same[0]] = printable(same[0].topic, _LONGEST_LABEL // 2) + more
+    return joined
+
+
+def _moved(box: Box) -> Box:
+    return Box(box.x + MARGIN, box.y + MARGIN, box.width, box.height)

@@ -1,0 +1,226 @@
+"""Follows a running system without disturbing it: asks the master and the nodes at a bounded rate.
+
+The master knows the registrations. Each node knows its connections (`getBusInfo`) and what went over them
+(`getBusStats`); rates come from the differences of two answers.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from pipros.errors import PiprosError
+from pipros.graph.drawing.node_graph import Connection
+from pipros.graph.system_state import SystemState
+from pipros.net.master_client import MasterClient
+from pipros.net.rpc_client import RpcClient
+
+CALLS_A_LOOK = 60
+"""How many nodes are asked in one look; the others wait for the next."""
+ASKED_AT_ONCE = 6
+ANSWER_DEADLINE_S = 1.5
+NODE_INTERVAL_S = 1.0
+"""How long the answer of a node is used."""
+RATE_ANSWERS = 6
+"""How many answers of a node a rate is taken over."""
+SLOWEST_RETRY_S = 8.0
+"""How rarely a node is asked that did not answer."""
+
+
+class Traffic(NamedTuple):
+    """What goes over a connection: messages and bytes a second."""
+
+    rate: float
+    bandwidth: float
+
+
+@dataclass(frozen=True, slots=True)
+class NodeState:
+    """What is known of a node.
+
+    Attributes:
+        uri: its slave API; empty while the master has not told it.
+        error: why it did not answer the last time; empty when it did.
+    """
+
+    uri: str = ""
+    error: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """The running system at one moment.
+
+    Attributes:
+        state: what the master knows.
+        types: the type of each topic.
+        nodes: each registered node.
+        connections: with their traffic, None until it was measured.
+        error: why the master did not answer; everything else is then as it was before.
+    """
+
+    state: SystemState = field(default_factory=lambda: SystemState({}, {}, {}))
+    types: Mapping[str, str] = field(default_factory=dict)
+    nodes: Mapping[str, NodeState] = field(default_factory=dict)
+    connections: Mapping[Connection, Traffic | None] = field(default_factory=dict)
+    error: str = ""
+
+    @property
+    def unreachable(self) -> set[str]:
+        """The nodes that did not answer."""
+        return {name for name, node in self.nodes.items() if node.error}
+
+
+class Link(NamedTuple):
+    """A row of `getBusInfo`: a connection as one of its ends tells of it."""
+
+    id: str
+    peer: str
+    direction: str
+    topic: str
+
+
+class Count(NamedTuple):
+    """What a node says to have sent over a connection so far."""
+
+    messages: float
+    size: float
+
+
+@dataclass(slots=True)
+class _Node:
+    """What the observer keeps of a node."""
+
+    uri: str = ""
+    error: str = ""
+    asked_s: float = float("-inf")
+    failures: int = 0
+    links: Sequence[Link] = ()
+    counts: deque[tuple[float, Mapping[str, Count]]] = field(
+        default_factory=lambda: deque(maxlen=RATE_ANSWERS)
+    )
+
+    def traffic(self, link: str) -> Traffic | None:
+        """What goes over a connection on average since the oldest answer that knows it."""
+        known = [(moment_s, counts[link]) for moment_s, counts in self.counts if link in counts]
+        if len(known) < 2:
+            return None
+        (begin_s, first), (end_s, last) = known[0], known[-1]
+        if end_s <= begin_s or last.messages < first.messages:
+            return None
+        elapsed_s = end_s - begin_s
+        return Traffic((last.messages - first.messages) / elapsed_s, (last.size - first.size) / elapsed_s)
+
+    def is_due(self, now_s: float) -> bool:
+        wait = min(NODE_INTERVAL_S * 2**self.failures, SLOWEST_RETRY_S) if self.failures else NODE_INTERVAL_S
+        return now_s - self.asked_s >= wait
+
+
+class Observer:
+    """Looks at a running system again and again. Call `look` from one thread."""
+
+    def __init__(self, master: MasterClient, now_s: Callable[[], float] = time.monotonic) -> None:
+        self._master = master
+        self._now_s = now_s
+        self._nodes: dict[str, _Node] = {}
+        self._last = Observation()
+        self._pool = concurrent.futures.ThreadPoolExecutor(ASKED_AT_ONCE, "observer")
+
+    def close(self) -> None:
+        """Ends the threads; an answer that is under way is not waited for."""
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def look(self) -> Observation:
+        """Asks the master, and the nodes whose answers are old. An unreachable master is told, not raised."""
+        try:
+            state = SystemState.from_state(self._master.get_system_state())
+            types: dict[str, str] = dict(self._master.get_topic_types())
+        except (PiprosError, ValueError) as error:
+            last = self._last
+            return Observation(last.state, last.types, last.nodes, last.connections, str(error))
+        names = state.nodes()
+        self._nodes = {name: self._nodes.get(name) or _Node() for name in names}
+        now_s = self._now_s()
+        due = sorted((node.asked_s, name) for name, node in self._nodes.items() if node.is_due(now_s))
+        asked = [name for _, name in due[:CALLS_A_LOOK]]
+        list(self._pool.map(self._ask, asked, [self._nodes[name] for name in asked]))
+        self._last = Observation(
+            state,
+            types,
+            {name: NodeState(node.uri, node.error) for name, node in self._nodes.items()},
+            self._connections(),
+        )
+        return self._last
+
+    def _ask(self, name: str, node: _Node) -> None:
+        node.asked_s = now_s = self._now_s()
+        try:
+            if not node.uri or node.failures:
+                node.uri = self._master.lookup_node(name)
+            with RpcClient(node.uri, timeout_s=ANSWER_DEADLINE_S) as api:
+                links = list(links_in(api.call("getBusInfo", self._master.caller_id)))
+                counts = dict(counts_in(api.call("getBusStats", self._master.caller_id)))
+        except (PiprosError, ValueError, OSError) as error:
+            node.failures += 1
+            node.error = str(error)
+            node.links = ()
+            node.counts.clear()
+            return
+        node.failures, node.error = 0, ""
+        node.links = links
+        node.counts.append((now_s, counts))
+
+    def _connections(self) -> dict[Connection, Traffic | None]:
+        names = {node.uri.rstrip("/"): name for name, node in self._nodes.items() if node.uri}
+        connections: dict[Connection, Traffic | None] = {}
+        for name, node in self._nodes.items():
+            for link in node.links:
+                peer = names.get(link.peer.rstrip("/"), link.peer)
+                if peer not in self._nodes:
+                    continue
+                if link.direction == "o":
+                    connections[Connection(name, link.topic, peer)] = node.traffic(link.id)
+                else:
+                    connections.setdefault(Connection(peer, link.topic, name), None)
+        return connections
+
+
+def links_in(answer: Any) -> Iterator[Link]:
+    """The connections of a `getBusInfo` answer that are up. Malformed rows are left out.
+
+    Raises:
+        ValueError: the answer is not of the form `[1, text, rows]`.
+    """
+    for row in _rows(answer, "getBusInfo"):
+        if isinstance(row, list) and len(row) >= 5 and row[5:6] != [False] and row[2] in ("i", "o", "b"):
+            yield Link(str(row[0]), str(row[1]), "i" if row[2] == "i" else "o", str(row[4]))
+
+
+def counts_in(answer: Any) -> Iterator[tuple[str, Count]]:
+    """What a `getBusStats` answer says of each outgoing connection, by its id. Malformed rows are left out.
+
+    A publisher's row is `[topic, bytes, [[id, bytes, messages, …], …]]`.
+
+    Raises:
+        ValueError: the answer is not of the form `[1, text, [publishers, subscribers, …]]`.
+    """
+    publishers = _rows(answer, "getBusStats")[:1]
+    for row in publishers[0] if publishers and isinstance(publishers[0], list) else ():
+        links = row[-1] if isinstance(row, list) and row else None
+        for link in links if isinstance(links, list) else ():
+            if isinstance(link, list) and len(link) >= 3 and _are_numbers(link[1:3]):
+                yield str(link[0]), Count(link[2], link[1])
+
+
+def _rows(answer: Any, method: str) -> list[Any]:
+    if not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1 or not isinstance(answer[2], list):
+        raise ValueError(f"{method} must answer [1, text, list], got {str(answer)[:80]}")
+    return answer[2]
+
+
+def _are_numbers(values: Sequence[object]) -> bool:
+    return all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in values)

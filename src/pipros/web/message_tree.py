@@ -1,0 +1,61 @@
+"""Messages as values for JSON: fields by name, large arrays and texts shortened, within a budget."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+SHOWN_ELEMENTS = 40
+SHOWN_CHARACTERS = 4000
+SHOWN_BYTES = 32
+LEAVES = 4000
+"""How many values of one message are shown."""
+
+MORE = "…"
+"""The key of an entry that says what was left out."""
+
+
+def message_tree(message: object) -> Any:
+    """The fields of a message as dictionaries, lists, texts and numbers.
+
+    Numbers that JSON lacks are texts: `nan`, `inf`. A shortened array is `{"…": length, "items": first}`.
+
+    Args:
+        message: a message, or a value of one.
+    """
+    return _Tree().of(message)
+
+
+class _Tree:
+    def __init__(self) -> None:
+        self._left = LEAVES
+
+    def of(self, value: Any) -> Any:
+        self._left -= 1
+        if value is None or isinstance(value, (bool, int)):
+            return value
+        if isinstance(value, float):
+            return value if math.isfinite(value) else str(value)
+        if isinstance(value, str):
+            return value if len(value) <= SHOWN_CHARACTERS else value[:SHOWN_CHARACTERS] + MORE
+        if isinstance(value, (bytes, bytearray, memoryview)):
+            return {MORE: len(value), "hex": bytes(value[:SHOWN_BYTES]).hex(" ")}
+        if hasattr(value, "secs") and hasattr(value, "nsecs"):
+            return {"secs": value.secs, "nsecs": value.nsecs}
+        slots = getattr(value, "__slots__", None)
+        if slots is not None and hasattr(value, "_slot_types"):
+            return {name: self.of(getattr(value, name)) for name in slots if self._left > 0}
+        if isinstance(value, Mapping):
+            return {str(key): self.of(part) for key, part in value.items() if self._left > 0}
+        if hasattr(value, "tolist") and hasattr(value, "dtype"):
+            return self._array(value)
+        if isinstance(value, Sequence):
+            return self._array(value)
+        return str(value)
+
+    def _array(self, values: Any) -> Any:
+        length = len(values)
+        shown = values[:SHOWN_ELEMENTS]
+        items = [self.of(item) for item in (shown.tolist() if hasattr(shown, "tolist") else shown)]
+        return items if length <= SHOWN_ELEMENTS else {MORE: length, "items": items}

@@ -1,0 +1,135 @@
+"""The program behind `rqt_graph` and its family: a node, a server, and the page in a browser."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import socket
+import ssl
+import sys
+import threading
+import webbrowser
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pipros.errors import PiprosError
+from pipros.graph.client import GraphClient
+from pipros.node import Node
+from pipros.web.server import Action, PageServer, Services, View
+from pipros.web.system import System
+from pipros.web.views.graph import GraphViews
+from pipros.web.views.topics import TopicViews
+
+
+class ServerFailed(PiprosError):
+    """The server cannot be started."""
+
+
+@dataclass(frozen=True, slots=True)
+class PageOptions:
+    """How the page is served.
+
+    Attributes:
+        tool: the command, which names the node.
+        tab: what the page opens with, with its arguments: `plot/battery_topic/level`.
+        host: the address to listen at.
+        port: 0 takes a free one.
+        certificate, key: files for TLS.
+        has_control: the page may change the system.
+        opens_browser: open the page when there is a display.
+    """
+
+    tool: str = "rqt_graph"
+    tab: str = "graph"
+    host: str = "127.0.0.1"
+    port: int = 0
+    certificate: str | None = None
+    key: str | None = None
+    has_control: bool = False
+    opens_browser: bool = True
+
+
+def serve_page(options: PageOptions) -> int:
+    """Serves the page until Ctrl-C.
+
+    Raises:
+        ServerFailed: the port is taken, or the certificate cannot be read.
+    """
+    with GraphClient(options.tool) as graph, Node(options.tool, anonymous=True) as node:
+        asyncio.run(_serve(options, System(graph, node)))
+    return 0
+
+
+async def _serve(options: PageOptions, system: System) -> None:
+    over = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(number, over.set)
+    system.start()
+    server = PageServer(services(system, has_control=options.has_control))
+    try:
+        host = options.host.strip("[]")
+        shown = "localhost" if host in ("127.0.0.1", "::1") else f"[{host}]" if ":" in host else host
+        names = () if shown == "localhost" else (shown.lower(), socket.gethostname().lower())
+        await server.start(host, options.port, names=names, tls=_tls(options))
+        url = server.access.url("localhost" if shown in ("0.0.0.0", "[::]") else shown, options.tab)  # noqa: S104
+        print(f"{options.tool}: {url}", flush=True)
+        if not options.has_control:
+            print("The page only looks. With --control it can also change the system.", file=sys.stderr)
+        if shown != "localhost":
+            _warn_about_network(options)
+        if options.opens_browser and _has_display():
+            threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
+        await over.wait()
+    except OSError as error:
+        raise ServerFailed(
+            f"cannot listen at {options.host}:{options.port}: {error.strerror or error}"
+        ) from None
+    finally:
+        await server.close()
+        system.close()
+
+
+def services(system: System, *, has_control: bool) -> Services:
+    """All views and actions of the page."""
+    graph, topics = GraphViews(system), TopicViews(system)
+    views: Mapping[str, View] = {
+        "graph": graph.graph,
+        "node": graph.node,
+        "topics": topics.topics,
+        "topic": topics.topic,
+    }
+    actions: dict[str, Action] = {"picture": graph.picture}
+
+    async def about(_: Mapping[str, Any]) -> Any:
+        return {"master": system.graph.environment.master_uri, "control": has_control}
+
+    actions["about"] = about
+    return Services(views, actions, frozenset(), has_control)
+
+
+def _tls(options: PageOptions) -> ssl.SSLContext | None:
+    if options.certificate is None:
+        return None
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    try:
+        context.load_cert_chain(options.certificate, options.key)
+    except (OSError, ssl.SSLError) as error:
+        raise ServerFailed(f"cannot use the certificate {options.certificate}: {error}") from None
+    return context
+
+
+def _warn_about_network(options: PageOptions) -> None:
+    what = "see and change" if options.has_control else "see"
+    print(f"Others on this network can {what} the system when they have this address.", file=sys.stderr)
+    if options.certificate is None:
+        print("It is not encrypted: with --cert and --key it would be.", file=sys.stderr)
+
+
+def _has_display() -> bool:
+    if sys.platform in ("darwin", "win32"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -1,0 +1,149 @@
+"""Topics that browsers look at: one subscription each for all browsers, and none when nobody looks."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+from pipros.graph.message_classes import MessageClasses
+from pipros.graph.samples import BandwidthWindow, RateWindow
+from pipros.node import Node
+from pipros.node.any_msg import RawMessage
+from pipros.node.subscriber import Subscriber
+
+WINDOW = 200
+"""How many messages rates and bandwidths are taken over."""
+QUIET_S = 3.0
+"""A topic without a message for so long, or for three of its intervals, has no rate."""
+
+Listener = Callable[[RawMessage, float], object]
+"""Called in the thread of the link with each message and the wall time when it came, in seconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Newest:
+    """The newest message of a topic.
+
+    Attributes:
+        number: how many came before it and with it.
+        message: undecoded.
+        wall_s: when it came, in seconds since 1970.
+    """
+
+    number: int
+    message: RawMessage
+    wall_s: float
+
+
+class TopicWatch:
+    """What comes over one topic. Messages are counted in the threads of the links."""
+
+    def __init__(self, topic: str, classes: MessageClasses) -> None:
+        self.topic = topic
+        self.newest: Newest | None = None
+        self._classes = classes
+        self._lock = threading.Lock()
+        self._rate = RateWindow(WINDOW)
+        self._bandwidth = BandwidthWindow(WINDOW)
+        self._last_s = 0.0
+        self._count = 0
+        self._listeners: list[Listener] = []
+
+    def take(self, message: RawMessage) -> None:
+        """Counts a message and shows it to the listeners."""
+        moment_s, wall_s = time.monotonic(), time.time()
+        with self._lock:
+            self._count += 1
+            self._rate.add(moment_s)
+            self._bandwidth.add(moment_s, len(message.body))
+            self._last_s = moment_s
+            self.newest = Newest(self._count, message, wall_s)
+            listeners = list(self._listeners)
+        for listener in listeners:
+            listener(message, wall_s)
+
+    def figures(self) -> Mapping[str, float | int | None]:
+        """Messages and bytes a second, the mean size, and the number of messages so far."""
+        now_s = time.monotonic()
+        with self._lock:
+            rate, bandwidth = self._rate.figures(), self._bandwidth.figures(now_s)
+            is_quiet = now_s - self._last_s > max(QUIET_S, 3 * rate.mean if rate else 0.0)
+            return {
+                "rate": 1.0 / rate.mean if rate and rate.mean > 0 and not is_quiet else None,
+                "bandwidth": bandwidth[0] if bandwidth and not is_quiet else None,
+                "size": bandwidth[1].mean if bandwidth else None,
+                "count": self._count,
+            }
+
+    @contextlib.contextmanager
+    def listening(self, listener: Listener) -> Iterator[None]:
+        """Has `listener` called with each message for as long as the context lasts."""
+        with self._lock:
+            self._listeners.append(listener)
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._listeners.remove(listener)
+
+    def decode(self, message: RawMessage) -> object:
+        """The message, decoded by the definition of its publisher. Raises `PiprosError` when that fails."""
+        return self._classes.decode(message)
+
+
+class TopicWatches:
+    """The topics that are watched at present."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._classes = MessageClasses()
+        self._lock = threading.Lock()
+        self._watches: dict[str, tuple[TopicWatch, Subscriber[RawMessage], int]] = {}
+
+    @contextlib.contextmanager
+    def watch(self, topic: str) -> Iterator[TopicWatch]:
+        """Subscribes to a topic for as long as somebody is in the context."""
+        with self._lock:
+            watch, subscriber, users = self._watches.get(topic) or (*self._subscribe(topic), 0)
+            self._watches[topic] = watch, subscriber, users + 1
+        try:
+            yield watch
+        finally:
+            with self._lock:
+                watch, subscriber, users = self._watches[topic]
+                if users > 1:
+                    self._watches[topic] = watch, subscriber, users - 1
+                else:
+                    del self._watches[topic]
+            if users <= 1:
+                subscriber.unregister()
+
+    def _subscribe(self, topic: str) -> tuple[TopicWatch, Subscriber[RawMessage]]:
+        watch = TopicWatch(topic, self._classes)
+        return watch, self._node.subscribe(topic, RawMessage, watch.take, queue_size=WINDOW)
+
+
+class NewSamples:
+    """Values that a listener collects until a browser takes them; the oldest are lost when it is slow."""
+
+    def __init__(self, limit: int) -> None:
+        self._lock = threading.Lock()
+        self._values: deque[object] = deque(maxlen=limit)
+        self._lost = 0
+
+    def add(self, value: object) -> None:
+        with self._lock:
+            self._lost += len(self._values) == self._values.maxlen
+            self._values.append(value)
+
+    def take(self) -> tuple[list[object], int]:
+        """All values since the last call, and how many were lost."""
+        with self._lock:
+            values, lost = list(self._values), self._lost
+            self._values.clear()
+            self._lost = 0
+        return values, lost

@@ -1,0 +1,169 @@
+"""The graph: drawn when it changes, its traffic every second; all about one node; pictures."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Mapping
+from dataclasses import fields
+from typing import Any, cast
+
+from pipros.graph.drawing.dot import to_dot
+from pipros.graph.drawing.node_graph import MODES, GraphOptions, Mode, NodeGraph, node_graph
+from pipros.graph.drawing.scene import Scene, draw
+from pipros.graph.drawing.svg import middle_of, path, to_svg
+from pipros.graph.observer import Observation
+from pipros.graph.system_state import of_node
+from pipros.web.server import RequestRefused
+from pipros.web.system import System
+
+LONGEST_FILTER = 1000
+
+
+def options_from(arguments: Mapping[str, Any]) -> GraphOptions:
+    """The options that a browser sent.
+
+    Raises:
+        RequestRefused: an unknown option, or a value of another type.
+    """
+    known = {field.name: field.default for field in fields(GraphOptions)}
+    for name, value in arguments.items():
+        if name not in known or type(value) is not type(known[name]):
+            raise RequestRefused(f"{name} must be one of {', '.join(known)}, got the value {value!r}")
+        if isinstance(value, str) and len(value) > LONGEST_FILTER:
+            raise RequestRefused(f"{name} must have at most {LONGEST_FILTER} characters, got {len(value)}")
+    mode = cast("Mode", arguments.get("mode", "active"))
+    if mode not in MODES:
+        raise RequestRefused(f"mode must be one of {', '.join(MODES)}, got {mode!r}")
+    return GraphOptions(**arguments)
+
+
+def graph_of(observation: Observation, options: GraphOptions) -> NodeGraph:
+    return node_graph(observation.state, observation.connections, observation.unreachable, options)
+
+
+class GraphViews:
+    """The views of the Graph tab."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    async def graph(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """The drawing as `scene` whenever it changes, and the traffic of its arrows."""
+        options = options_from(arguments)
+        shown: NodeGraph | None = None
+        scene = Scene()
+        async for observation in self._system.observations():
+            graph = graph_of(observation, options)
+            if graph != shown:
+                scene = await asyncio.to_thread(draw, graph, with_traffic=True)
+                shown = graph
+                yield {"scene": scene_values(scene)}
+            yield {
+                "traffic": _traffic(observation, scene),
+                "error": observation.error,
+                "nodes": len(observation.nodes),
+                "topics": len(observation.state.topics()),
+            }
+
+    async def node(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """All that is known of one node."""
+        name = str(arguments["name"])
+        async for observation in self._system.observations():
+            yield node_values(observation, name)
+
+    async def picture(self, arguments: Mapping[str, Any]) -> Any:
+        """The drawing as a file: `format` is `svg` or `dot`."""
+        rest = dict(arguments)
+        kind = rest.pop("format", "svg")
+        graph = graph_of(self._system.observation, options_from(rest))
+        if kind == "dot":
+            return to_dot(graph)
+        if kind == "svg":
+            return to_svg(await asyncio.to_thread(draw, graph))
+        raise RequestRefused(f"format must be svg or dot, got {kind!r}")
+
+
+def scene_values(scene: Scene) -> Mapping[str, Any]:
+    """A drawing for the page."""
+    return {
+        "width": scene.width,
+        "height": scene.height,
+        "boxes": [
+            {
+                "key": vertex.key,
+                "name": vertex.name,
+                "text": text,
+                "kind": vertex.kind,
+                "reachable": vertex.is_reachable,
+                "x": round(box.x, 1),
+                "y": round(box.y, 1),
+                "w": round(box.width, 1),
+                "h": round(box.height, 1),
+            }
+            for vertex, box, text in scene.boxes
+        ],
+        "arrows": [
+            {
+                "start": arrow.start,
+                "end": arrow.end,
+                "topic": arrow.topic,
+                "text": text,
+                "path": path(route),
+                "middle": [round(value, 1) for value in middle_of(route)],
+            }
+            for arrow, route, text in scene.arrows
+        ],
+        "bands": [
+            {"name": name, "x": box.x, "y": box.y, "w": box.width, "h": box.height}
+            for name, box in scene.bands.items()
+        ],
+    }
+
+
+def _traffic(observation: Observation, scene: Scene) -> list[list[float] | None]:
+    """Messages and bytes a second of each arrow, None where they are not known."""
+    sums: dict[tuple[str, str, str], list[float]] = {}
+    for connection, traffic in observation.connections.items():
+        if traffic is None:
+            continue
+        publisher, topic, subscriber = (
+            "n" + connection.publisher,
+            "t" + connection.topic,
+            "n" + connection.subscriber,
+        )
+        for start, end in ((publisher, topic), (topic, subscriber), (publisher, subscriber)):
+            total = sums.setdefault((start, end, connection.topic), [0.0, 0.0])
+            if start == publisher and end == topic:  # one publication, however many subscribers
+                total[:] = max(total[0], traffic.rate), total[1] + traffic.bandwidth
+            else:
+                total[:] = total[0] + traffic.rate, total[1] + traffic.bandwidth
+    return [
+        [round(value, 2) for value in found]
+        if (found := sums.get((arrow.start, arrow.end, arrow.topic)))
+        else None
+        for arrow, _, _ in scene.arrows
+    ]
+
+
+def node_values(observation: Observation, name: str) -> Mapping[str, Any]:
+    """What the master and the node itself say of a node."""
+    node = observation.nodes.get(name)
+    state = observation.state
+    return {
+        "name": name,
+        "known": node is not None,
+        "uri": node.uri if node else "",
+        "error": node.error if node else "",
+        "publications": [
+            [topic, observation.types.get(topic, "*")] for topic in of_node(name, state.publishers)
+        ],
+        "subscriptions": [
+            [topic, observation.types.get(topic, "*")] for topic in of_node(name, state.subscribers)
+        ],
+        "services": of_node(name, state.services),
+        "connections": [
+            [*connection, *(traffic or (None, None))]
+            for connection, traffic in sorted(observation.connections.items(), key=lambda item: item[0])
+            if name in (connection.publisher, connection.subscriber)
+        ],
+    }

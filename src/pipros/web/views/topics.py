@@ -1,0 +1,109 @@
+"""Topics: the list with rates, and the newest message of one."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
+from typing import Any
+
+from pipros import names
+from pipros.errors import PiprosError
+from pipros.graph.observer import Observation
+from pipros.web.message_tree import message_tree
+from pipros.web.server import RequestRefused
+from pipros.web.system import System
+
+UPDATE_INTERVAL_S = 0.1
+"""How often a browser gets the newest message."""
+
+_PERCENTAGE = re.compile(r"\s*%\s*(\d{1,3}(?:\.\d+)?)\s*|\s*(\d{1,3}(?:\.\d+)?)\s*%\s*")
+
+
+class TopicViews:
+    """The views of the Topics tab."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    async def topics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """All topics with types, nodes and, where publishers tell it, traffic."""
+        async for observation in self._system.observations():
+            yield {"topics": list(_rows(observation)), "error": observation.error}
+
+    async def topic(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """One topic while somebody looks at it: its newest message, rate and bandwidth."""
+        name = topic_name(arguments)
+        with self._system.topics.watch(name) as watch:
+            number = -1
+            ticks = 0
+            while True:
+                newest = watch.newest
+                is_new = newest is not None and newest.number != number
+                if is_new or ticks % 10 == 0:
+                    values: dict[str, Any] = {"name": name, **watch.figures(), **self._registered(name)}
+                    if newest is not None:
+                        number = newest.number
+                        values["stamp"] = newest.wall_s
+                        values["type"] = newest.message.header.get("type", values["type"])
+                        values["from"] = newest.message.header.get("callerid", "")
+                        values["bytes"] = len(newest.message.body)
+                        try:
+                            message = watch.decode(newest.message)
+                            values["message"] = message_tree(message)
+                            values["gauge"] = percentage(message)
+                        except PiprosError as error:
+                            values["error"] = str(error)
+                    yield values
+                ticks += 1
+                await asyncio.sleep(UPDATE_INTERVAL_S)
+
+    def _registered(self, name: str) -> Mapping[str, Any]:
+        state = self._system.observation.state
+        return {
+            "type": self._system.observation.types.get(name, ""),
+            "publishers": list(state.publishers.get(name, ())),
+            "subscribers": list(state.subscribers.get(name, ())),
+        }
+
+
+def topic_name(arguments: Mapping[str, Any]) -> str:
+    """The global name in a request. Raises `RequestRefused` for anything else."""
+    name = arguments.get("name")
+    if not isinstance(name, str) or not names.is_legal(name) or not names.is_global(name):
+        raise RequestRefused(f"name must be a global name such as /battery_topic, got {name!r}")
+    return names.canonicalize(name)
+
+
+def _rows(observation: Observation) -> Iterator[Mapping[str, Any]]:
+    rates: dict[str, dict[str, list[float]]] = {}
+    for connection, traffic in observation.connections.items():
+        if traffic is not None:
+            rates.setdefault(connection.topic, {}).setdefault(connection.publisher, []).append(traffic.rate)
+    state = observation.state
+    for topic in state.topics():
+        by_publisher = rates.get(topic)
+        yield {
+            "name": topic,
+            "type": observation.types.get(topic, "*"),
+            "publishers": list(state.publishers.get(topic, ())),
+            "subscribers": list(state.subscribers.get(topic, ())),
+            "rate": round(sum(map(max, by_publisher.values())), 2) if by_publisher else None,
+        }
+
+
+def percentage(message: object) -> float | None:
+    """The percentage that a battery message tells, from 0 to 100; None for other messages.
+
+    `sensor_msgs/BatteryState.percentage` is a fraction from 0 to 1 by its definition. A single text such as
+    `%25` or `80 %` counts, too.
+    """
+    fraction = getattr(message, "percentage", None)
+    if isinstance(fraction, float):
+        return round(fraction * 100, 1) if 0.0 <= fraction <= 1.0 else None
+    slots: Sequence[str] = getattr(message, "__slots__", ())
+    if len(slots) != 1 or not isinstance(text := getattr(message, slots[0], None), str):
+        return None
+    found = _PERCENTAGE.fullmatch(text)
+    value = float(found[1] or found[2]) if found else -1.0
+    return value if 0.0 <= value <= 100.0 else None

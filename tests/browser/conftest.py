@@ -1,0 +1,58 @@
+"""A page in a real browser. `PIPROS_SCREENSHOTS=FOLDER` keeps a picture of each tab, light and dark."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, ConsoleMessage, sync_playwright
+from playwright.sync_api import Page as Tab
+
+from tests.support.browser import find_chromium
+from tests.support.page import Page
+
+OpenTab = Callable[..., Tab]
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def open_tab(chromium: Browser) -> Iterator[OpenTab]:
+    """Opens a page at a tab: `open_tab(page, "graph")`. An error in its console fails the test."""
+    errors: list[str] = []
+
+    def note(message: ConsoleMessage) -> None:
+        if message.type == "error":
+            errors.append(message.text)
+
+    def open_it(page: Page, place: str, scheme: str = "light", size: tuple[int, int] = (1200, 700)) -> Tab:
+        context = chromium.new_context(
+            viewport={"width": size[0], "height": size[1]},
+            color_scheme=scheme,  # type: ignore[arg-type]
+            reduced_motion="reduce",
+        )
+        context.set_default_timeout(30_000)
+        tab = context.new_page()
+        tab.on("console", note)
+        tab.on("pageerror", lambda error: errors.append(str(error)))
+        tab.goto(f"{page.url.partition('#')[0]}#{place}")
+        return tab
+
+    yield open_it
+    for context in chromium.contexts:
+        context.close()
+    assert errors == []
+
+
+def keep_screenshot(tab: Tab, name: str) -> None:
+    """Keeps a picture where PIPROS_SCREENSHOTS says."""
+    if folder := os.environ.get("PIPROS_SCREENSHOTS"):
+        tab.screenshot(path=Path(folder) / f"{name}.png")

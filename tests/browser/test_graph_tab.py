@@ -1,0 +1,108 @@
+"""The Graph and Topics tabs in a browser, with the case study."""
+
+from __future__ import annotations
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import OpenTab, keep_screenshot
+from tests.support.environments import REPOSITORY
+from tests.support.page import Page
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+
+EXAMPLES = REPOSITORY / "examples" / "catkin_ws" / "src"
+
+
+@pytest.fixture
+def nodes(ros: RosSystem) -> dict[str, Process]:
+    """The case study: a talker, a listener and their master."""
+    ros.pipros.environment["ROS_PACKAGE_PATH"] = str(EXAMPLES)
+    ros.pipros.start_master()
+    started = {
+        name: ros.pipros.start("rosrun", "composiv_tryouts", f"composiv_{name}.py", f"__name:={name}_node")
+        for name in ("talker", "listener")
+    }
+    ros.wait_for_publisher("/battery_topic")
+    ros.wait_for_subscriber("/battery_topic")
+    return started
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_case_study_is_drawn_in_the_right_order(
+    ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab, scheme: str
+) -> None:
+    tab = open_tab(Page(ros), "graph", scheme)
+    lefts = []
+    for key in ("n/talker_node", "t/battery_topic", "n/listener_node"):
+        vertex = tab.locator(f'[data-key="{key}"]')
+        expect(vertex).to_be_visible()
+        box = vertex.bounding_box()
+        assert box is not None
+        lefts.append(box["x"])
+    assert lefts == sorted(lefts)
+    assert tab.locator("path.arrow").count() == 2
+    tab.locator('[data-key="t/battery_topic"]').click()
+    expect(tab.locator("aside .message")).to_contain_text('battery: "%25"')
+    expect(tab.locator("[role=meter]")).to_have_attribute("aria-valuenow", "25")
+    assert "token" not in tab.url
+    keep_screenshot(tab, f"graph-{scheme}")
+
+
+def test_a_killed_node_is_shown(ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab) -> None:
+    tab = open_tab(Page(ros), "graph")
+    expect(tab.locator('[data-key="n/talker_node"]')).to_be_visible()
+    nodes["talker"].kill()
+    gone_or_marked = tab.locator('[data-key="n/talker_node"]:not(:has(.unreachable))')
+    expect(gone_or_marked).to_have_count(0)
+
+
+def test_a_node_is_selected_with_the_keyboard(
+    ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab
+) -> None:
+    tab = open_tab(Page(ros), "graph")
+    tab.locator('[data-key="n/talker_node"]').press("Enter")
+    expect(tab.locator("aside h2")).to_have_text("/talker_node")
+    expect(tab.locator("aside")).to_contain_text("composiv_tryouts/BatteryLevel")
+    tab.keyboard.press("Escape")
+    expect(tab.locator("aside")).to_be_hidden()
+    tab.keyboard.press("/")
+    tab.keyboard.type("battery")
+    expect(tab.locator("g.found")).to_have_count(1)
+
+
+def test_topics_are_listed_and_shown(ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab) -> None:
+    tab = open_tab(Page(ros), "topics")
+    row = tab.locator("tr[data-name='/battery_topic']")
+    expect(row).to_contain_text("composiv_tryouts/BatteryLevel")
+    row.click()
+    expect(tab.locator("aside .message")).to_contain_text("%25")
+    keep_screenshot(tab, "topics-light")
+
+
+def test_markup_in_a_message_stays_text(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_master()
+    evil = "<img src=x onerror=document.title=1><script>document.title=2</script>"
+    ros.pipros.start("rostopic", "pub", "-r", "10", "/evil", "std_msgs/String", f"data: '{evil}'")
+    ros.wait_for_publisher("/evil")
+    tab = open_tab(Page(ros), "topics/%2Fevil")
+    expect(tab.locator("aside .message")).to_contain_text(evil)
+    assert tab.title() == "pipros: Topics"
+    assert tab.locator("aside img").count() == 0
+
+
+def test_it_fits_a_phone(ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab) -> None:
+    tab = open_tab(Page(ros), "graph/t%2Fbattery_topic", size=(390, 800))
+    expect(tab.locator("[role=meter]")).to_be_visible()
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    keep_screenshot(tab, "graph-phone")
+
+
+def test_a_lost_server_is_told(ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab) -> None:
+    page = Page(ros)
+    tab = open_tab(page, "graph")
+    expect(tab.locator("#system")).to_contain_text("only looks")
+    page.process.press_ctrl_c()
+    page.process.wait()
+    expect(tab.locator("#system")).to_contain_text("no connection to the server")
+    tab.context.close()

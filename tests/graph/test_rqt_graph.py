@@ -1,0 +1,194 @@
+"""`rqt_graph`: its server, what it sends, who may see it, and pictures."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from websockets.exceptions import InvalidStatus
+
+from tests.support.page import Page
+from tests.support.ros import RosSystem
+
+CHAIN = [("n/talker", "t/level"), ("t/level", "n/listener")]
+
+
+@pytest.fixture
+def chain(ros: RosSystem) -> RosSystem:
+    """A master, and `/talker` that publishes `/level` to `/listener`."""
+    ros.pipros.start_master()
+    ros.pipros.start("rostopic", "pub", "-r", "20", "/level", "std_msgs/String", "'%25'", "__name:=talker")
+    ros.pipros.start("rostopic", "echo", "/level", "__name:=listener").wait_for("%25")
+    return ros
+
+
+def first(values: Iterator[Any], condition: Callable[[Any], object]) -> Any:
+    """The first value that meets a condition. The test's own time limit ends a vain wait."""
+    return next(value for value in values if condition(value))
+
+
+def chain_in(value: Any) -> bool:
+    arrows = value.get("scene", {}).get("arrows", ())
+    return [(arrow["start"], arrow["end"]) for arrow in arrows] == CHAIN
+
+
+def test_the_page_is_served_with_the_token_only(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    page = Page(ros)
+    with_token = page.get(f"/?token={page.token}", Cookie="")
+    assert with_token.status == 200
+    assert "script-src 'self'" in with_token.headers["Content-Security-Policy"]
+    assert with_token.headers["Set-Cookie"].startswith(page.cookie)
+    assert page.get("/app.js").headers["Content-Type"] == "text/javascript; charset=utf-8"
+    assert page.get("/tabs/graph.js").status == 200
+    for path in ("/", "/app.js", "/live", "/?token=wrong"):
+        assert page.get(path, Cookie="").status == 403
+    for path in ("/nothing", "/../__init__.py", "/tabs", "/%2e%2e/server.py", "/tabs/../app.js"):
+        assert page.get(path).status == 404
+    assert page.get("/", Host="evil.example").status == 403
+
+
+def test_other_sites_cannot_connect(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    page = Page(ros)
+    for origin, cookie in ((None, "x=1"), ("http://evil.example", None), (f"https://{page.host}", None)):
+        with pytest.raises(InvalidStatus) as refused, page.connect(origin, cookie):
+            pass
+        assert refused.value.response.status_code == 403
+
+
+def test_the_graph_is_sent_with_traffic_and_follows_changes(chain: RosSystem) -> None:
+    page = Page(chain)
+    with page.connect() as browser:
+        graph = browser.watch("graph")
+        first(graph, chain_in)
+        first(
+            graph,
+            lambda value: (rates := value.get("traffic")) and all(rate and rate[0] > 1 for rate in rates),
+        )
+        chain.pipros.start("rostopic", "echo", "/level", "__name:=another")
+        first(graph, lambda value: len(value.get("scene", {}).get("arrows", ())) == 3)
+
+
+def test_a_killed_node_is_shown_as_such(chain: RosSystem) -> None:
+    other = chain.pipros.start(
+        "rostopic", "pub", "-r", "20", "/level", "std_msgs/String", "x", "__name:=other"
+    )
+    page = Page(chain)
+    with page.connect() as browser:
+        graph = browser.watch("graph", mode="all", hide_debug=True)
+
+        def other_is(reachable: bool, value: Any) -> bool:
+            boxes = value.get("scene", {}).get("boxes", ())
+            return any(box["name"] == "/other" and box["reachable"] is reachable for box in boxes)
+
+        first(graph, lambda value: other_is(True, value))
+        other.kill()
+        gone = first(
+            graph,
+            lambda value: (
+                other_is(False, value)
+                or ("scene" in value and not any(box["name"] == "/other" for box in value["scene"]["boxes"]))
+            ),
+        )
+        assert gone
+
+
+def test_a_topic_is_watched_only_while_somebody_looks(chain: RosSystem) -> None:
+    page = Page(chain)
+
+    def watchers() -> list[str]:
+        return [node for node in chain.subscribers("/level") if node.startswith("/rqt_graph")]
+
+    with page.connect() as browser:
+        first(browser.watch("graph"), chain_in)
+        assert watchers() == []
+        topic = first(browser.watch("topic", name="/level"), lambda value: "message" in value)
+        assert topic["message"] == {"data": "%25"}
+        assert topic["gauge"] == 25.0
+        assert (topic["type"], topic["from"]) == ("std_msgs/String", "/talker")
+        assert len(watchers()) == 1
+    with page.connect() as browser:
+        first(browser.watch("graph"), lambda _: not watchers())
+
+
+def test_a_node_tells_its_connections(chain: RosSystem) -> None:
+    with Page(chain).connect() as browser:
+        node = first(browser.watch("node", name="/talker"), lambda value: value["connections"])
+        assert ["/level", "std_msgs/String"] in node["publications"]
+        assert ["/talker", "/level", "/listener"] in [row[:3] for row in node["connections"]]
+
+
+def test_a_vanished_master_is_told_and_found_again(ros: RosSystem) -> None:
+    core = ros.pipros.start_master()
+    page = Page(ros)
+    with page.connect() as browser:
+        graph = browser.watch("graph")
+        first(graph, lambda value: value.get("error") == "")
+        core.press_ctrl_c()
+        core.wait()
+        first(graph, lambda value: value.get("error"))
+        ros.pipros.start_master()
+        first(graph, lambda value: value.get("error") == "")
+
+
+def test_requests_that_make_no_sense_are_answered(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    with Page(ros).connect() as browser:
+        for arguments, error in (
+            ({"mode": "sideways"}, "mode must be one of nodes, active, all, got 'sideways'"),
+            ({"hide_tf": 1}, "hide_tf must be"),
+            ({"nodes": "x" * 2000}, "at most 1000 characters"),
+        ):
+            assert error in next(browser.watch("graph", **arguments))["error"]
+        assert "global name" in next(browser.watch("topic", name="level"))["error"]
+        assert "there is no view" in next(browser.watch("nothing"))["error"]
+        assert "there is no action" in browser.act("nothing")["error"]
+        for text in ("{", "[]", '{"id": "x"}', '{"id": -1}', "[" * 10_000):
+            browser.socket.send(text)
+            assert "malformed request" in json.loads(browser.socket.recv(timeout=30))["error"]
+        assert browser.act("about")["control"] is False
+
+
+def test_pictures_are_written(chain: RosSystem) -> None:
+    home: Path = chain.home
+    done = chain.pipros.run("rqt_graph", "--dot", "--svg", "g.svg", "--png", "g.png")
+    assert done.returncode == 0, done.output
+    assert '  "n/talker" -> "t/level";' in done.stdout
+    assert "<ellipse" in (home / "g.svg").read_text()
+    assert (home / "g.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["--svg", "/nonexistent/x.svg"], 1, "cannot write /nonexistent/x.svg: No such file or directory"),
+        (["--mode", "round"], 2, "--mode must be nodes, active or all, got round"),
+        (["--bind", "127.0.0.1:70000"], 1, "--bind must be HOST or HOST:PORT"),
+        (["--bind", "192.0.2.1"], 1, "cannot listen at 192.0.2.1:0"),
+        (["--cert", "/nonexistent"], 1, "cannot use the certificate /nonexistent"),
+        (["left", "over"], 2, "unexpected argument: left"),
+    ],
+)
+def test_bad_arguments(ros: RosSystem, arguments: list[str], code: int, words: str) -> None:
+    ros.pipros.start_master()
+    done = ros.pipros.run("rqt_graph", "--no-browser", *arguments)
+    assert done.returncode == code
+    assert words in done.output
+
+
+def test_a_picture_needs_a_master(ros: RosSystem) -> None:
+    done = ros.pipros.run("rqt_graph", "--dot")
+    assert done.returncode == 1
+    assert "ERROR: Unable to communicate with master!" in done.output
+
+
+def test_ctrl_c_ends_it(chain: RosSystem) -> None:
+    page = Page(chain)
+    with page.connect() as browser:
+        first(browser.watch("topic", name="/level"), lambda value: "message" in value)
+        page.process.press_ctrl_c()
+        assert page.process.wait() == 0

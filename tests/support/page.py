@@ -1,0 +1,83 @@
+"""The page of `rqt_graph` in a test: its server, and a client that speaks what the page speaks."""
+
+from __future__ import annotations
+
+import contextlib
+import http.client
+import itertools
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+from urllib.parse import urlsplit
+
+from websockets import Origin
+from websockets.sync.client import ClientConnection, connect
+
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+
+
+class Page:
+    """A running `rqt_graph`.
+
+    Attributes:
+        url: as printed, with the token.
+    """
+
+    def __init__(self, ros: RosSystem, *options: str, command: str = "rqt_graph") -> None:
+        self.process: Process = ros.pipros.start(command, "--no-browser", *options)
+        self.url = self.process.wait_for(r"http\S+")[0]
+        parts = urlsplit(self.url)
+        self.host = parts.netloc
+        self.token = parts.query.removeprefix("token=")
+        self.cookie = f"pipros_{parts.port}={self.token}"
+
+    def get(self, path: str, **headers: str) -> http.client.HTTPResponse:
+        """The answer to a request with the cookie; `Cookie` and `Host` can be given."""
+        connection = http.client.HTTPConnection(self.host, timeout=30)
+        connection.request("GET", path, headers={"Cookie": self.cookie, **headers})
+        return connection.getresponse()
+
+    @contextlib.contextmanager
+    def connect(self, origin: str | None = None, cookie: str | None = None) -> Iterator[LivePage]:
+        """A connection as the page in a browser has it."""
+        with connect(
+            f"ws://{self.host}/live",
+            origin=Origin(f"http://{self.host}" if origin is None else origin),
+            additional_headers={"Cookie": self.cookie if cookie is None else cookie},
+            proxy=None,
+            open_timeout=30,
+        ) as socket:
+            yield LivePage(socket)
+
+
+class LivePage:
+    """One browser: views and actions."""
+
+    def __init__(self, socket: ClientConnection) -> None:
+        self.socket = socket
+        self._numbers = itertools.count(1)
+
+    def watch(self, view: str, **args: Any) -> Iterator[Any]:
+        """What the view sends, without end. Only one view may be read at a time."""
+        number = next(self._numbers)
+        self.socket.send(json.dumps({"id": number, "view": view, "args": args}))
+        while True:
+            yield self._answer(number)
+
+    def act(self, action: str, **args: Any) -> Any:
+        """The answer to an action; an error is `{"error": text}`."""
+        number = next(self._numbers)
+        self.socket.send(json.dumps({"id": number, "action": action, "args": args}))
+        return self._answer(number)
+
+    def _answer(self, number: int) -> Any:
+        while True:
+            data = self.socket.recv(timeout=30)
+            if isinstance(data, bytes):
+                if int.from_bytes(data[:4], "big") == number:
+                    return data[4:]
+                continue
+            message: Mapping[str, Any] = json.loads(data)
+            if message["id"] in (number, -1):
+                return message["data"] if "data" in message else {"error": message["error"]}

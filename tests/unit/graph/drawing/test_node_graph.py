@@ -1,0 +1,144 @@
+"""What of a running system is drawn: modes, filters, what is hidden."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from pipros.graph.drawing.node_graph import (
+    Connection,
+    GraphOptions,
+    NameFilter,
+    NodeGraph,
+    node_graph,
+)
+from pipros.graph.system_state import SystemState
+
+STATE = SystemState(
+    publishers={
+        "/battery_topic": ["/talker"],
+        "/rosout": ["/talker", "/listener"],
+        "/tf": ["/robot/base"],
+        "/robot/scan": ["/robot/laser"],
+        "/robot/laser/parameter_updates": ["/robot/laser"],
+    },
+    subscribers={
+        "/battery_topic": ["/listener"],
+        "/rosout": ["/rosout"],
+        "/tf": ["/listener"],
+        "/robot/cmd": ["/robot/base"],
+    },
+    services={"/robot/reset": ["/robot/base"]},
+)
+CONNECTIONS = [
+    Connection("/talker", "/battery_topic", "/listener"),
+    Connection("/robot/base", "/tf", "/listener"),
+    Connection("/talker", "/rosout", "/rosout"),
+]
+SHOW_ALL = GraphOptions("all", hide_dead_sinks=False, hide_leaf_topics=False, hide_debug=False)
+
+
+def names(graph: NodeGraph, kind: str) -> set[str]:
+    return {vertex.name for vertex in graph.vertices.values() if vertex.kind == kind}
+
+
+def arrows(graph: NodeGraph) -> set[tuple[str, str]]:
+    return {(arrow.start[1:], arrow.end[1:]) for arrow in graph.arrows}
+
+
+def test_the_case_study_is_a_chain() -> None:
+    state = SystemState({"/battery_topic": ["/talker_node"]}, {"/battery_topic": ["/listener_node"]}, {})
+    graph = node_graph(state, [Connection("/talker_node", "/battery_topic", "/listener_node")])
+    assert list(graph.vertices) == ["n/listener_node", "n/talker_node", "t/battery_topic"]
+    assert [(arrow.start, arrow.end) for arrow in graph.arrows] == [
+        ("n/talker_node", "t/battery_topic"),
+        ("t/battery_topic", "n/listener_node"),
+    ]
+
+
+def test_active_topics_have_a_connection() -> None:
+    assert names(node_graph(STATE, CONNECTIONS), "topic") == {"/battery_topic", "/tf"}
+
+
+def test_nodes_only_are_joined_by_topics() -> None:
+    graph = node_graph(STATE, CONNECTIONS, options=GraphOptions("nodes"))
+    assert names(graph, "topic") == set()
+    assert arrows(graph) == {("/talker", "/listener"), ("/robot/base", "/listener")}
+    assert {arrow.topic for arrow in graph.arrows} == {"/battery_topic", "/tf"}
+
+
+def test_all_is_what_the_registrations_say() -> None:
+    graph = node_graph(STATE, [], options=SHOW_ALL)
+    assert names(graph, "topic") == set(STATE.topics())
+    assert names(graph, "node") == set(STATE.nodes())
+    expected = {(node, topic) for topic, nodes in STATE.publishers.items() for node in nodes}
+    expected |= {(topic, node) for topic, nodes in STATE.subscribers.items() for node in nodes}
+    assert arrows(graph) == expected
+
+
+@pytest.mark.parametrize(
+    ("hidden", "gone"),
+    [
+        ({"hide_dead_sinks": True}, {"/robot/scan", "/robot/laser/parameter_updates"}),
+        ({"hide_leaf_topics": True}, {"/robot/scan", "/robot/laser/parameter_updates", "/robot/cmd"}),
+        ({"hide_debug": True}, {"/rosout"}),
+        ({"hide_tf": True}, {"/tf"}),
+        ({"hide_parameters": True}, {"/robot/laser/parameter_updates"}),
+    ],
+)
+def test_topics_are_hidden(hidden: dict[str, bool], gone: set[str]) -> None:
+    shown = names(node_graph(STATE, [], options=replace(SHOW_ALL, **hidden)), "topic")
+    assert set(STATE.topics()) - shown == gone
+
+
+def test_an_unreachable_node_keeps_what_it_registered() -> None:
+    graph = node_graph(STATE, [], ["/talker", "/listener"])
+    assert names(graph, "topic") == {"/battery_topic"}
+    assert not graph.vertices["n/talker"].is_reachable
+    assert graph.vertices["n/robot/base"].is_reachable
+
+
+def test_unreachable_nodes_can_be_hidden() -> None:
+    graph = node_graph(STATE, CONNECTIONS, ["/talker"], GraphOptions(hide_unreachable=True))
+    assert "/talker" not in names(graph, "node")
+
+
+def test_nodes_of_tools_are_hidden_with_debug() -> None:
+    state = SystemState({"/a": ["/rqt_graph_9153_1795195219662", "/rqt_like_node"]}, {}, {})
+    assert names(node_graph(state, []), "node") == {"/rqt_like_node"}
+
+
+def test_namespaces_of_several_nodes_are_groups() -> None:
+    graph = node_graph(STATE, [], options=SHOW_ALL)
+    assert {vertex.name for vertex in graph.vertices.values() if vertex.group == "/robot"} == {
+        "/robot/base",
+        "/robot/laser",
+        "/robot/scan",
+        "/robot/cmd",
+        "/robot/laser/parameter_updates",
+    }
+
+
+@pytest.mark.parametrize(
+    ("patterns", "kept"),
+    [
+        ("", "/a /a/b /ab /c"),
+        ("/", "/a /a/b /ab /c"),
+        ("/a", "/a /a/b"),
+        ("/a*", "/a /a/b /ab"),
+        ("/a.*", "/a /a/b /ab"),
+        ("*b", "/a/b /ab"),
+        ("-/a", "/ab /c"),
+        ("/a*, -*/b", "/a /ab"),
+        ("/a*b*b", ""),
+        ("/c,/ab", "/ab /c"),
+    ],
+)
+def test_patterns(patterns: str, kept: str) -> None:
+    keeps = NameFilter(patterns)
+    assert [name for name in ("/a", "/a/b", "/ab", "/c") if keeps(name)] == kept.split()
+
+
+def test_a_pattern_of_many_stars_takes_no_time_worth_mentioning() -> None:
+    assert not NameFilter("*a" * 400 + "b")("/" + "a" * 5000)

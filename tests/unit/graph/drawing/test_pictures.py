@@ -1,0 +1,86 @@
+"""DOT, SVG and PNG of a graph."""
+
+from __future__ import annotations
+
+import io
+import sys
+from xml.etree import ElementTree
+
+import pytest
+from PIL import Image
+
+from pipros.graph.drawing.dot import to_dot
+from pipros.graph.drawing.node_graph import Connection, GraphOptions, NodeGraph, node_graph
+from pipros.graph.drawing.png import PictureFailed, to_png
+from pipros.graph.drawing.scene import Scene, draw
+from pipros.graph.drawing.svg import to_svg
+from pipros.graph.system_state import SystemState
+
+SVG = "{http://www.w3.org/2000/svg}"
+EVIL = '/a"]; evil [label="<script>'
+
+
+def graph_of(topic: str = "/battery_topic", mode: str = "active") -> NodeGraph:
+    state = SystemState({topic: ["/ns/talker"]}, {topic: ["/ns/listener"]}, {})
+    options = GraphOptions(mode)  # type: ignore[arg-type]
+    return node_graph(state, [Connection("/ns/talker", topic, "/ns/listener")], ["/ns/listener"], options)
+
+
+def parsed(scene: Scene) -> ElementTree.Element:
+    return ElementTree.fromstring(to_svg(scene))  # noqa: S314 - written just now
+
+
+def test_svg_has_nodes_topics_arrows_and_namespaces() -> None:
+    picture = parsed(draw(graph_of()))
+    assert [text.text for text in picture.iter(f"{SVG}text")] == [
+        "/ns",
+        "/ns/listener",
+        "/ns/talker",
+        "/battery_topic",
+    ]
+    assert len(list(picture.iter(f"{SVG}ellipse"))) == 2
+    assert [shape.get("class") for shape in picture.iter(f"{SVG}rect")] == ["band", "topic"]
+    assert len([path for path in picture.iter(f"{SVG}path") if path.get("class") == "arrow"]) == 2
+    assert "node unreachable" in {shape.get("class") for shape in picture.iter(f"{SVG}ellipse")}
+
+
+def test_a_name_with_markup_stays_text() -> None:
+    picture = parsed(draw(graph_of(EVIL)))
+    assert EVIL in {text.text for text in picture.iter(f"{SVG}text")}
+    assert not list(picture.iter(f"{SVG}script"))
+    assert r'label="/a\"]; evil [label=\"<script>"' in to_dot(graph_of(EVIL))
+
+
+def test_dot_has_clusters_and_labels_where_there_are_no_topics() -> None:
+    assert 'subgraph "cluster_/ns" {' in to_dot(graph_of())
+    assert '"n/ns/talker" -> "n/ns/listener" [label="/battery_topic"];' in to_dot(graph_of(mode="nodes"))
+
+
+def test_png_is_a_picture_of_twice_the_size() -> None:
+    scene = draw(graph_of())
+    with Image.open(io.BytesIO(to_png(scene))) as image:
+        assert image.size == (round(scene.width * 4) // 2, round(scene.height * 4) // 2)
+        colours = image.convert("RGB").getcolors(1 << 20) or []
+        assert len(colours) > 20
+
+
+def test_a_png_that_is_too_large_is_refused() -> None:
+    with pytest.raises(PictureFailed, match="too large for PNG"):
+        to_png(Scene(width=10_000, height=10_000))
+
+
+def test_without_pillow_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "PIL", None)
+    with pytest.raises(PictureFailed, match=r"pipros\[pictures\]"):
+        to_png(draw(graph_of()))
+
+
+def test_several_topics_between_two_nodes_share_an_arrow() -> None:
+    state = SystemState({"/x": ["/a"], "/y": ["/a"]}, {"/x": ["/b"], "/y": ["/b"]}, {})
+    connections = [Connection("/a", topic, "/b") for topic in ("/x", "/y")]
+    scene = draw(node_graph(state, connections, options=GraphOptions("nodes")))
+    assert [text for _, _, text in scene.arrows] == ["/x +1"]
+
+
+def test_an_empty_graph_can_be_drawn() -> None:
+    parsed(draw(NodeGraph()))
