@@ -43,6 +43,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "genpy": {"genmsg"},  # the exceptions of generate_dynamic
     "message_filters": {"rospy"},  # topics, the clock and logs of rospy's node
     "roslib": {"genpy"},  # roslib.message is the former home of genpy.message
+    "rosbag": {"rospy"},  # timestamps are rospy.Time
     "rosparam": {"rosgraph"},  # get_param_server returns a rosgraph.Master
     "rospy": {"rosgraph"},  # rospy.names has functions of rosgraph.names
     "rostest": {"rospy", "rosunit"},  # rosrun ends rospy's node; unitrun is rosunit's

@@ -1,0 +1,319 @@
+"""What `rosbag info` tells about a bag: from its index, as text and YAML in the forms of Noetic."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+from pipros.bag.errors import BagError
+from pipros.bag.reader import BagReader
+
+
+@dataclass(frozen=True, slots=True)
+class Compression:
+    """The chunks of one compression: how many, and their bytes."""
+
+    name: str
+    chunks: int
+    uncompressed: int
+    compressed: int
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """One topic.
+
+    Attributes:
+        type: of its first connection.
+        frequency: one by the median time between messages, in Hz; None if unknown.
+    """
+
+    topic: str
+    type: str
+    messages: int
+    connections: int
+    frequency: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Info:
+    """A bag in a few figures. `start` and `end` are seconds, None without messages."""
+
+    path: str | None
+    version: str
+    size: int
+    is_indexed: bool = False
+    start: float | None = None
+    end: float | None = None
+    messages: int = 0
+    compressions: Sequence[Compression] = ()
+    types: Sequence[tuple[str, str]] = ()
+    topics: Sequence[Topic] = field(default=())
+
+    @property
+    def compression(self) -> Compression:
+        """The most frequent one, with the bytes of all."""
+        return Compression(
+            self.compressions[0].name if self.compressions else "none",
+            sum(each.chunks for each in self.compressions),
+            sum(each.uncompressed for each in self.compressions),
+            sum(each.compressed for each in self.compressions),
+        )
+
+
+def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False) -> Info:
+    """Reads the headers of all chunks; with frequencies all their indexes too.
+
+    Raises:
+        BagFormatError: they are damaged.
+    """
+    version = bag.layout.version
+    known = Info(path, f"{version.major}.{version.minor}", bag.size)
+    if not bag.message_count and not bag.connections:
+        return known
+    has_messages = bag.message_count > 0
+    return Info(
+        known.path,
+        known.version,
+        known.size,
+        is_indexed=True,
+        start=_seconds(bag.start) if has_messages else None,
+        end=_seconds(bag.end) if has_messages else None,
+        messages=bag.message_count,
+        compressions=compressions(bag),
+        types=sorted({(connection.type, connection.md5sum) for connection in bag.connections}),
+        topics=topics(bag, with_frequencies=with_frequencies),
+    )
+
+
+def compressions(bag: BagReader) -> list[Compression]:
+    """The compressions of the chunks, the most frequent one first."""
+    found: dict[str, list[int]] = {}
+    for number in range(len(bag.chunks)):
+        header = bag.chunk_header(number)
+        sums = found.setdefault(header.compression, [0, 0, 0])
+        for at, value in enumerate((1, header.size, header.data_size)):
+            sums[at] += value
+    return sorted(
+        (Compression(name, *sums) for name, sums in found.items()),
+        key=lambda each: (each.chunks, each.name),
+        reverse=True,
+    )
+
+
+def topics(
+    bag: BagReader, wanted: Iterable[str] | None = None, *, with_frequencies: bool = False
+) -> list[Topic]:
+    """The topics by name; all, if none are given."""
+    counts = bag.count_by_connection()
+    chosen = None if wanted is None else set(wanted)
+    found = []
+    for name in sorted({connection.topic for connection in bag.connections}):
+        if chosen is not None and name not in chosen:
+            continue
+        connections = bag.connections_of(name)
+        messages = sum(counts[connection.id] for connection in connections)
+        frequency = None
+        if with_frequencies and messages > 1:
+            frequency = _frequency([_seconds(stamp) for stamp in bag.times(connections)])
+        found.append(Topic(name, connections[0].type, messages, len(connections), frequency))
+    return found
+
+
+def _seconds(stamp: tuple[int, int]) -> float:
+    return float(stamp[0]) + float(stamp[1]) / 1e9
+
+
+def _frequency(times: Sequence[float]) -> float | None:
+    periods = sorted(later - earlier for earlier, later in pairwise(times))
+    if not periods:
+        return None
+    middle = len(periods) // 2
+    median = periods[middle] if len(periods) % 2 else (periods[middle - 1] + periods[middle]) / 2
+    return 1.0 / median if median > 0 else None
+
+
+def info_text(info: Info) -> str:
+    """The lines of `rosbag info`."""
+    rows: list[tuple[str, str]] = [] if info.path is None else [("path", info.path)]
+    rows.append(("version", info.version))
+    if not info.is_indexed:
+        rows.append(("size", human_size(info.size)))
+    else:
+        if info.start is not None and info.end is not None:
+            rows.append(("duration", _duration(info.end - info.start)))
+            rows.append(("start", f"{_date(info.start)} ({info.start:.2f})"))
+            rows.append(("end", f"{_date(info.end)} ({info.end:.2f})"))
+        rows.append(("size", human_size(info.size)))
+        rows.append(("messages", str(info.messages)))
+        rows += _compression_rows(info)
+        rows += _column("types", _type_lines(info))
+        rows += _column("topics", _topic_lines(info))
+    width = max(len(label) for label, _ in rows) + 1
+    return "\n".join(f"{label + ':' if label else '':{width}} {text}" for label, text in rows).rstrip()
+
+
+def _column(label: str, lines: Sequence[str]) -> Iterator[tuple[str, str]]:
+    for number, line in enumerate(lines):
+        yield "" if number else label, line
+
+
+def _compression_rows(info: Info) -> Iterator[tuple[str, str]]:
+    total = info.compression
+    parts = []
+    for each in info.compressions:
+        ratio = ""
+        if each.name != "none":
+            ratio = (
+                f"; {100.0 * each.compressed / each.uncompressed:.2f}%" if each.uncompressed else "; 0.00%"
+            )
+        parts.append(f"{each.name} [{each.chunks}/{total.chunks} chunks{ratio}]")
+    yield "compression", ", ".join(parts) or "none"
+    if all(each.name == "none" for each in info.compressions):
+        return
+    duration = (info.end or 0.0) - (info.start or 0.0)
+    sizes = [human_size(total.uncompressed), human_size(total.compressed)]
+    width = max(map(len, sizes))
+    shown = [f"{size:>{width}}" for size in sizes]
+    if duration > 0:
+        rates = [human_size(total.uncompressed / duration), human_size(total.compressed / duration)]
+        width = max(map(len, rates))
+        shown = [f"{size} @ {rate:>{width}}/s" for size, rate in zip(shown, rates, strict=True)]
+        shown[1] += f" ({100.0 * total.compressed / (total.uncompressed or 1):.2f}%)"
+    yield "uncompressed", shown[0]
+    yield "compressed", shown[1]
+
+
+def _type_lines(info: Info) -> list[str]:
+    width = max((len(name) for name, _ in info.types), default=0)
+    return [f"{name:{width}} [{md5sum}]" for name, md5sum in info.types]
+
+
+def _topic_lines(info: Info) -> list[str]:
+    topics = info.topics
+    frequencies = ["" if each.frequency is None else human_frequency(each.frequency) for each in topics]
+    name, count, kind = (
+        max((len(text) for text in texts), default=0)
+        for texts in (
+            [each.topic for each in topics],
+            [str(each.messages) for each in topics],
+            [each.type for each in topics],
+        )
+    )
+    rate = max(map(len, frequencies), default=0)
+    lines = []
+    for each, frequency in zip(topics, frequencies, strict=True):
+        line = f"{each.topic:{name}}   {each.messages:{count}d} {'msg ' if each.messages == 1 else 'msgs'}"
+        line += f" @ {frequency:>{rate}}" if frequency else "   " + " " * rate
+        line += f" : {each.type:{kind}}"
+        lines.append(line + (f" ({each.connections} connections)" if each.connections > 1 else ""))
+    return lines
+
+
+def info_tree(info: Info) -> dict[str, Any]:
+    """What `rosbag info --yaml` tells, as values; numbers with a fraction are texts with their digits."""
+    tree: dict[str, Any] = {} if info.path is None else {"path": info.path}
+    tree["version"] = info.version
+    if not info.is_indexed:
+        return {**tree, "size": info.size, "indexed": False}
+    if info.start is not None and info.end is not None:
+        tree["duration"] = f"{info.end - info.start:.6f}"
+        tree["start"] = f"{info.start:.6f}"
+        tree["end"] = f"{info.end:.6f}"
+    total = info.compression
+    tree |= {"size": info.size, "messages": info.messages, "indexed": True, "compression": total.name}
+    if any(each.name != "none" for each in info.compressions):
+        tree |= {"uncompressed": total.uncompressed, "compressed": total.compressed}
+    tree["types"] = [{"type": name, "md5": md5sum} for name, md5sum in info.types]
+    tree["topics"] = [_topic_tree(each) for each in info.topics]
+    return tree
+
+
+def _topic_tree(topic: Topic) -> dict[str, Any]:
+    tree: dict[str, Any] = {"topic": topic.topic, "type": topic.type, "messages": topic.messages}
+    if topic.connections > 1:
+        tree["connections"] = topic.connections
+    if topic.frequency is not None:
+        tree["frequency"] = f"{topic.frequency:.4f}"
+    return tree
+
+
+def info_yaml(info: Info) -> str:
+    """The text of `rosbag info --yaml`."""
+    lines = []
+    for name, value in info_tree(info).items():
+        if not isinstance(value, list):
+            lines.append(f"{name}: {value}")
+            continue
+        lines.append(f"{name}:")
+        lines += [f"    {line}" for line in _items(value)]
+    return "\n".join(lines) + "\n"
+
+
+def info_value(info: Info, key: str) -> str:
+    """The text of `rosbag info --yaml --key`: a part of the tree by a dotted path, `topics[0].messages`.
+
+    Raises:
+        BagError: there is no such part.
+    """
+    value: Any = info_tree(info)
+    for part in key.replace("[", ".[").split("."):
+        try:
+            if part.startswith("[") and part.endswith("]") and isinstance(value, list):
+                value = value[int(part[1:-1])]
+            elif isinstance(value, dict):
+                value = value[part]
+            else:
+                raise KeyError(part)
+        except (KeyError, IndexError, ValueError):
+            raise BagError(f'Error getting key "{key}"') from None
+    if isinstance(value, list):
+        return "\n".join(_items(value)) + "\n"
+    if isinstance(value, dict):
+        return "\n".join(f"{name}: {each}" for name, each in value.items()) + "\n"
+    if isinstance(value, str) and value.replace(".", "", 1).isdigit():
+        return str(float(value))
+    return str(value)
+
+
+def _items(values: Sequence[dict[str, Any]]) -> Iterator[str]:
+    for value in values:
+        for number, (name, each) in enumerate(value.items()):
+            yield f"{'  ' if number else '- '}{name}: {each}"
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 60:
+        return f"{seconds:.1f}s"
+    whole = int(seconds)
+    hours, minutes = whole // 3600, whole // 60 % 60
+    return f"{f'{hours}hr ' if hours else ''}{minutes}:{whole % 60:02d}s ({whole}s)"
+
+
+def _date(seconds: float) -> str:
+    try:
+        date = time.strftime("%b %d %Y %H:%M:%S", time.localtime(seconds))
+    except (OverflowError, OSError, ValueError):
+        return f"{seconds:.2f}"
+    return f"{date}.{f'{seconds:.2f}'[-2:]}"
+
+
+def human_size(size: float) -> str:
+    """A number of bytes: `1.5 MB`."""
+    for unit in ("KB", "MB", "GB", "TB", "PB", "EB", "ZB"):
+        size /= 1024.0
+        if size < 1024:
+            return f"{size:.1f} {unit}"
+    return "-"
+
+
+def human_frequency(frequency: float) -> str:
+    """A frequency: `1.5 kHz`."""
+    for unit in ("Hz", "kHz", "MHz", "GHz"):
+        if frequency < 1000:
+            return f"{frequency:.1f} {unit}"
+        frequency /= 1000.0
+    return f"{frequency:.1f} THz"

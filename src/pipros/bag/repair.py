@@ -1,0 +1,107 @@
+"""Gives a bag an index again, in its own file: one whose writer was killed, that is cut off or damaged.
+
+Chunks that are whole, with their index behind them, stay where they are. What follows the first that is not
+is read as far as it goes and written anew.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Iterator
+from typing import Any
+
+from pipros.bag.chunk_data import read_chunk_data
+from pipros.bag.compression import NONE
+from pipros.bag.errors import BagFormatError
+from pipros.bag.index import ChunkInfo, chunk_header_bytes, index_record
+from pipros.bag.layout import Layout, read_chunk_header, read_chunk_index, read_version
+from pipros.bag.records import Version
+from pipros.bag.scan import Progress, scan
+from pipros.bag.source import Source
+from pipros.bag.writer import BagWriter
+from pipros.limits import Limits
+
+_IN_MEMORY_BYTES = 64 * 1024 * 1024
+
+
+def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = None) -> BagWriter:
+    """A writer that goes on where the good part of a bag ends; its `finish` writes the index.
+
+    Args:
+        file: open for reading and writing bytes.
+
+    Raises:
+        BagError: the file is no bag.
+    """
+    source = Source(file, name, limits)
+    version, start = read_version(source)
+    if version.number != 200:
+        raise BagFormatError(f"{name}: only bags of format 2.0 can be given an index")
+    found = scan(source, start, limits, progress)
+    kept = Layout(Version(2, 0), connections=found.connections, end=_after_file_header(source, start))
+    rest = list(found.chunks)
+    while rest and (end := _end_if_whole(source, found, rest[0])) and rest[0].position == kept.end:
+        kept.chunks.append(rest.pop(0))
+        kept.end = end
+    with tempfile.SpooledTemporaryFile(_IN_MEMORY_BYTES) as spool:
+        sizes = [len_written(spool, _rewritten(source, found, chunk, limits)) for chunk in rest]
+        writer = BagWriter(file, layout=kept)
+        spool.seek(0)
+        file.seek(kept.end)
+        for chunk, size in zip(rest, sizes, strict=True):
+            kept.chunks.append(ChunkInfo(kept.end, chunk.start, chunk.end, chunk.counts))
+            kept.end += size
+        shutil.copyfileobj(spool, file)
+        file.flush()
+    kept.damage = found.damage
+    return writer
+
+
+def len_written(spool: Any, parts: Iterator[bytes]) -> int:
+    """Writes all parts; returns how many bytes they were."""
+    return sum(spool.write(part) for part in parts)
+
+
+def _after_file_header(source: Source, start: int) -> int:
+    try:
+        _, data_position, data_size = source.header(start)
+    except BagFormatError:
+        return start
+    return min(data_position + data_size, source.size)
+
+
+def _end_if_whole(source: Source, found: Layout, chunk: ChunkInfo) -> int:
+    """Where a chunk with its index ends, or 0 if either is not what reading it gave."""
+    bare = Layout(found.version)
+    try:
+        header = read_chunk_header(source, bare, chunk.position)
+        index = read_chunk_index(source, bare, chunk, header)
+    except BagFormatError:
+        return 0
+    if header != found.headers[chunk.position] or index.keys() != chunk.counts.keys():
+        return 0
+    told = found.indexes[chunk.position]
+    if any(sorted(_entries(index[key])) != sorted(_entries(told[key])) for key in told):
+        return 0
+    size = sum(len(index_record(key, data)) for key, data in index.items())
+    return header.data_position + header.data_size + size
+
+
+def _entries(data: bytes) -> list[bytes]:
+    return [data[at : at + 12] for at in range(0, len(data), 12)]
+
+
+def _rewritten(source: Source, found: Layout, chunk: ChunkInfo, limits: Limits) -> Iterator[bytes]:
+    """A chunk's record and index records, complete; uncompressed if a part of it was lost."""
+    header = found.headers[chunk.position]
+    if header.compression == NONE:
+        data = source.read(header.data_position, header.data_size)
+        yield chunk_header_bytes(NONE, len(data), len(data))
+    else:
+        read_chunk_data(source, header, limits)
+        data = source.read(header.data_position, header.data_size)
+        yield chunk_header_bytes(header.compression, header.size, header.data_size)
+    yield data
+    for connection, entries in found.indexes[chunk.position].items():
+        yield index_record(connection, entries)

@@ -1,0 +1,96 @@
+"""Writes messages by topic: finds or makes the connection that each belongs to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pipros.bag.connection import Connection
+from pipros.bag.errors import BagError
+from pipros.bag.message_classes import installed_class
+from pipros.bag.writer import BagWriter
+
+
+class TopicWriter:
+    """Adds messages to a writer. What is of another type, or has another connection header, gets a connection
+    of its own.
+    """
+
+    def __init__(self, writer: BagWriter) -> None:
+        self._writer = writer
+        self._known: dict[Any, Connection] = {}
+
+    def write(
+        self,
+        topic: str,
+        message: Any,
+        seconds: int,
+        nanoseconds: int,
+        header: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Adds a message. Values of the header may be text or bytes.
+
+        Raises:
+            AttributeError: it is no message.
+            SerializationError: a field of the message does not fit.
+            OSError: see `BagWriter`.
+        """
+        cls = type(message)
+        key = (topic, cls, None if header is None else tuple(header.items()))
+        connection = self._known.get(key)
+        if connection is None:
+            _ = message.serialize  # what is no message has none, nor a type
+            connection = self._known[key] = self._connection(topic, (cls._type, cls._md5sum), header, cls)
+        self._writer.write_message(connection, seconds, nanoseconds, message)
+
+    def write_raw(
+        self,
+        topic: str,
+        type_name: str,
+        md5sum: str,
+        data: bytes,
+        seconds: int,
+        nanoseconds: int,
+        header: Mapping[str, Any] | None = None,
+        cls: Any = None,
+    ) -> None:
+        """Adds a serialized message. The definition is that of the header, of `cls` or of the installed type.
+
+        Raises:
+            BagError: there is none.
+            OSError: see `BagWriter`.
+        """
+        key = (topic, type_name, md5sum, None if header is None else tuple(header.items()))
+        connection = self._known.get(key)
+        if connection is None:
+            if cls is None and "message_definition" not in (header or {}):
+                cls = installed_class(type_name)
+                if cls is None:
+                    raise BagError(
+                        f"cannot locate message class and no message class provided for [{type_name}]"
+                    )
+            connection = self._known[key] = self._connection(topic, (type_name, md5sum), header, cls)
+        self._writer.write(connection, seconds, nanoseconds, data)
+
+    def _connection(
+        self, topic: str, names: tuple[str, str], header: Mapping[str, Any] | None, cls: Any
+    ) -> Connection:
+        """The bag's connection with this header, made if it is new."""
+        given = {name: _as_bytes(value) for name, value in (header or {}).items()}
+        needed = {
+            "topic": topic,
+            "type": names[0],
+            "md5sum": names[1],
+            "message_definition": getattr(cls, "_full_text", ""),
+        }
+        fields = {**{name: _as_bytes(value) for name, value in needed.items()}, **given}
+        if header is not None:
+            fields = given | {name: value for name, value in fields.items() if name not in given}
+        for connection in self._writer.layout.connections.values():
+            if connection.topic == topic and dict(connection.header) == fields:
+                return connection
+        return self._writer.add_connection(topic, fields)
+
+
+def _as_bytes(value: Any) -> bytes:
+    return value if isinstance(value, bytes) else str(value).encode()

@@ -1,0 +1,30 @@
+"""`rosbag` for Python code: recorded messages in files.
+
+Facade of `pipros.bag`; see http://wiki.ros.org/rosbag/Code%20API.
+"""
+
+from __future__ import annotations
+
+from rosbag.bag import (
+    Bag,
+    BagMessage,
+    BagMessageWithConnectionHeader,
+    Compression,
+    ROSBagEncryptException,
+    ROSBagEncryptNotSupportedException,
+    ROSBagException,
+    ROSBagFormatException,
+    ROSBagUnindexedException,
+)
+
+__all__ = [
+    "Bag",
+    "BagMessage",
+    "BagMessageWithConnectionHeader",
+    "Compression",
+    "ROSBagEncryptException",
+    "ROSBagEncryptNotSupportedException",
+    "ROSBagException",
+    "ROSBagFormatException",
+    "ROSBagUnindexedException",
+]

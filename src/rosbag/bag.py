@@ -1,0 +1,519 @@
+"""`rosbag.Bag`: bags for Python code; see http://wiki.ros.org/rosbag/Code%20API. Facade of `pipros.bag`."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
+
+from pipros.bag import compression as _compression
+from pipros.bag import info as _info
+from pipros.bag.connection import Connection
+from pipros.bag.errors import BagError, NoMessages
+from pipros.bag.index import Stamp
+from pipros.bag.layout import Layout, read_layout, read_version
+from pipros.bag.reader import BagReader
+from pipros.bag.records import Version
+from pipros.bag.repair import reindex
+from pipros.bag.source import Source
+from pipros.bag.topic_writer import TopicWriter
+from pipros.bag.writer import CHUNK_BYTES, BagWriter
+from pipros.limits import process_limits
+from pipros.msg.time import Time as _Time
+from rosbag.exceptions import (
+    ROSBagEncryptException,
+    ROSBagEncryptNotSupportedException,
+    ROSBagException,
+    ROSBagFormatException,
+    ROSBagUnindexedException,
+    translated,
+)
+from rosbag.results import (
+    BagMessage,
+    BagMessageWithConnectionHeader,
+    CompressionTuple,
+    TopicTuple,
+    TypesAndTopicsTuple,
+)
+from rospy.rostime import Time
+
+__all__ = [
+    "Bag",
+    "BagMessage",
+    "BagMessageWithConnectionHeader",
+    "Compression",
+    "ROSBagEncryptException",
+    "ROSBagEncryptNotSupportedException",
+    "ROSBagException",
+    "ROSBagFormatException",
+    "ROSBagUnindexedException",
+]
+
+
+class Compression:
+    """The compressions of chunks."""
+
+    NONE = _compression.NONE
+    BZ2 = _compression.BZ2
+    LZ4 = _compression.LZ4
+
+
+ConnectionFilter = Callable[[str, str, str, str, Mapping[str, bytes]], bool]
+
+
+class Bag:
+    """A bag file, open for reading, writing or appending. Use it in one thread at a time.
+
+    Unlike genuine rosbag, messages come in time order also where they were not written in it; what is written
+    with a connection header of its own, or of another type than before, gets a connection of its own; and
+    one may read while writing.
+
+    Args:
+        f: a path, or a file for bytes that can seek. Files are closed by `close`, too.
+        mode: `r`, `w` or `a`.
+        compression: for the chunks to write: `none`, `bz2` or `lz4`.
+        chunk_threshold: their size in bytes, uncompressed.
+        allow_unindexed: open a bag without an index as an empty one, for `reindex`.
+        options: a dictionary with `compression` and `chunk_threshold`, which win.
+        skip_index: frequencies are not wanted, so that the indexes of all chunks need not be read.
+
+    Raises:
+        ValueError: an argument is invalid.
+        ROSBagException: the file is no bag.
+        ROSBagUnindexedException: it has no index.
+    """
+
+    def __init__(
+        self,
+        f: Any,
+        mode: str = "r",
+        compression: str = Compression.NONE,
+        chunk_threshold: int = CHUNK_BYTES,
+        allow_unindexed: bool = False,
+        options: Mapping[str, Any] | None = None,
+        skip_index: bool = False,
+    ) -> None:
+        if options is not None:
+            if not isinstance(options, dict):
+                raise ValueError("options must be of type dict")
+            compression = options.get("compression", compression)
+            chunk_threshold = options.get("chunk_threshold", chunk_threshold)
+        self._file: Any = None
+        self._filename: str | None = None
+        self._reader: BagReader | None = None
+        self._writer: BagWriter | None = None
+        self._topics: TopicWriter | None = None
+        self._skip_index = skip_index
+        self._version = 0
+        self._limits = process_limits()
+        _check_compression(compression)
+        _check_chunk_threshold(chunk_threshold)
+        self._compression, self._chunk_threshold = compression, chunk_threshold
+        if not f:
+            raise ValueError("filename (or stream) is invalid")
+        if mode not in ("r", "w", "a"):
+            raise ValueError(f'mode "{mode}" is invalid')
+        self._mode = mode
+        self._open(f, allow_unindexed)
+
+    def _open(self, f: Any, allow_unindexed: bool) -> None:
+        if isinstance(f, str | os.PathLike):
+            self._filename = os.fspath(f)
+            if self._mode == "a" and not os.path.exists(f):
+                raise ROSBagException("empty file")
+            self._file = open(f, {"r": "rb", "w": "w+b", "a": "r+b"}[self._mode])  # noqa: SIM115
+        else:
+            self._file = f
+        try:
+            with translated():
+                if self._mode == "w":
+                    self._version = 200
+                    self._start_writing(None)
+                else:
+                    self._start_reading(allow_unindexed)
+        except BaseException:
+            if self._filename is not None:
+                self._file.close()
+            raise
+
+    def _name(self) -> str:
+        return self._filename or str(getattr(self._file, "name", "<bag>"))
+
+    def _start_writing(self, layout: Layout | None) -> None:
+        self._writer = BagWriter(
+            self._file, compression=self._compression, chunk_bytes=self._chunk_threshold, layout=layout
+        )
+        self._topics = TopicWriter(self._writer)
+
+    def _start_reading(self, allow_unindexed: bool) -> None:
+        source = Source(self._file, self._name(), self._limits)
+        if not source.size:
+            raise ROSBagException("empty file")
+        try:
+            version, start = read_version(source)
+        except BagError:
+            raise ROSBagException("This does not appear to be a bag file") from None
+        self._version = version.number
+        if version.number != 200:
+            if self._mode == "a":
+                raise ROSBagException("Only bag files of version 2.0 can be appended to")
+            self._reader = BagReader(self._file, limits=self._limits)
+            return
+        try:
+            layout = read_layout(source, start)
+        except BagError:
+            if not allow_unindexed:
+                raise
+            layout = Layout(Version(2, 0))
+        if self._mode == "a" and layout.index_position:
+            self._start_writing(layout)
+        else:
+            self._reader = BagReader.of_layout(self._file, self._name(), layout, self._limits)
+
+    def __iter__(self) -> Iterator[BagMessage]:
+        return self.read_messages()
+
+    def __enter__(self) -> Bag:
+        return self
+
+    def __exit__(self, exc_type: object, exc_value: object, traceback: object) -> None:
+        self.close()
+
+    def __str__(self) -> str:
+        with translated():
+            return _info.info_text(self._info())
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options for chunks to write."""
+        return {"compression": self._compression, "chunk_threshold": self._chunk_threshold}
+
+    @property
+    def filename(self) -> str | None:
+        """The path, or None for a bag that was opened from a file object."""
+        return self._filename
+
+    @property
+    def version(self) -> int:
+        """The version of the format: 200 for 2.0."""
+        return self._version
+
+    @property
+    def mode(self) -> str:
+        """`r`, `w` or `a`."""
+        return self._mode
+
+    @property
+    def size(self) -> int:
+        """Bytes of the file."""
+        self._check_open()
+        if self._writer is not None:
+            return self._writer.size
+        return self._opened_reader().size
+
+    @property
+    def compression(self) -> str:
+        """The compression of the next chunk that is written."""
+        return self._compression
+
+    @compression.setter
+    def compression(self, compression: str) -> None:
+        _check_compression(compression)
+        self.flush()
+        self._compression = compression
+        if self._writer is not None:
+            self._writer.compression = compression
+
+    @property
+    def chunk_threshold(self) -> int:
+        """The size of chunks to write, in bytes."""
+        return self._chunk_threshold
+
+    @chunk_threshold.setter
+    def chunk_threshold(self, chunk_threshold: int) -> None:
+        _check_chunk_threshold(chunk_threshold)
+        self.flush()
+        self._chunk_threshold = chunk_threshold
+        if self._writer is not None:
+            self._writer.chunk_bytes = chunk_threshold
+
+    def set_encryptor(self, encryptor: str | None = None, param: Any = None) -> None:
+        """Does nothing without an encryptor.
+
+        Raises:
+            ROSBagEncryptNotSupportedException: there is one; encrypted bags are not supported.
+        """
+        del param
+        if encryptor not in (None, "", "rosbag/NoEncryptor"):
+            raise ROSBagEncryptNotSupportedException(
+                f"bags cannot be encrypted, got the encryptor [{encryptor}]"
+            )
+
+    def read_messages(
+        self,
+        topics: Iterable[str] | str | None = None,
+        start_time: _Time | None = None,
+        end_time: _Time | None = None,
+        connection_filter: ConnectionFilter | None = None,
+        raw: bool = False,
+        return_connection_header: bool = False,
+    ) -> Iterator[Any]:
+        """Messages in time order.
+
+        Args:
+            topics: those wanted, or one; all, if not given or empty.
+            start_time, end_time: the times wanted, both included.
+            connection_filter: is called with topic, type, md5sum, definition and connection header of each
+                connection, and says whether it is wanted.
+            raw: give (type, serialized message, md5sum, position, class) in place of the message.
+            return_connection_header: give `BagMessageWithConnectionHeader`, not `BagMessage`.
+
+        Raises:
+            ROSBagException: the bag is damaged, or has no usable definition of a type.
+        """
+        bag = self._view()
+        connections = self._connections(bag, topics, connection_filter)
+        times = _stamp("start_time", start_time), _stamp("end_time", end_time)
+        found = self._read(bag, connections, times, raw)
+        if not return_connection_header:
+            return (BagMessage(connection.topic, message, t) for connection, message, t in found)
+        return (
+            BagMessageWithConnectionHeader(connection.topic, message, t, connection.header)
+            for connection, message, t in found
+        )
+
+    def _connections(
+        self, bag: BagReader, topics: Iterable[str] | str | None, connection_filter: ConnectionFilter | None
+    ) -> list[Connection]:
+        names = [topics] if isinstance(topics, str) else list(topics or ())
+        wanted = {_canonical(name) for name in names}
+        return [
+            connection
+            for connection in bag.connections
+            if (not wanted or _canonical(connection.topic) in wanted)
+            and (
+                connection_filter is None
+                or connection_filter(
+                    connection.topic,
+                    connection.type,
+                    connection.md5sum,
+                    connection.definition,
+                    connection.header,
+                )
+            )
+        ]
+
+    def _read(
+        self,
+        bag: BagReader,
+        connections: list[Connection],
+        times: tuple[Stamp | None, Stamp | None],
+        raw: bool,
+    ) -> Iterator[tuple[Connection, Any, Time]]:
+        classes: dict[int, Any] = {}
+        is_chunked = self._version == 200
+        new_time = Time.__new__
+        with translated():
+            for connection, seconds, nanoseconds, data, chunk, offset in bag.raw_messages(
+                connections, *times
+            ):
+                cls = classes.get(connection.id)
+                if cls is None:
+                    cls = classes[connection.id] = bag.class_of(connection)
+                stamp = new_time(Time)
+                stamp.secs = seconds
+                stamp.nsecs = nanoseconds
+                if not raw:
+                    yield connection, cls().deserialize(data), stamp
+                    continue
+                position = (chunk, offset) if is_chunked else chunk + offset
+                yield connection, (connection.type, data, connection.md5sum, position, cls), stamp
+
+    def write(
+        self,
+        topic: str,
+        msg: Any,
+        t: _Time | None = None,
+        raw: bool = False,
+        connection_header: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Adds a message.
+
+        Args:
+            msg: a message; if `raw`, the tuple (type, serialized message, md5sum, class), or one with a
+                position before the class, as `read_messages` gives it.
+            t: when it was received; now, if not given.
+            connection_header: of its publisher.
+
+        Raises:
+            ValueError: an argument is invalid, or the bag is closed.
+            ROSBagException: raw, and there is no class to take the definition from.
+        """
+        self._check_open()
+        if not topic:
+            raise ValueError("topic is invalid")
+        if not msg:
+            raise ValueError("msg is invalid")
+        if self._writer is None or self._topics is None:
+            raise io.UnsupportedOperation("write")
+        if t is None:
+            t = Time.from_sec(time.time())
+        elif not isinstance(t, _Time):
+            raise TypeError(f"t must be a rospy.Time, got {t!r}")
+        with translated():
+            if not raw:
+                self._topics.write(topic, msg, t.secs, t.nsecs, connection_header)
+                return
+            if len(msg) not in (4, 5):
+                raise ValueError("msg must be of length 4 or 5")
+            type_name, data, md5sum, cls = msg[0], msg[1], msg[2], msg[-1]
+            self._topics.write_raw(
+                topic, type_name, md5sum, bytes(data), t.secs, t.nsecs, connection_header, cls
+            )
+
+    def flush(self) -> None:
+        """Writes what was added since the last chunk to the file, as a chunk."""
+        self._check_open()
+        if self._writer is not None:
+            with translated():
+                self._writer.flush()
+
+    def reindex(self) -> Iterator[int]:
+        """Makes the index of a bag opened with mode `a` and `allow_unindexed` anew; `close` writes it.
+
+        Gives the positions of the chunks, for a display of progress.
+
+        Raises:
+            ROSBagException: the format cannot be given an index.
+        """
+        self._check_open()
+        if self._mode != "a":
+            raise io.UnsupportedOperation("truncate")
+        if self._writer is not None:
+            self._writer.finish()
+        with translated():
+            self._writer = reindex(self._file, self._name(), self._limits)
+        self._writer.compression, self._writer.chunk_bytes = self._compression, self._chunk_threshold
+        self._topics = TopicWriter(self._writer)
+        self._reader = None
+        return iter([chunk.position for chunk in self._writer.layout.chunks])
+
+    def close(self) -> None:
+        """Writes the index and closes the file. May be called twice."""
+        if self._file is None:
+            return
+        file = self._file
+        try:
+            if self._writer is not None:
+                with translated():
+                    self._writer.finish()
+        finally:
+            self._file = self._writer = self._reader = None
+            file.close()
+
+    def get_compression_info(self) -> CompressionTuple:
+        """The most frequent compression of the chunks, and the bytes of all chunks."""
+        with translated():
+            found = _info.compressions(self._view())
+        if not found:
+            return CompressionTuple(Compression.NONE, 0, 0)
+        sums = sum(each.uncompressed for each in found), sum(each.compressed for each in found)
+        return CompressionTuple(found[0].name, *sums)
+
+    def get_message_count(self, topic_filters: Iterable[str] | str | None = None) -> int:
+        """The number of messages, of all topics or of those given."""
+        bag = self._view()
+        if topic_filters is None:
+            return bag.message_count
+        counts = bag.count_by_connection()
+        return sum(counts[connection.id] for connection in bag.connections_of(topic_filters))
+
+    def get_start_time(self) -> float:
+        """The time of the first message in seconds. Raises `ROSBagException` if there is none."""
+        return self._time(lambda bag: bag.start)
+
+    def get_end_time(self) -> float:
+        """The time of the last message in seconds. Raises `ROSBagException` if there is none."""
+        return self._time(lambda bag: bag.end)
+
+    def _time(self, which: Callable[[BagReader], Stamp]) -> float:
+        try:
+            seconds, nanoseconds = which(self._view())
+        except NoMessages:
+            raise ROSBagException("Bag contains no message") from None
+        return float(seconds) + float(nanoseconds) / 1e9
+
+    def get_type_and_topic_info(
+        self, topic_filters: Iterable[str] | str | None = None
+    ) -> TypesAndTopicsTuple:
+        """The types of the bag with their md5sums, and its topics or those given."""
+        bag = self._view()
+        wanted = {topic_filters} if isinstance(topic_filters, str) else topic_filters
+        with translated():
+            topics = _info.topics(bag, wanted or None, with_frequencies=not self._skip_index)
+        return TypesAndTopicsTuple(
+            dict(sorted((connection.type, connection.md5sum) for connection in bag.connections)),
+            {
+                each.topic: TopicTuple(each.type, each.messages, each.connections, each.frequency)
+                for each in topics
+            },
+        )
+
+    def _get_yaml_info(self, key: str | None = None) -> str | None:
+        """What `rosbag info --yaml` prints; a part of it by its key."""
+        with translated():
+            info = self._info()
+        if key is None:
+            return _info.info_yaml(info)
+        try:
+            return _info.info_value(info, key)
+        except BagError as error:
+            print(error, file=sys.stderr)
+            return None
+
+    def _info(self) -> _info.Info:
+        return _info.bag_info(self._view(), self._filename, with_frequencies=not self._skip_index)
+
+    def _view(self) -> BagReader:
+        """The bag as a reader has it; what was added so far is written to the file."""
+        self._check_open()
+        if self._writer is None:
+            return self._opened_reader()
+        self.flush()
+        return BagReader.of_layout(self._file, self._name(), self._writer.layout, self._limits)
+
+    def _opened_reader(self) -> BagReader:
+        if self._reader is None:
+            raise ValueError("I/O operation on closed bag")
+        return self._reader
+
+    def _check_open(self) -> None:
+        if self._file is None:
+            raise ValueError("I/O operation on closed bag")
+
+
+def _check_compression(compression: str) -> None:
+    if compression not in _compression.COMPRESSIONS:
+        raise ValueError(f"compression must be one of: {', '.join(_compression.COMPRESSIONS)}")
+
+
+def _check_chunk_threshold(chunk_threshold: int) -> None:
+    if chunk_threshold < 0:
+        raise ValueError("chunk_threshold must be greater than or equal to zero")
+
+
+def _canonical(name: str) -> str:
+    """A topic's name without empty parts."""
+    start = "/" if name.startswith("/") else ""
+    return start + "/".join(filter(None, name.split("/")))
+
+
+def _stamp(name: str, time: _Time | None) -> Stamp | None:
+    if time is None:
+        return None
+    if not hasattr(time, "secs"):
+        raise TypeError(f"{name} must be a rospy.Time, got {time!r}")
+    return time.secs, time.nsecs

@@ -1,0 +1,62 @@
+"""The exceptions of `rosbag`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from pipros.bag.errors import BagError, BagFormatError, NotIndexed
+
+
+class ROSBagException(Exception):
+    """A bag cannot be read or written as asked."""
+
+    __module__ = "rosbag.bag"  # as in pickles of genuine ROS
+
+    def __init__(self, value: Any = None) -> None:
+        self.value = value
+        super().__init__(value)
+
+    def __str__(self) -> str:
+        return str(self.value)
+
+
+class ROSBagFormatException(ROSBagException):
+    """The bytes of a file break the format of bags."""
+
+    __module__ = "rosbag.bag"  # as in pickles of genuine ROS
+
+
+class ROSBagUnindexedException(ROSBagException):
+    """A bag has no index: its writer was killed."""
+
+    __module__ = "rosbag.bag"  # as in pickles of genuine ROS
+
+    def __init__(self, *_: Any) -> None:
+        ROSBagException.__init__(self, "Unindexed bag")
+
+
+class ROSBagEncryptNotSupportedException(ROSBagException):
+    """Encrypted bags are not supported."""
+
+    __module__ = "rosbag.bag"  # as in pickles of genuine ROS
+
+
+class ROSBagEncryptException(ROSBagException):
+    """A bag cannot be encrypted or decrypted."""
+
+    __module__ = "rosbag.bag"  # as in pickles of genuine ROS
+
+
+@contextmanager
+def translated() -> Iterator[None]:
+    """Errors of pipros as the exceptions that users of rosbag catch."""
+    try:
+        yield
+    except NotIndexed as error:
+        raise ROSBagUnindexedException() from error
+    except BagFormatError as error:
+        raise ROSBagFormatException(str(error)) from error
+    except BagError as error:
+        raise ROSBagException(str(error)) from error
