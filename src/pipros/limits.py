@@ -179,6 +179,15 @@ class Limits:
         return replace(cls(), **changed)  # type: ignore[arg-type]  # each has its field's type
 
 
+def limit_text(name: str, value: float) -> str:
+    """The words of errors about a limit, which say how to change it.
+
+    >>> limit_text("body_bytes", 1000)
+    'the limit is 1000 (body_bytes in PIPROS_LIMITS)'
+    """
+    return f"the limit is {value} ({name} in {VARIABLE})"
+
+
 @cache
 def process_limits() -> Limits:
     """The limits of this process: `PIPROS_LIMITS`, read once, at the first use.

@@ -9,10 +9,14 @@ from __future__ import annotations
 import os
 import re
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from pipros.errors import InvalidName
+
+TYPE_CHECKING = False  # true for type checkers; most commands do without `typing` otherwise
+if TYPE_CHECKING:
+    from typing import Any
 
 _LEGAL = re.compile(r"[~/A-Za-z][\w/]*", re.ASCII)
 _LEGAL_KEY = re.compile(r"[~/A-Za-z_][\w/]*", re.ASCII)
@@ -113,6 +117,41 @@ def resolve(name: str, node_name: str, remappings: Mapping[str, str] | None = No
     else:
         resolved = namespace(node_name) + name
     return remappings.get(resolved, resolved) if remappings else resolved
+
+
+class InvalidKey(ValueError):
+    """A dictionary of parameters has a key that is not a string.
+
+    Attributes:
+        within: the dictionary.
+    """
+
+    def __init__(self, name: str, key: object, within: Mapping[Any, Any]) -> None:
+        self.within = within
+        super().__init__(f"a key must be a string, got {key!r} below [{name}]; put it in quotes")
+
+
+def leaves_below(
+    name: str, value: Any, combine: Callable[[str, str], str] = join
+) -> Iterator[tuple[str, Any]]:
+    """The single parameters in a value at `name`; dictionaries are namespaces, and empty ones are left out.
+
+    Args:
+        combine: puts a key below a namespace.
+
+    Raises:
+        InvalidKey: a key is not a string.
+
+    >>> list(leaves_below("/wheels", {"left": 1, "rear": {"left": 2}}))
+    [('/wheels/left', 1), ('/wheels/rear/left', 2)]
+    """
+    if not isinstance(value, Mapping):
+        yield name, value
+        return
+    for key, part in value.items():
+        if not isinstance(key, str):
+            raise InvalidKey(name, key, value)
+        yield from leaves_below(combine(name, key), part, combine)
 
 
 def anonymous(base: str) -> str:

@@ -6,7 +6,11 @@ import sys
 
 TYPE_CHECKING = False  # true for type checkers; every first import of a message imports this module
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from typing import IO
+
+    Say = Callable[[str], object]
+    """Writes a text to the user."""
 
 #: Longer texts of peers are cut when they are quoted.
 QUOTE_LIMIT = 200

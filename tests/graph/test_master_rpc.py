@@ -247,7 +247,7 @@ def test_what_is_no_request_is_refused_by_its_status_counted_and_closed(
 def test_who_sends_too_much_reads_why() -> None:
     serving = Serving(limits=Limits(body_bytes=1_000_000))
     with RpcClient(serving.uri, timeout_s=20) as client:
-        with pytest.raises(ProtocolError, match=r"413 .* the limit is 1000000"):
+        with pytest.raises(ProtocolError, match=r"413 .* the limit is 1000000 \(body_bytes in PIPROS_LIMITS"):
             client.call("echo", "x" * 20_000_000)
         assert client.call("echo", 1) == 1
     serving.close()

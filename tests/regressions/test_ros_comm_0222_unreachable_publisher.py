@@ -39,5 +39,5 @@ def test_a_publisher_on_a_closed_port_is_explained(make_node: MakeNode, master: 
     log, lines = listening_log()
     make_node("viewer", log=log).subscribe("/image", String, print)
     wait_until(lambda: lines)
-    assert "Connection refused. That address means this machine only: the node has ended" in lines[0]
+    assert "Connection refused. That address is local: the node has ended" in lines[0]
     ghost.close()

@@ -38,6 +38,15 @@ def option_parser(command: str, usage: str, description: str | None = None) -> O
     return OptionParser(usage=f"usage: {command} {usage}", prog=command, description=description)
 
 
+def single_argument(parser: OptionParser, arguments: Sequence[str], *, missing: str, several: str) -> str:
+    """The one argument of a command line; without it, or with more, exits with the text given for that."""
+    if not arguments:
+        parser.error(missing)
+    if len(arguments) > 1:
+        parser.error(several)
+    return arguments[0]
+
+
 def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str, code: int) -> int:
     """Runs the subcommand that the first argument names; prints the overview when it names none.
 

@@ -20,6 +20,7 @@ from pipros.launch.find_launch_files import NoSuchFiles, resolve_files
 from pipros.workspace.index import PackageIndex
 
 if TYPE_CHECKING:
+    from pipros.cli.roslaunch_inspect import Inspection
     from pipros.launch.child import Child
     from pipros.launch.session import LaunchSession
 
@@ -46,9 +47,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.error(error.reason)
     except PiprosError as error:
         return report(console, error)
-    inspect = _inspection(options)
-    if inspect is not None:
-        return inspect(files, arguments, index)
+    show = _inspection(options, files)
+    if show is not None:
+        from pipros.cli.roslaunch_inspect import inspect
+
+        return inspect(show, files, arguments, index)
     return run(lambda: _session(options, files, arguments, console, index), console, options)
 
 
@@ -183,14 +186,14 @@ def _wait_for_master(console: Console) -> None:
             return
 
 
-def _inspection(options: Values) -> Callable[[Sequence[str], dict[str, str], PackageIndex], int] | None:
+def _inspection(options: Values, files: Sequence[str]) -> Inspection | None:
     """The function that prints information instead of starting nodes. Noetic's order of options decides."""
     from functools import partial
 
     from pipros.cli import roslaunch_inspect as inspect
 
     if options.node_args:
-        return partial(inspect.print_node_args, options.node_args)
+        return partial(inspect.print_node_args, options.node_args, files)
     if options.node_list:
         return inspect.print_nodes
     if options.find_node:

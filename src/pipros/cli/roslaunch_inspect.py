@@ -1,11 +1,11 @@
-"""What `roslaunch` prints about launch files without starting anything: `--nodes`, `--dry-run`, …."""
+"""The options of `roslaunch` that print information about launch files: `--nodes`, `--dry-run`, …."""
 
 from __future__ import annotations
 
 import os
 import shlex
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from pipros import names
 from pipros.env import Environment
@@ -17,44 +17,50 @@ from pipros.launch.model import Launch, Machine, Node
 from pipros.launch.xml import load
 from pipros.workspace.index import PackageIndex
 
+Inspection = Callable[[Launch, PackageIndex], int]
+"""Prints something about a launch; returns the exit code."""
 
-def print_nodes(files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
-    """`--nodes`: the full names in the order of the files, those of tests after them."""
-    launch = _load(files, arguments, index)
-    if launch is None:
+
+def inspect(show: Inspection, files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
+    """Loads launch files, and has `show` print something about them. Returns the exit code."""
+    texts = [sys.stdin.read()] if STDIN in files else []
+    try:
+        launch = load(
+            [file for file in files if file != STDIN],
+            arguments,
+            context=LoadContext.of_process(index),
+            texts=texts,
+            unset_as="" if show is print_arguments else None,
+        )
+    except PiprosError as error:
+        print(error, file=sys.stderr)
         return 1
+    return show(launch, index)
+
+
+def print_nodes(launch: Launch, _index: PackageIndex) -> int:
+    """`--nodes`: the full names in the order of the files, those of tests after them."""
     for node in (*launch.nodes, *(test.node for test in launch.tests)):
         print(node.full_name)
     return 0
 
 
-def print_files(files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
+def print_files(launch: Launch, _index: PackageIndex) -> int:
     """`--files`: the files and all that they include."""
-    launch = _load(files, arguments, index)
-    if launch is None:
-        return 1
     print("\n".join(os.path.abspath(file) for file in launch.files))
     return 0
 
 
-def print_params(files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
+def print_params(launch: Launch, _index: PackageIndex) -> int:
     """`--dump-params`: YAML of full names and values."""
-    launch = _load(files, arguments, index)
-    if launch is None:
-        return 1
     import yaml
 
     print(yaml.safe_dump(dict(launch.params), default_flow_style=False, allow_unicode=True))
     return 0
 
 
-def print_file_of_node(
-    name: str, files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex
-) -> int:
-    """`--find-node`: the file that a node stands in."""
-    launch = _load(files, arguments, index)
-    if launch is None:
-        return 1
+def print_file_of_node(name: str, launch: Launch, _index: PackageIndex) -> int:
+    """`--find-node`: the file that contains a node."""
     name = _full_name(name)
     node = launch.node(name)
     if node is None or node.place is None:
@@ -68,13 +74,8 @@ def print_file_of_node(
     return 0
 
 
-def print_node_args(
-    name: str, files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex
-) -> int:
-    """`--args`: variables and command line of a node, to be pasted into a shell."""
-    launch = _load(files, arguments, index)
-    if launch is None:
-        return 1
+def print_node_args(name: str, files: Sequence[str], launch: Launch, index: PackageIndex) -> int:
+    """`--args`: the variables and the command line of a node, to be pasted into a shell."""
     name = _full_name(name)
     node = launch.node(name)
     if node is None:
@@ -93,11 +94,8 @@ def print_node_args(
     return 0
 
 
-def print_arguments(files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
-    """`--ros-args`: which arguments the files need and which they understand."""
-    launch = _load(files, arguments, index, unset_as="")
-    if launch is None:
-        return 1
+def print_arguments(launch: Launch, _index: PackageIndex) -> int:
+    """`--ros-args`: the required and optional arguments of the files."""
     declared = sorted(launch.arguments, key=lambda argument: argument.name)
     required = [argument for argument in declared if argument.is_required]
     optional = [argument for argument in declared if argument.default is not None]
@@ -114,11 +112,8 @@ def print_arguments(files: Sequence[str], arguments: Mapping[str, str], index: P
     return 0
 
 
-def print_plan(files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
-    """`--dry-run`: everything that would be done, in the order in which it would be done."""
-    launch = _load(files, arguments, index)
-    if launch is None:
-        return 1
+def print_plan(launch: Launch, index: PackageIndex) -> int:
+    """`--dry-run`: everything that would be done, in order."""
     for warning in launch.warnings:
         print(f"# WARNING: {warning}")
     for command in launch.commands:
@@ -160,21 +155,3 @@ def _command(node: Node, machine: Machine | None, index: PackageIndex) -> tuple[
 
 def _full_name(name: str) -> str:
     return names.canonicalize(names.resolve(name, "/roslaunch"))
-
-
-def _load(
-    files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex, unset_as: str | None = None
-) -> Launch | None:
-    """The launch, or None when it was reported what is wrong with the files."""
-    texts = [sys.stdin.read()] if STDIN in files else []
-    try:
-        return load(
-            [file for file in files if file != STDIN],
-            arguments,
-            context=LoadContext.of_process(index),
-            texts=texts,
-            unset_as=unset_as,
-        )
-    except PiprosError as error:
-        print(error, file=sys.stderr)
-        return None

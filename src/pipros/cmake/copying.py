@@ -10,11 +10,14 @@ import stat
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipros.cmake import regex
 from pipros.errors import PiprosError
 
-Say = Callable[[str], None]
+if TYPE_CHECKING:
+    from pipros.printable import Say
+
 
 FILE_MODE, PROGRAM_MODE = 0o644, 0o755
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import sys
+from typing import TYPE_CHECKING
 
 from pipros.graph.nodes import unregister
-from pipros.graph.output import Say, bullets, to_stdout
+from pipros.graph.output import bullets, to_stdout
 from pipros.graph.ping import ping_all
 from pipros.net.master_client import MasterClient
 from pipros.printable import listed
+
+if TYPE_CHECKING:
+    from pipros.printable import Say
 
 WARNING = """\
 Warning: these might include alive and functioning nodes, e.g. in unstable networks.

@@ -5,15 +5,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from pipros.graph.message_classes import installed_class
 from pipros.graph.message_path import InvalidIndex, Step, has_field, parse_path
-from pipros.graph.output import Say, to_stderr
+from pipros.graph.output import to_stderr
 from pipros.graph.topics import topic_type
 from pipros.interruptible_wait import OnceEvent
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
+
+if TYPE_CHECKING:
+    from pipros.printable import Say
 
 POLL_PERIOD_S = 0.1
 """How often the master is asked again for a topic that is not yet known."""

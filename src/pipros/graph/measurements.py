@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
-from pipros.graph.output import Say
 from pipros.graph.samples import DEFAULT_WINDOW, Figures, RateWindow
+
+if TYPE_CHECKING:
+    from pipros.printable import Say
 
 NO_NEW_MESSAGES = "no new messages"
 

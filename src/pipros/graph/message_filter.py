@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pipros.graph.output import Say, to_stderr
+from pipros.graph.output import to_stderr
 from pipros.msg.base import Message
 from pipros.msg.time import TVal
 from pipros.safe.expr import ExpressionError, evaluate
+
+if TYPE_CHECKING:
+    from pipros.printable import Say
 
 _OF_TIMES = ("secs", "nsecs", "to_sec", "to_nsec", "is_zero")
 

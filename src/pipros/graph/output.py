@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 from pipros.printable import listed
-
-Say = Callable[[str], object]
-"""Writes a text to the user."""
 
 
 def to_stdout(text: str) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 from pipros.errors import Refused
 from pipros.graph.errors import GraphError
 from pipros.graph.system_state import is_below
-from pipros.names import join
+from pipros.names import InvalidKey, leaves_below
 from pipros.net.master_client import MasterClient
 
 
@@ -21,13 +21,12 @@ def leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     Raises:
         GraphError: a key is not a string.
     """
-    if not isinstance(value, Mapping):
-        yield name, value
-        return
-    if not all(isinstance(key, str) for key in value):
-        raise GraphError(f"YAML dictionaries must have string keys. Invalid dictionary is:\n{value}")
-    for key, part in value.items():
-        yield from leaves(join(name, key), part)
+    try:
+        yield from leaves_below(name, value)
+    except InvalidKey as error:
+        raise GraphError(
+            f"YAML dictionaries must have string keys. Invalid dictionary is:\n{error.within}"
+        ) from None
 
 
 def read(master: MasterClient, name: str) -> Any:

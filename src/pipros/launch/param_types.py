@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from pipros.names import leaves_below
+
 
 def convert(text: str, type_name: str, source: str = "<param>") -> Any:
     """Converts `text` to a type: int, double, bool, str, yaml, or auto (also when empty).
@@ -66,16 +68,9 @@ def flatten(key: str, value: Any) -> dict[str, Any]:
     """A tree of parameters as full names and values; empty dictionaries are left out.
 
     Raises:
-        ValueError: a key is not a string; XML-RPC has no others.
+        InvalidKey: a key is not a string, as XML-RPC requires.
 
     >>> flatten("/a", {"b": 1, "c": {"d": [2]}})
     {'/a/b': 1, '/a/c/d': [2]}
     """
-    if not isinstance(value, dict):
-        return {key: value}
-    leaves: dict[str, Any] = {}
-    for name, part in value.items():
-        if not isinstance(name, str):
-            raise ValueError(f"a key must be a string, got {name!r} below [{key}]; put it in quotes")
-        leaves.update(flatten(f"{key.rstrip('/')}/{name.strip('/')}", part))
-    return leaves
+    return dict(leaves_below(key, value, lambda ns, name: f"{ns.rstrip('/')}/{name.strip('/')}"))

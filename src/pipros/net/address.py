@@ -1,12 +1,12 @@
-"""Which address to bind, and which to advertise.
+"""The address to bind, and the one to advertise.
 
-Genuine ROS binds every interface unless `ROS_IP` or `ROS_HOSTNAME` is a loopback address. pipros does the
-opposite as long as everything is on one machine: with a local `ROS_MASTER_URI` and neither variable set,
-it binds loopback, and nothing can be reached from the network.
+Genuine ROS binds every interface unless `ROS_IP` or `ROS_HOSTNAME` is a loopback address. pipros
+binds loopback unless the environment opens it: with a local `ROS_MASTER_URI` and neither variable set,
+nothing can be reached from the network.
 
-With `ROS_IPV6=on` the same holds for IPv6: `::1`, or `::` when it is opened, which takes IPv4 as well.
-Genuine nodes understand names that resolve to an IPv6 address. But roscpp does not understand a URI with
-such an address in it, nor does rospy in the URI of a service; so a name is advertised where there is one.
+With `ROS_IPV6=on` the same holds for IPv6: `::1`, or `::` when it is opened, which accepts IPv4 as well.
+Genuine nodes support names that resolve to an IPv6 address. But roscpp does not support a URI with
+such an address, nor does rospy in the URI of a service; so a name is advertised if there is one.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ANY_IPV6 = "::"
 
 
 def is_loopback(host: str) -> bool:
-    """True for `localhost`, `127.x.y.z` and `::1`, as written; no name is looked up.
+    """True for `localhost`, `127.x.y.z` and `::1`, as written; names are not looked up.
 
     >>> is_loopback("localhost"), is_loopback("127.0.1.1"), is_loopback("robot")
     (True, True, False)
@@ -39,7 +39,7 @@ def is_loopback(host: str) -> bool:
 
 
 def plain_address(peer: str) -> str:
-    """The IP address of a peer, as addresses are compared: without an interface, IPv4 as such.
+    """The IP address of a peer in the form for comparisons: without an interface, IPv4 not mapped to IPv6.
 
     >>> plain_address("::ffff:10.0.0.5"), plain_address("fe80::1%eth0")
     ('10.0.0.5', 'fe80::1')
@@ -48,7 +48,7 @@ def plain_address(peer: str) -> str:
 
 
 def is_master_local(environment: Environment) -> bool:
-    """True when the master URI names loopback. The name of this machine does not: it means the network."""
+    """True when the master URI has a loopback host. The name of this machine does not count as loopback."""
     try:
         host, _ = split_master_uri(environment.master_uri)
     except PiprosError:
@@ -68,17 +68,17 @@ def bind_host(environment: Environment) -> str:
     if not configured:
         is_ipv6 = environment.ipv6
     elif _is_address(configured):
-        return configured.strip("[]")  # of all the loopback addresses, the one that is advertised
+        return configured.strip("[]")  # the loopback address that is advertised
     else:
         is_ipv6 = environment.ipv6 and _means_ipv6_loopback(configured)
     return LOOPBACK_IPV6 if is_ipv6 else LOOPBACK
 
 
 def advertised_host(environment: Environment) -> str:
-    """The host name or address that is advertised: `ROS_HOSTNAME`, else `ROS_IP`, else the best known.
+    """The host name or address that is advertised: `ROS_HOSTNAME`, else `ROS_IP`, else a default.
 
-    The best known is loopback while only loopback is bound, else the name of this machine, else
-    (when it has no name of its own) the address by which it would reach the master.
+    The default is loopback while only loopback is bound, else the name of this machine, or,
+    without a name other than localhost, the address from which it would reach the master.
     """
     configured = environment.hostname or environment.ip
     if configured:
@@ -103,7 +103,7 @@ def _means_ipv6_loopback(name: str) -> bool:
 
 
 def own_name(environment: Environment) -> str:
-    """The name of this machine, or, when it has none of its own, its address towards the master."""
+    """The name of this machine, or its address towards the master when the name is localhost."""
     name = socket.gethostname()
     if name and not is_loopback(name):
         return name
@@ -111,7 +111,7 @@ def own_name(environment: Environment) -> str:
 
 
 def address_towards(master_uri: str, *, prefers_ipv6: bool = False) -> str:
-    """This machine's own address on the way to the master. Nothing is sent: UDP only picks the route."""
+    """This machine's address on the route to the master. Nothing is sent: UDP only selects the route."""
     try:
         host, port = split_master_uri(master_uri)
         found = process_lookups().find(host, port, type=socket.SOCK_DGRAM)
@@ -126,7 +126,7 @@ def address_towards(master_uri: str, *, prefers_ipv6: bool = False) -> str:
 
 
 def uri(host: str, port: int, scheme: str = "http") -> str:
-    """The URI of a node or a service, as ROS writes it.
+    """The URI of a node or a service.
 
     >>> uri("robot", 1234), uri("::1", 80, "rosrpc")
     ('http://robot:1234/', 'rosrpc://[::1]:80')

@@ -1,4 +1,4 @@
-"""The frames that wait for one subscriber: the rest of one, and whole ones behind it."""
+"""The frames that wait for one subscriber: the rest of one, and whole ones after it."""
 
 from __future__ import annotations
 
@@ -10,52 +10,52 @@ from pipros.net.sockets import GATHER_LIMIT
 
 Buffer = bytes | memoryview
 
-#: A frame as it goes over the wire, its length in front: buffers to be written in a row.
+#: A frame with its length in front, as buffers to be written in order.
 Frame = Sequence[Buffer]
 
-#: The rest of a buffer of this size is worth a short wait for room.
+#: The rest of a buffer of this size is worth a short wait until the socket is writable.
 LARGE_BYTES = 64 * 1024
 
 
 class Backlog:
-    """A queue of frames that are written as the socket takes them. Not thread-safe.
+    """A queue of frames that are written when the socket accepts them. Not thread-safe.
 
-    A frame of which a part went out must follow whole, so only frames of which nothing went out are
-    ever dropped: the oldest first.
+    A frame that was written in part must be completed, so only frames of which nothing was written are
+    dropped, the oldest first.
     """
 
     __slots__ = ("_rest", "_waiting", "_waiting_bytes")
 
     def __init__(self) -> None:
-        self._rest: deque[Buffer] = deque()  # of a frame that is partly out
+        self._rest: deque[Buffer] = deque()  # of a frame that was written in part
         self._waiting: deque[tuple[Frame, int]] = deque()  # whole frames and their sizes
         self._waiting_bytes = 0
 
     def __bool__(self) -> bool:
-        """True while anything waits."""
+        """True while any frame waits."""
         return bool(self._rest or self._waiting)
 
     @property
     def is_in_large_buffer(self) -> bool:
-        """True while the next bytes to go are the rest of a buffer of LARGE_BYTES and more."""
+        """True while the next bytes are the rest of a buffer of LARGE_BYTES or more."""
         return bool(self._rest) and len(self._rest[0]) >= LARGE_BYTES
 
     def append(self, frame: Frame, size: int) -> None:
-        """Adds a frame of `size` bytes. It is copied where the publisher may change it later."""
+        """Adds a frame of `size` bytes. Buffers that the publisher may change later are copied."""
         self._waiting.append((_copy_mutable(frame), size))
         self._waiting_bytes += size
 
     def append_rest(self, frame: Frame, sent: int) -> None:
-        """Adds what is left of a frame of which `sent` bytes are out, to a backlog that is empty."""
+        """Adds the rest of a frame of which `sent` bytes were written, to an empty backlog."""
         self._keep_rest(_copy_mutable(frame), sent)
 
     def next_buffers(self) -> list[Buffer]:
-        """The next buffers to write, no more than one gathered write takes."""
+        """The next buffers to write, at most as many as one gathered write accepts."""
         waiting = itertools.chain.from_iterable(frame for frame, _ in self._waiting)
         return list(itertools.islice(itertools.chain(self._rest, waiting), GATHER_LIMIT))
 
-    def forget(self, sent: int) -> int:
-        """Takes `sent` bytes off the front: they are out. Returns how many frames that completed."""
+    def remove_sent(self, sent: int) -> int:
+        """Removes `sent` bytes from the front, which were written. Returns how many frames that completed."""
         frames = 0
         while self._rest and sent >= len(self._rest[0]):
             sent -= len(self._rest.popleft())
@@ -74,9 +74,9 @@ class Backlog:
         return frames
 
     def drop_oldest(self, most_frames: int | None, most_bytes: int) -> int:
-        """Drops frames until so many, and so many bytes of them, are left; the newest one always stays.
+        """Drops frames until at most so many frames and bytes are left, but never the newest frame.
 
-        Returns how many were dropped.
+        Returns the number of dropped frames.
         """
         dropped = 0
         while len(self._waiting) > 1 and (
@@ -102,7 +102,7 @@ class Backlog:
 
 
 def _copy_mutable(frame: Frame) -> Frame:
-    """The frame in buffers that cannot change any more: the publisher may reuse its message."""
+    """The frame in immutable buffers: the publisher may reuse its message."""
     return [buffer if _is_constant(buffer) else bytes(buffer) for buffer in frame]
 
 

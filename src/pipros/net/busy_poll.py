@@ -1,12 +1,12 @@
 """Receiving with a short busy poll of the socket before blocking.
 
 Theory of operation. A thread that sleeps in `recv` has to be woken by the sender's processor: tens of
-microseconds, which the receiver pays in latency and the sender in its `send`. What answers a request,
-or belongs to a stream, is there sooner than that. So a `PollingReceiver` polls the socket for a
-moment before it sleeps, and yields the processor between two polls: to the sender above all, when both run
+microseconds, which add to the latency of the receiver and to the `send` of the sender. Replies,
+and messages of a stream, often arrive sooner. So a `PollingReceiver` polls the socket
+briefly before it sleeps, and yields the processor between two polls: to the sender, above all, when both run
 on one core, whose cache then still holds the message.
 
-Whether polling pays is learned, see `AdaptiveBackoff`: a topic at 100 Hz is polled once in a thousand
+It learns whether polling pays, see `AdaptiveBackoff`: a topic at 100 Hz is polled once in a thousand
 messages, and only a peer that sends more than 1 / STREAM_POLL_S messages a second keeps a processor busy.
 """
 
@@ -22,13 +22,13 @@ from pipros.net import sockets
 
 T = TypeVar("T")
 
-#: The longest poll for the next of many messages: about what a wake-up costs both sides together.
+#: The longest poll for the next message of a stream: about the cost of a wake-up for both sides together.
 STREAM_POLL_S: Final = 50e-6
 
-#: The longest poll for a reply: a caller waits for it, and replies are rarer than messages.
+#: The longest poll for a reply: the caller waits for it, and replies are rarer than messages.
 REPLY_POLL_S: Final = 100e-6
 
-#: How many opportunities, at most, pass before something that did not pay is tried again.
+#: The largest number of opportunities that are skipped after trials that did not pay.
 LONGEST_PAUSE: Final = 1024
 
 _DONTWAIT: Final[int] = getattr(socket, "MSG_DONTWAIT", 0)
@@ -39,7 +39,7 @@ _yield_cpu: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: tim
 
 
 class AdaptiveBackoff:
-    """Decides whether something that pays only at times is worth a trial now.
+    """Decides whether to try something that pays only at times.
 
     After a trial that did not pay, the next opportunity is skipped, then the next two, four, ...
     LONGEST_PAUSE; one that pays resets this.
@@ -66,7 +66,7 @@ class PollingReceiver:
     """Receives from blocking sockets, and learns whether polling before blocking pays.
 
     For one waiting thread at a time; if two share one, it only learns less well.
-    Without MSG_DONTWAIT (Windows), and on a machine with one processor, it sleeps at once.
+    Without MSG_DONTWAIT (Windows), and with one processor, it never polls.
     """
 
     __slots__ = ("_backoff", "_longest_s")
@@ -76,29 +76,29 @@ class PollingReceiver:
         self._longest_s = longest_s
         self._backoff = AdaptiveBackoff()
 
-    def receive_into(self, sock: socket.socket, room: memoryview) -> int:
-        """Waits for bytes and receives them into `room`; returns how many, 0 at the end of the stream."""
-        count = self._poll(sock.recv_into, room, 0, _DONTWAIT)
-        return sock.recv_into(room) if count is None else count
+    def receive_into(self, sock: socket.socket, buffer: memoryview) -> int:
+        """Waits for bytes and receives them into `buffer`; returns how many, 0 at the end of the stream."""
+        count = self._poll(sock.recv_into, buffer, 0, _DONTWAIT)
+        return sock.recv_into(buffer) if count is None else count
 
-    def receive_into_within(self, sock: socket.socket, room: memoryview, limit_s: float) -> int | None:
+    def receive_into_within(self, sock: socket.socket, buffer: memoryview, limit_s: float) -> int | None:
         """As `receive_into`, for a non-blocking socket; None when nothing came within `limit_s`."""
         if limit_s > 0:
-            count = self._poll(sock.recv_into, room, 0, _DONTWAIT)
+            count = self._poll(sock.recv_into, buffer, 0, _DONTWAIT)
             if count is not None:
                 return count
             if not sockets.wait_readable(sock, limit_s):
                 return None
         try:
-            return sock.recv_into(room)
+            return sock.recv_into(buffer)
         except BlockingIOError:
             return None
 
     def receive(self, sock: socket.socket, most: int, deadline: float | None = None) -> bytes:
-        """Waits for bytes; returns `most` of them at most, and none at the end of the stream.
+        """Waits for bytes; returns at most `most` of them, and `b""` at the end of the stream.
 
         Raises:
-            TimeoutError: none came before `deadline` (of `time.monotonic`), or it has passed already.
+            TimeoutError: none came before `deadline` (of `time.monotonic`).
         """
         left_s = None if deadline is None else deadline - time.monotonic()
         if left_s is not None and left_s <= 0:
@@ -111,7 +111,7 @@ class PollingReceiver:
         return sock.recv(most)
 
     def _poll(self, receive: Callable[..., T], *args: Any) -> T | None:
-        """What `receive` returns within a poll; None when it is not worth one, or nothing came."""
+        """The result of `receive` within a poll; None when nothing came, or no poll was made."""
         if not _MAY_POLL or not self._backoff.is_due():
             return None
         end = 0.0

@@ -1,4 +1,4 @@
-"""Connecting from a thread that blocks, in a way that another thread can end."""
+"""Blocking connections that another thread can interrupt."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SLICE_S = 0.1
 
 
 class Connector:
-    """One attempt to connect, from its beginning on; `interrupt` ends it in every state."""
+    """One attempt to connect; `interrupt` ends it in every state."""
 
     def __init__(self, lookups: Lookups | None = None) -> None:
         """`lookups` are by default those of the process."""
@@ -23,13 +23,13 @@ class Connector:
         self._lookups = lookups
 
     def interrupt(self) -> None:
-        """Has `connect` raise Interrupted, within about a tenth of a second."""
+        """Makes `connect` raise Interrupted, within about a tenth of a second."""
         self.is_interrupted = True
 
     def connect(
         self, host: str, port: int, deadline: float | None = None, limit_s: float | None = None
     ) -> socket.socket:
-        """A blocking socket that is connected to the first address of the host that takes it.
+        """A blocking socket that is connected to the first address of the host that accepts.
 
         Args:
             host: a name or an address.
@@ -50,15 +50,11 @@ class Connector:
             until = None if limit_s is None else time.monotonic() + limit_s
             if deadline is not None:
                 until = deadline if until is None else min(until, deadline)
-            sock = socket.socket(family, kind, protocol)
             try:
-                self._connect(sock, address, until)
+                with sockets.closed_on_error(socket.socket(family, kind, protocol)) as sock:
+                    self._connect(sock, address, until)
             except OSError as error:
-                sock.close()
                 failure = error
-            except BaseException:
-                sock.close()
-                raise
             else:
                 return sock
         raise failure
@@ -69,7 +65,7 @@ class Connector:
         left_s = SLICE_S if until is None else until - time.monotonic()
         if left_s <= 0:
             raise TimeoutError("no answer in time")
-        # The first slice is the socket's own, in C: a peer on this machine answers within microseconds.
+        # The first slice is the socket's own timeout, in C: a local peer answers within microseconds.
         sock.settimeout(min(left_s, SLICE_S))
         try:
             sock.connect(address)
@@ -80,7 +76,7 @@ class Connector:
         sock.settimeout(None)
 
     def _wait(self, sock: socket.socket, until: float | None) -> None:
-        """Waits for a connection under way, in slices that can be interrupted. Raises as `connect`."""
+        """Waits for the connection in interruptible slices. Raises as `connect`."""
         while True:
             if self.is_interrupted:
                 raise Interrupted("the connection was interrupted")

@@ -1,4 +1,4 @@
-"""The connections of a server: which are open, which give way to new ones, and what was refused."""
+"""The connections of a server: the open ones, which of them are closed for new ones, and refusals."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _REPORT_EVERY_S: Final = 60.0
 
 
 class Connection(Protocol):
-    """What this module needs of a connection."""
+    """The part of a connection that this module uses."""
 
     @property
     def peer(self) -> str:
@@ -28,7 +28,7 @@ class Connection(Protocol):
 
     @property
     def last_used(self) -> float:
-        """When it was last of use, by the clock that `sweep` is given."""
+        """When it was last used, by the clock of `sweep`."""
 
     def abort(self) -> None:
         """Closes at once."""
@@ -36,7 +36,7 @@ class Connection(Protocol):
 
 @dataclass(slots=True, eq=False)
 class Seat:
-    """Stands for a connection that another object owns, a topic link for example."""
+    """Represents a connection that another object owns, for example a topic link."""
 
     peer: str
     close: Callable[[], object]
@@ -47,7 +47,7 @@ class Seat:
 
 
 class Refusals:
-    """Counts what peers are refused. Logs the first refusal of each, and at intervals how many came since."""
+    """Counts refusals. Logs the first one of each peer, and at intervals the number of further ones."""
 
     def __init__(self, log: logging.Logger = _log) -> None:
         self.total = 0
@@ -57,7 +57,7 @@ class Refusals:
         self._reported_at = 0.0
 
     def count(self, peer: str, text: str) -> None:
-        """Counts a refusal of `peer`, and logs `text` when it is the first."""
+        """Counts a refusal of `peer`; logs `text` if it is the first."""
         self.total += 1
         known = self._by_peer.get(peer, 0)
         if known or len(self._by_peer) < _PEERS_REMEMBERED:
@@ -71,7 +71,7 @@ class Refusals:
         )
 
     def report(self) -> None:
-        """Logs how many refusals came since the last report, once a minute at most."""
+        """Logs the number of refusals since the last report, at most once a minute."""
         now = time.monotonic()
         if self._unreported and now - self._reported_at >= _REPORT_EVERY_S:
             self._log.warning("refused %d more, of %d since the start", self._unreported, self.total)
@@ -86,9 +86,9 @@ class _Group:
     """Connections of one peer, or all.
 
     Attributes:
-        idle: those that may give way, the one idle longest first.
-        links: those in constant use, in the order in which they came.
-        count: how many there are in all, those that cannot give way included.
+        idle: connections that may be closed for new ones, the longest idle first.
+        links: connections in constant use, in the order in which they came.
+        count: the number of all connections, including those of neither kind.
     """
 
     idle: OrderedDict[Connection, None] = field(default_factory=OrderedDict)
@@ -102,9 +102,9 @@ class _Group:
 
 
 class HeldBytes:
-    """The bytes that a server holds for its peers: partial requests, and replies that are not read.
+    """The bytes that a server holds for its peers: partial requests, and replies that peers do not read.
 
-    When there are too many, the connection that began first is closed. For the server's thread only.
+    Above the limit, the connection that began first is closed. For the server's thread only.
     """
 
     def __init__(self, *, limit_bytes: int, refusals: Refusals) -> None:
@@ -114,7 +114,7 @@ class HeldBytes:
         self.bytes = 0
 
     def note(self, connection: Connection, count: int) -> None:
-        """Records how much is held for a connection now."""
+        """Records the number of bytes held for a connection."""
         self.bytes += count - self._held.get(connection, 0)
         self._held[connection] = count
         while self.bytes > self._limit_bytes:
@@ -126,26 +126,26 @@ class HeldBytes:
             oldest.abort()
 
     def forget(self, connection: Connection) -> None:
-        """The request is done, or the connection is gone. Harmless when repeated."""
+        """Removes the bytes of a connection, after its request or its end. May be repeated."""
         self.bytes -= self._held.pop(connection, 0)
 
 
 class Connections:
-    """The open connections of one server, the one idle longest first.
+    """The open connections of one server, the longest idle first.
 
-    When a new one exceeds a limit, the one that was idle longest is closed: the longest of the same
-    peer when that peer has too many, else the longest of all. So new connections always get through,
-    and a peer that hoards idle ones loses them. Those that are held (a call is being handled) and links are
-    not closed for them. When nothing else is left, a new link takes the place of the newest link of the peer
-    that has the most: links that are older than a flood of them stay. An eighth of the room is not for links.
+    When a new one exceeds a limit, the longest idle one is closed: that of the same
+    peer when that peer has too many, else that of all. So new connections always succeed,
+    and a peer that hoards idle ones loses them. Connections that are held (a call is being handled) and links
+    are not closed for them. When only those are left, a new link replaces the newest link of the peer
+    that has the most: links that are older than a flood of new ones stay. Links cannot take the last eighth.
 
-    May be used from any thread.
+    Thread-safe.
     """
 
     def __init__(
         self, *, limit: int, limit_per_peer: int, refusals: Refusals, spares_loopback: bool = False
     ) -> None:
-        """`spares_loopback`: nodes of this machine, which share an address, have no limit of their own."""
+        """`spares_loopback`: the limit per peer does not apply to loopback, which all local nodes share."""
         self._limit = limit
         self._limit_per_peer = limit_per_peer
         self._spares_loopback = spares_loopback
@@ -163,7 +163,7 @@ class Connections:
         return self._all.count
 
     def enter(self, connection: Connection) -> bool:
-        """Adds a new connection, if need be in place of an idle one; False when there is no room."""
+        """Adds a new connection, if necessary in place of an idle one; False when all are in use."""
         return self._enter(connection, is_link=False)
 
     def enter_link(self, connection: Connection) -> bool:
@@ -171,9 +171,9 @@ class Connections:
         return self._enter(connection, is_link=True)
 
     def reserve(self, most: int) -> bool:
-        """Counts a link that this node makes; False when it has made `most`, or there is no room.
+        """Counts a link that this node makes; False when it has made `most`, or the limit is reached.
 
-        Links that peers make keep an eighth of the room, too.
+        An eighth of the limit is reserved for links that peers make.
         """
         evicted: Connection | None = None
         with self._lock:
@@ -193,17 +193,17 @@ class Connections:
         return True
 
     def give_back(self) -> None:
-        """A connection that was reserved has ended."""
+        """Ends the reservation of a connection."""
         with self._lock:
             self._reserved -= 1
 
     def leave(self, connection: Connection) -> None:
-        """Removes a connection. Harmless when repeated."""
+        """Removes a connection. May be repeated."""
         with self._lock:
             self._remove(connection)
 
     def touch(self, connection: Connection) -> None:
-        """The connection was just used: it is the last to give way, and no longer held."""
+        """Marks the connection as just used: it is the last to be closed for others, and no longer held."""
         with self._lock:
             if connection in self._members:
                 for group in (self._all, self._by_peer[connection.peer]):
@@ -211,7 +211,7 @@ class Connections:
                     group.idle.move_to_end(connection)
 
     def hold(self, connection: Connection) -> None:
-        """Until it is touched, the connection does not give way and has no deadline."""
+        """Protects the connection from being closed for others or by a deadline, until `touch`."""
         with self._lock:
             self._deadlines.pop(connection, None)
             if connection in self._members:
@@ -219,7 +219,7 @@ class Connections:
                     group.idle.pop(connection, None)
 
     def expect_by(self, connection: Connection, deadline: float) -> None:
-        """The connection has until `deadline` for something; one that it has already is not moved."""
+        """Sets a deadline for the connection, unless it has one already."""
         with self._lock:
             if connection in self._members:
                 self._deadlines.setdefault(connection, deadline)
@@ -229,7 +229,7 @@ class Connections:
             self._deadlines.pop(connection, None)
 
     def sweep(self, now: float, idle_s: float) -> None:
-        """Closes connections that missed a deadline or idled too long. Takes time only for those."""
+        """Closes connections that missed a deadline or were idle too long. Visits only those."""
         late: list[Connection] = []
         idle: list[Connection] = []
         with self._lock:
@@ -264,7 +264,7 @@ class Connections:
             if of_peer is not None and of_peer.count >= self._limit_of(connection.peer):
                 within = of_peer
             elif is_link and len(self._all.links) + self._reserved >= self._limit - self._limit // 8:
-                within = _Group(links=self._all.links)  # a part is for calls in any case
+                within = _Group(links=self._all.links)  # a part is reserved for calls
             elif self._all.count + self._reserved >= self._limit:
                 within = self._all
             if within is not None and (evicted := self._pick_evicted(within, is_link=is_link)) is not None:

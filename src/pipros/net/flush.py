@@ -1,4 +1,4 @@
-"""Waits until subscribers have made room: for all of them together, not for one after the other."""
+"""Waits until sockets of subscribers are writable: for all of them together, not one after the other."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from collections.abc import Iterable
 from pipros.net import sockets
 from pipros.net.outgoing import OutgoingLink
 
-#: How long a publisher with a queue waits for a subscriber to make room for the rest of a large frame.
-#: One that makes none is not waited for again until it has caught up.
+#: How long a publisher with a queue waits for a subscriber that reads, to send the rest of a large frame.
+#: A subscriber that did not read is not waited for again until it has caught up.
 LINGER_S = 0.0005
 
-#: The same for subscribers that do make room, all of them together: the event loop sends the rest.
+#: The same for all subscribers that do read, together: the event loop sends the rest.
 LINGER_LIMIT_S = 0.02
 
-#: How often a wait for room checks whether links were closed.
+#: How often a wait checks whether links were closed.
 WATCH_CLOSE_S = 0.1
 
 
 def flush_or_queue(links: Iterable[OutgoingLink], limit_s: float) -> None:
-    """Sends what waits in the links: waits for room, then leaves the rest to the event loop.
+    """Sends the frames that wait in the links, and leaves the rest to the event loop.
 
-    It waits no longer than `limit_s` in all, and not for links that have stalled. While it waits, every
-    link is written to as soon as it has room, so that links do not wait for each other.
+    It waits at most `limit_s` in all, and not for stalled links. While it waits, every
+    link is written to as soon as it is writable, so that links do not wait for each other.
     """
     now = time.monotonic()
     deadlines: dict[OutgoingLink, float] = {}

@@ -1,10 +1,10 @@
-"""The receiving end of one TCPROS topic link: a thread that reads, keeps the newest, delivers.
+"""The receiving end of one TCPROS topic link: a thread that reads, and delivers the newest frames.
 
-Theory of operation. One thread a link receives large chunks, cuts all complete frames and calls
-`deliver` for each itself, so that the common message is not handed over between threads. Frames that still
-wait are kept undecoded. Whenever a delivery took a while, the thread reads the socket again
+Theory of operation. One thread per link receives large chunks, cuts all complete frames and calls
+`deliver` for each itself, so that most messages are not passed between threads. Waiting frames
+are kept undecoded. After a slow delivery, the thread reads the socket again
 before the next one and keeps only the newest `queue_size` frames: a slow callback with
-queue_size=1 sees the newest message, however large it is and whatever the socket holds
+queue_size=1 gets the newest message, however large it is and whatever the socket holds
 (ros_comm#536, ros_comm#1901).
 """
 
@@ -25,31 +25,31 @@ from pipros.wire.frames import FrameBuffer
 #: After a delivery longer than this the socket is read again. A smaller value would cost fast callbacks.
 SLOW_DELIVERY_S = 0.001
 
-#: How long a link may deliver before the others of its topic have a turn. (Passing the lock on after each
+#: How long a link may deliver before the other links of its topic may. (Passing the lock on after each
 #: message would cost more than the messages.)
 TURN_S = 0.001
 
-#: A nap, which is as long as the system's timers make it (some 60 microseconds on Linux), pays when so
-#: many frames have gathered meanwhile.
+#: A sleep, which takes as long as the system's timers make it (some 60 microseconds on Linux), pays when
+#: this many frames arrived meanwhile.
 NAP_S = 1e-6
 NAP_FRAMES = 8
 
-#: How long reading on may last when the peer sends faster than we can read.
+#: How long reading may continue when the peer sends faster than this link reads.
 DRAIN_LIMIT_S = 0.1
 
-#: A socket that held this much had its window closed: the peer's side holds more, and sends it at
-#: once; reading goes on until nothing has come for QUIET_S.
+#: A socket that held this much had its window closed: the peer holds more, and sends it at
+#: once; reading continues until nothing has come for QUIET_S.
 BACKLOG_BYTES = 64 * 1024
 QUIET_S = 0.002
 
 
-#: A link that was silent for so long gives the memory of its large messages back.
+#: A link that was silent for so long frees the memory of its large messages.
 KEEP_LARGE_S = 5.0
 
 
 @dataclass(slots=True)
 class ReceiveStatistics:
-    """What came over a link so far, and what was dropped because the callbacks were too slow."""
+    """What came over a link, and what was dropped because the callbacks were too slow."""
 
     frames: int = 0
     bytes: int = 0
@@ -57,10 +57,10 @@ class ReceiveStatistics:
 
 
 class DeliveryLock:
-    """Lets the links of one topic deliver one after the other.
+    """Makes the links of one topic deliver one after the other.
 
-    A link that has just had its turn comes after those that wait already: they hold the gate. With a
-    single lock a link with a backlog takes it again before the one that is woken up gets there.
+    A link that has just delivered comes after those that wait already, which hold the gate. With a
+    single lock, a link with a backlog would take it again before a waiting thread wakes up.
     """
 
     __slots__ = ("_gate", "_lock", "release")
@@ -72,11 +72,11 @@ class DeliveryLock:
 
     @property
     def is_wanted(self) -> bool:
-        """Whether another link waits for it."""
+        """Whether another link waits for the lock."""
         return self._gate.locked()
 
     def take(self) -> bool:
-        """Waits for the turn, which `release` ends; True when it had to wait."""
+        """Acquires the lock, which `release` frees; True when it had to wait."""
         waited = not self._gate.acquire(blocking=False) and self._gate.acquire()
         try:
             return (not self._lock.acquire(blocking=False) and self._lock.acquire()) or waited
@@ -84,15 +84,15 @@ class DeliveryLock:
             self._gate.release()
 
     def pass_on(self) -> None:
-        """Lets those that wait have their turns first."""
+        """Releases the lock, and acquires it after the links that wait."""
         self.release()
         self.take()
 
 
 class IncomingLink:
-    """Receives the frames of one publisher and delivers them in order, in a thread of its own.
+    """Receives the frames of one publisher and delivers them in order, in its own thread.
 
-    `turn` is had during each delivery: links that share one never deliver at the same time.
+    `turn` is held during each delivery: links that share one never deliver at the same time.
     The frame given to `deliver` is valid during the call only. `on_closed` is called once, from
     the link's thread, with the reason when the link ended by an error.
     """
@@ -109,7 +109,7 @@ class IncomingLink:
         limit_bytes: int | None = None,
         received: bytes = b"",
     ) -> None:
-        """Nothing is read until `start`; `received` is what came behind the handshake already."""
+        """Reads nothing until `start`; `received` are bytes that came directly after the handshake."""
         sock.setblocking(True)
         self.peer = sockets.peer_name(sock)
         self.queue_size = queue_size
@@ -133,11 +133,11 @@ class IncomingLink:
         self._thread.start()
 
     def close(self) -> None:
-        """Ends the link now; a delivery under way ends by itself. Harmless when repeated."""
+        """Ends the link now; a running delivery is not interrupted. May be repeated."""
         sockets.abort(self._sock)
 
     def join(self, timeout_s: float) -> None:
-        """Waits for the thread to end, unless it is the one that calls."""
+        """Waits for the thread to end, unless the caller is that thread."""
         if self._thread is not threading.current_thread():
             self._thread.join(timeout_s)
 
@@ -145,9 +145,9 @@ class IncomingLink:
         error: Exception | None = None
         try:
             self._accept_first(received)
-            statistics, nap, has_napped = self.statistics, AdaptiveBackoff(), False
+            statistics, nap, has_slept = self.statistics, AdaptiveBackoff(), False
             while count := self._receive():
-                if has_napped:
+                if has_slept:
                     sockets.acknowledge(self._sock)
                 before = statistics.frames + statistics.dropped
                 if self.queue_size:
@@ -155,10 +155,10 @@ class IncomingLink:
                     self._deliver_waiting()
                 else:
                     self._deliver_all(count)
-                if has_napped:
+                if has_slept:
                     nap.note(pays=statistics.frames + statistics.dropped - before >= NAP_FRAMES)
-                has_napped = nap.is_due()
-                if has_napped:
+                has_slept = nap.is_due()
+                if has_slept:
                     time.sleep(NAP_S)
         except (OSError, ProtocolError) as reason:
             error = reason
@@ -167,20 +167,20 @@ class IncomingLink:
             self._on_closed(self, error)
 
     def _receive(self) -> int:
-        """Waits for the next bytes. Within a frame polling is learned apart: the rest is on its way."""
-        room = self._buffer.room()
+        """Waits for the next bytes. Polling within a frame is learned separately: the rest comes soon."""
+        space = self._buffer.space()
         if self._buffer.is_within:
-            return self._within.receive_into(self._sock, room)
+            return self._within.receive_into(self._sock, space)
         if self._buffer.is_large:
-            count = self._between.receive_into_within(self._sock, room, KEEP_LARGE_S)
+            count = self._between.receive_into_within(self._sock, space, KEEP_LARGE_S)
             if count is not None:
                 return count
             self._buffer.trim()
-            room = self._buffer.room()
-        return self._between.receive_into(self._sock, room)
+            space = self._buffer.space()
+        return self._between.receive_into(self._sock, space)
 
     def _deliver_all(self, count: int) -> None:
-        """Delivers the frames that `count` received bytes complete, straight from the buffer."""
+        """Delivers the frames completed by `count` received bytes, directly from the buffer."""
         statistics, turn, deliver, clock = self.statistics, self._turn, self._deliver, time.monotonic
         statistics.bytes += count
         turn.take()
@@ -200,7 +200,7 @@ class IncomingLink:
         self._deliver_waiting()
 
     def _accept(self, count: int, frames: Iterable[memoryview]) -> None:
-        """Lets the frames that `count` received bytes complete wait, as views of the buffer."""
+        """Queues the frames completed by `count` received bytes, as views of the buffer."""
         self.statistics.bytes += count
         waiting = self._waiting
         waiting.extend(frames)
@@ -225,24 +225,24 @@ class IncomingLink:
                 self._take_available()
 
     def _take_available(self) -> None:
-        """Takes what the socket holds by now, so that only the newest frames wait."""
+        """Reads what the socket holds, so that only the newest frames wait."""
         end = time.monotonic() + DRAIN_LIMIT_S
         before = self.statistics.bytes
         while self.queue_size and time.monotonic() < end:
             self._keep_waiting()
             try:
-                count = sockets.receive_now(self._sock, self._buffer.room())
+                count = sockets.receive_now(self._sock, self._buffer.space())
             except BlockingIOError:
                 is_backlog = self.statistics.bytes - before >= BACKLOG_BYTES
                 if is_backlog and sockets.wait_readable(self._sock, QUIET_S):
                     continue
                 return
             if not count:
-                return  # the stream has ended, as the next blocking read finds
+                return  # the stream has ended; the next blocking read returns that, too
             self._accept(count, self._buffer.received(count))
 
     def _keep_waiting(self) -> None:
-        """Copies the waiting frames out of the buffer, which is about to be used again."""
+        """Copies the waiting frames out of the buffer before it is reused."""
         waiting = self._waiting
         for _ in range(len(waiting)):
             waiting.append(bytes(waiting.popleft()))

@@ -1,8 +1,8 @@
-"""Resolves host names, with waits that can be ended.
+"""Resolves host names, with interruptible waits.
 
-The system's own look-up blocks, for half a minute when a name server is silent, and cannot be ended. So it
-runs in daemon threads, which neither Ctrl-C nor the end of the interpreter waits for. They are bounded in
-number; callers that ask for a name that is being looked up share the answer, which is cached for a few
+The system's look-up blocks, for half a minute when a name server is silent, and cannot be interrupted. So it
+runs in daemon threads, for which neither Ctrl-C nor the end of the interpreter waits. Their number is
+bounded; callers with the same name share one look-up, whose answer is cached for a few
 seconds.
 """
 
@@ -29,16 +29,16 @@ FAILED_S: Final = 2.0
 #: How many answers are cached.
 KNOWN_LIMIT: Final = 1000
 
-#: How often a wait for an answer checks whether it was given up.
+#: How often a wait for an answer checks whether it was cancelled.
 SLICE_S: Final = 0.1
 
-#: Family, kind, protocol, canonical name, and what to connect to.
+#: Family, kind, protocol, canonical name, and socket address.
 Address = tuple[int, int, int, str, tuple[Any, ...]]
 Resolve = Callable[..., list[Any]]
 
 
 class Answer:
-    """The result of a look-up, now or later. Safe to use from several threads."""
+    """The result of a look-up, available now or later. Thread-safe."""
 
     def __init__(self) -> None:
         self._addresses: list[Address] = []
@@ -56,11 +56,11 @@ class Answer:
             listener()
 
     def wait(self, timeout_s: float) -> bool:
-        """Waits until the answer is there; False when the time is over first."""
+        """Waits for the answer; False after the timeout."""
         return self._is_done.wait(timeout_s)
 
     def when_done(self, listener: Callable[[], object]) -> None:
-        """Calls `listener` at once, or in the look-up's thread when the answer is there."""
+        """Calls `listener` when the answer is available: at once, or later in the look-up's thread."""
         with self._lock:
             if not self._is_done.is_set():
                 self._listeners.append(listener)
@@ -68,18 +68,18 @@ class Answer:
         listener()
 
     def addresses(self, port: int | None) -> list[Address]:
-        """The addresses, with the port in them. Only when the answer is there.
+        """The addresses with the port. Only valid when the answer is available.
 
         Raises:
             OSError: the name cannot be resolved; as `socket.getaddrinfo` raises it.
         """
         if self._error is not None:
-            raise type(self._error)(*self._error.args)  # the same object would gather tracebacks
+            raise type(self._error)(*self._error.args)  # the same object would collect tracebacks
         return [(*kind, (where[0], port or 0, *where[2:])) for *kind, where in self._addresses]  # type: ignore[misc]
 
 
 class Lookups:
-    """Looks up host names and caches the answers for a few seconds. May be used from any thread."""
+    """Looks up host names and caches the answers for a few seconds. Thread-safe."""
 
     def __init__(
         self,
@@ -90,8 +90,8 @@ class Lookups:
     ) -> None:
         """
         Args:
-            limit: how many look-ups may be under way; further ones wait. Those that `find` waits for do not
-                wait for those of `ask`, and have the same limit.
+            limit: how many look-ups may run at a time; further ones wait. Those of `find` and of `ask` have
+                separate limits of that size, and do not wait for each other.
             resolve: resolves a name, by default `socket.getaddrinfo`.
             now: the clock of the cache.
         """
@@ -102,7 +102,7 @@ class Lookups:
 
     def ask(self, host: str, *, urgent: bool = False, **wanted: int) -> Answer:
         """Starts the look-up of a name and returns at once; `wanted` as for `socket.getaddrinfo`."""
-        if self._process != os.getpid():  # a forked child has none of the threads
+        if self._process != os.getpid():  # a forked child does not have the threads
             self._begin()
         answer = Answer()
         try:
@@ -140,7 +140,7 @@ class Lookups:
             Interrupted: `is_given_up` returned True. It is asked every tenth of a second.
         """
         try:
-            return _literal(host, wanted, port)  # a service call pays for this each time
+            return _literal(host, wanted, port)  # fast, because each service call does this
         except OSError:
             pass  # a name
         answer = self.ask(host, urgent=True, **wanted)
@@ -160,7 +160,7 @@ class Lookups:
 
     def _workers_for(self, urgent: bool) -> Workers:
         if urgent not in self._workers:
-            from pipros.net.workers import Workers  # most commands only meet addresses
+            from pipros.net.workers import Workers  # most commands only use addresses
 
             self._workers[urgent] = Workers("look-up", self._limit, kept_idle=0)
         return self._workers[urgent]
@@ -183,10 +183,10 @@ class Lookups:
 
 
 def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list[Address]:
-    """The address that `host` is already; costs no look-up.
+    """The address when `host` is one, without a look-up.
 
     Raises:
-        OSError: it is a name.
+        OSError: `host` is a name.
     """
     wanted = {**wanted, "flags": wanted.get("flags", 0) | socket.AI_NUMERICHOST}
     try:
@@ -198,7 +198,7 @@ def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list
 
 @cache
 def process_lookups() -> Lookups:
-    """The look-ups of this process, for what does not belong to a node."""
+    """The look-ups of this process, for callers other than nodes."""
     from pipros.limits import process_limits
 
     return Lookups(process_limits().lookups)

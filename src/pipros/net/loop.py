@@ -1,4 +1,4 @@
-"""One asyncio event loop in a background thread: where a node's control traffic lives."""
+"""An asyncio event loop in a background thread, for the control traffic of a node."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from pipros.net.workers import Workers
 
 T = TypeVar("T")
 
-#: A transport that is closed (by a task that was cancelled in the middle of an accept, for example)
-#: closes its socket in the turn after the next.
+#: A closed transport (for example of a task that was cancelled during an accept) closes its socket
+#: two iterations of the loop later.
 CLOSING_TURNS = 3
 
 
 class BackgroundLoop:
-    """Runs an event loop in a thread of its own, for threads that want to block.
+    """Runs an event loop in its own thread, for threads that block.
 
-    Every method but `start` and `stop` may be called from any thread except the loop's own.
-    Tasks still running at `stop` are cancelled and awaited. Host names, and what is run "in an executor"
-    without naming one, have daemon threads: neither `stop` nor the end of the interpreter waits for them.
+    All methods except `start` and `stop` may be called from any thread other than the loop's.
+    Tasks that still run at `stop` are cancelled and awaited. Look-ups of host names and the default
+    executor use daemon threads: neither `stop` nor the end of the interpreter waits for them.
     """
 
     def __init__(self, name: str, lookups: Lookups | None = None) -> None:
@@ -72,16 +72,16 @@ class BackgroundLoop:
         return tasks[0].result()
 
     def spawn(self, coroutine: Coroutine[Any, Any, Any]) -> concurrent.futures.Future[Any]:
-        """Starts a coroutine in the loop; the caller goes on."""
+        """Starts a coroutine in the loop, without waiting for it."""
         return asyncio.run_coroutine_threadsafe(coroutine, self.asyncio)
 
     def call(self, function: Callable[..., object], *args: object) -> None:
-        """Calls a function in the loop soon; ignored when the loop has ended."""
+        """Calls a function in the loop soon; does nothing when the loop has ended."""
         with contextlib.suppress(RuntimeError):
             self.asyncio.call_soon_threadsafe(function, *args)
 
     def stop(self) -> None:
-        """Cancels what still runs, ends the loop and waits for its thread. Harmless when repeated."""
+        """Cancels running tasks, ends the loop and waits for its thread. May be repeated."""
         thread, self._thread = self._thread, None
         if thread is None:
             return
@@ -105,10 +105,10 @@ class BackgroundLoop:
 
 
 class _Loop(asyncio.SelectorEventLoop):
-    """An event loop whose blocking work is done by daemon threads.
+    """An event loop that uses daemon threads for blocking work.
 
-    asyncio's own executor is joined when the interpreter ends, so that one look-up of a name that no
-    server answers for would keep the process for half a minute.
+    Python joins asyncio's own executor at exit, so that one look-up of a name without an answer
+    would keep the process alive for half a minute.
     """
 
     def __init__(self, name: str, lookups: Lookups) -> None:
@@ -117,7 +117,7 @@ class _Loop(asyncio.SelectorEventLoop):
         selector = selectors.DefaultSelector()
         try:
             super().__init__(selector)
-        except OSError:  # half a loop does not know how to close itself
+        except OSError:  # a loop that is constructed in part cannot close itself
             selector.close()
             asyncio.BaseEventLoop.close(self)
             raise
@@ -140,10 +140,10 @@ class _Loop(asyncio.SelectorEventLoop):
 
 
 def in_daemon_thread(function: Callable[..., T], *args: Any) -> asyncio.Future[T]:
-    """Calls a function in a thread of its own, for the running event loop, whichever it is.
+    """Calls a function in a new thread, for the running event loop.
 
     Neither the end of that loop nor that of the interpreter waits for the thread. Cancelling the future
-    ends the wait, not the function.
+    ends the wait, but not the function.
     """
 
     def run(job: Callable[[], None]) -> None:
@@ -175,7 +175,7 @@ def _outcome(
 
 
 def _settle(loop: asyncio.AbstractEventLoop, future: asyncio.Future[Any], settle: Callable[[], None]) -> None:
-    """Has a future settled in its loop, unless it was cancelled or its loop has ended meanwhile."""
+    """Settles a future in its loop, unless it was cancelled or its loop has ended meanwhile."""
 
     def unless_cancelled() -> None:
         if not future.done():

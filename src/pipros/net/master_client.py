@@ -1,4 +1,4 @@
-"""The master and its parameter server, as their callers see them."""
+"""A client of the master and its parameter server."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from pipros.errors import ProtocolError, Refused, Unreachable
 from pipros.net.rpc_client import TIMEOUT_OF_CLIENT, RpcClient
 from pipros.printable import printable
 
-CURE = "Is roscore running there? Start it, or set ROS_MASTER_URI to where it runs"
+CURE = "Is roscore running there? Start it, or set ROS_MASTER_URI to its address"
 
 
 class MasterClient:
-    """One method for each of the Master API and the Parameter Server API, from one node's point of view.
+    """The methods of the Master API and the Parameter Server API, called in the name of one node.
 
-    Each returns the value of the master's `[code, text, value]`. May be used from any thread.
+    Each returns the value of the master's `[code, text, value]`. Thread-safe.
     Every method raises:
         Refused: the master refused (code -1 or 0).
-        Unreachable: there is no master at the URI, or it did not answer in time.
+        Unreachable: the master did not answer, or not in time.
         Interrupted: `interrupt` was called.
         Fault, ProtocolError: what answers is not a ROS master.
 
@@ -29,16 +29,16 @@ class MasterClient:
         """Nothing is connected yet.
 
         Args:
-            uri: the master's, `http://HOST:PORT/`.
-            caller_id: the full name of the node that asks; relative names are resolved beside it.
-            timeout_s: how long one call may take; None is for ever.
+            uri: the URI of the master, `http://HOST:PORT/`.
+            caller_id: the full name of the node; the master resolves relative names in its namespace.
+            timeout_s: how long one call may take; None is without limit.
         """
         self.uri = uri
         self.caller_id = caller_id
         self._rpc = RpcClient(uri, timeout_s=timeout_s)
 
     def call(self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT) -> Any:
-        """Calls any method; the caller_id goes first by itself."""
+        """Calls any method; the caller_id is added as the first parameter."""
         code, text, value = self.call_raw(method, *params, timeout_s=timeout_s)
         if code != 1:
             raise Refused(f"master [{self.uri}]", code, text)
@@ -53,41 +53,41 @@ class MasterClient:
         except Unreachable as error:
             raise Unreachable(f"master [{self.uri}]", error.reason, CURE) from error.__cause__
         if not isinstance(answer, list) or len(answer) != 3 or type(answer[0]) is not int:
-            raise self._nonsense(method, answer)
+            raise self._malformed(method, answer)
         return answer[0], str(answer[1]), answer[2]
 
     def _call_for_number(self, method: str, *params: Any) -> int:
         value = self.call(method, *params)
         if not isinstance(value, int):
-            raise self._nonsense(method, value)
+            raise self._malformed(method, value)
         return int(value)
 
     def _call_for_names(self, method: str, *params: Any) -> list[str]:
         value = self.call(method, *params)
         if not _is_list_of_texts(value):
-            raise self._nonsense(method, value)
+            raise self._malformed(method, value)
         names: list[str] = value
         return names
 
     def _call_for_types(self, method: str, *params: Any) -> list[list[str]]:
         value = self.call(method, *params)
         if not (isinstance(value, list) and all(_is_list_of_texts(pair, 2) for pair in value)):
-            raise self._nonsense(method, value)
+            raise self._malformed(method, value)
         types: list[list[str]] = value
         return types
 
-    def _nonsense(self, method: str, value: object) -> ProtocolError:
+    def _malformed(self, method: str, value: object) -> ProtocolError:
         return ProtocolError(
             f"[{self.uri}] does not answer as a ROS master: {method} gave [{printable(value, 80)}]"
         )
 
     @property
     def addresses(self) -> tuple[str, ...]:
-        """The IP addresses at which the master was found lately; none before the first call."""
+        """The IP addresses of the master at recent connections; empty before the first call."""
         return self._rpc.server_addresses
 
     def interrupt(self, limit_s: float) -> None:
-        """Ends the calls under way: they raise Interrupted. Later ones are given `limit_s`."""
+        """Makes running calls raise Interrupted. Later ones have the timeout `limit_s`."""
         self._rpc.interrupt(limit_s)
 
     def close(self) -> None:
@@ -132,7 +132,7 @@ class MasterClient:
         """Publishers, subscribers and services: three lists of `[name, [node, …]]`."""
         state = self.call("getSystemState")
         if not (isinstance(state, list) and len(state) == 3 and all(map(_is_registered, state))):
-            raise self._nonsense("getSystemState", state)
+            raise self._malformed("getSystemState", state)
         kinds: list[list[list[Any]]] = state
         return kinds
 
@@ -168,14 +168,14 @@ class MasterClient:
         return bool(self.call("hasParam", key))
 
     def search_param(self, key: str) -> str:
-        """The full name of the nearest such parameter upwards. Raises `Refused` when there is none."""
+        """The full name of the parameter in the nearest namespace upwards. Raises `Refused` if not found."""
         return str(self.call("searchParam", key))
 
     def get_param_names(self) -> list[str]:
         return self._call_for_names("getParamNames")
 
     def subscribe_param(self, api: str, key: str) -> Any:
-        """Asks for `paramUpdate` on changes. Returns the value now, `{}` when it is not set."""
+        """Subscribes to changes (`paramUpdate`). Returns the current value, `{}` when it is not set."""
         return self.call("subscribeParam", api, key)
 
     def unsubscribe_param(self, api: str, key: str) -> int:
@@ -185,12 +185,15 @@ class MasterClient:
 def _is_list_of_texts(value: object, length: int | None = None) -> bool:
     if not isinstance(value, list) or length not in (None, len(value)):
         return False
-    return all(isinstance(one, str) for one in value)
+    return all(isinstance(element, str) for element in value)
 
 
 def _is_registered(kind: object) -> bool:
-    """Whether a third of the system state is a list of names with the nodes that have each."""
+    """Whether one part of the system state is a list of `[name, [node, …]]`."""
     return isinstance(kind, list) and all(
-        isinstance(one, list) and len(one) == 2 and isinstance(one[0], str) and _is_list_of_texts(one[1])
-        for one in kind
+        isinstance(entry, list)
+        and len(entry) == 2
+        and isinstance(entry[0], str)
+        and _is_list_of_texts(entry[1])
+        for entry in kind
     )

@@ -1,19 +1,19 @@
-"""The sending end of one TCPROS topic link: a bounded queue above a socket.
+"""The sending end of one TCPROS topic link: a bounded queue in front of a socket.
 
-Theory of operation. `send` is called by whatever thread publishes. While the socket keeps up, it
-writes there and then, without any hand-over. When the socket is full, the frame waits in the
-link's own backlog; `pipros.net.flush.flush_or_queue` sees that it goes out: the publishing thread takes
-the backlog along at its next call, and the event loop does when the publisher has gone quiet. A large
-frame rarely fits into a socket at once, but a peer that reads makes room within microseconds, so
+Theory of operation. The publishing thread calls `send`. While the socket accepts data, `send`
+writes directly, without another thread. When the socket is full, the frame waits in the
+link's backlog, and `pipros.net.flush.flush_or_queue` gets it sent: by the publishing thread in its
+next call, or by the event loop when the publisher is silent. A large
+frame rarely fits into a socket at once, but a peer that reads empties it within microseconds, so
 `flush_or_queue` waits that long before it leaves the rest to the loop.
 
-What `queue_size` means, as in rospy:
-    None  the publisher waits until the frame is in the socket's hands, `Limits.stall_s` at most (genuine
-          rospy waits for ever). A subscriber that took longer has stalled: until it has caught up it
+The meaning of `queue_size`, as in rospy:
+    None  the publisher waits until the socket has accepted the frame, at most `Limits.stall_s` (genuine
+          rospy waits without limit). A subscriber that takes longer has stalled: until it has caught up it
           is treated as with queue_size=1.
     0     any number of frames wait.
     n     at most n frames wait.
-In each case no more than `Limits.queue_bytes` wait, but the newest frame always does.
+In each case at most `Limits.queue_bytes` wait, but the newest frame always does.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from pipros.net import sockets
 from pipros.net.backlog import Backlog, Frame
 from pipros.net.loop import BackgroundLoop
 
-#: How often a link is checked for a peer that acknowledges nothing any more.
+#: How often a link is checked for a peer that has stopped acknowledging.
 CHECK_PEER_INTERVAL_S = 5.0
 
 #: How often a link that stalled is checked for having caught up.
@@ -42,7 +42,7 @@ _READ_BYTES = 4096
 
 @dataclass(slots=True)
 class SendStatistics:
-    """What was sent over a link so far, and what was dropped because the peer was too slow."""
+    """What was sent over a link, and what was dropped because the peer was too slow."""
 
     frames: int = 0
     bytes: int = 0
@@ -50,15 +50,15 @@ class SendStatistics:
 
 
 class OutgoingLink:
-    """Sends frames to one subscriber, at no cost to any other.
+    """Sends frames to one subscriber without delaying others.
 
-    Safe to use from several threads; the frames of one thread arrive in order. `on_closed` is
-    called once, in the event loop, when the peer has gone or `close` was called.
+    Thread-safe; the frames of one thread arrive in order. `on_closed` is
+    called once, in the event loop, when the peer closed the link or `close` was called.
 
     Attributes:
-        is_behind: true while something waits. Changed with the lock held; read without it, to decide
-            whether `flush_or_queue` is worth a call.
-        end_reason: why the link was ended, if not by the peer or by `close`.
+        is_behind: true while frames wait. Changed with the lock held; read without it, to decide
+            whether to call `flush_or_queue`.
+        end_reason: why the link ended, if not by the peer or by `close`.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class OutgoingLink:
         loop.call(self._watch_peer)
 
     def send(self, frame: Frame, size: int) -> None:
-        """Writes a frame of `size` bytes, or queues what the socket does not take. Returns at once."""
+        """Writes a frame of `size` bytes, or queues what the socket does not accept. Returns at once."""
         with self._lock:
             if self.is_behind:
                 self._backlog.append(frame, size)
@@ -120,9 +120,9 @@ class OutgoingLink:
             self._drop_oldest()
 
     def share_packets(self, *, share: bool) -> None:
-        """Whether small frames may wait to go out in one packet while others are unacknowledged.
+        """Whether small frames may wait to share a packet while others are unacknowledged.
 
-        Does nothing for a link whose subscriber wants no delay (`tcp_nodelay`).
+        Does nothing for a link with `tcp_nodelay`.
         """
         if self._may_share_packets:
             sockets.share_packets(self.sock, share=share)
@@ -134,12 +134,12 @@ class OutgoingLink:
 
     @property
     def lingers(self) -> bool:
-        """True when the rest of a large frame waits, and the subscriber is likely to make room at once."""
+        """True when the rest of a large frame waits, and the subscriber is likely to read at once."""
         with self._lock:
             return self._may_linger and self._backlog.is_in_large_buffer
 
     def wait_no_more(self) -> None:
-        """Stops waiting for the link, which made no room in time, until it has caught up."""
+        """Stops waiting for the link, which did not become writable in time, until it has caught up."""
         with self._lock:
             self._may_linger = False
             if self.is_waited_for and self.is_behind:
@@ -148,21 +148,21 @@ class OutgoingLink:
                 self._loop.call(self._check_stalled)
 
     def flush(self) -> bool:
-        """Writes what the socket takes of what waits. Returns whether it took anything. Never blocks."""
+        """Writes what the socket accepts. Returns whether it accepted anything. Never blocks."""
         with self._lock:
             before = self.statistics.bytes
             self._flush()
             return self.statistics.bytes != before
 
     def queue_for_loop(self) -> None:
-        """Leaves what waits to the event loop. Never blocks."""
+        """Leaves waiting frames to the event loop. Never blocks."""
         with self._lock:
             if self.is_behind and not self.is_closed and not self._has_writer:
                 self._has_writer = True
                 self._loop.call(self._start_writer)
 
     def drain(self, limit_s: float) -> None:
-        """Gives what waits a last chance to go out; takes no longer than `limit_s` in all."""
+        """Sends waiting frames for at most `limit_s`."""
         end = time.monotonic() + limit_s
         while self.is_behind and not self.is_closed and (left_s := end - time.monotonic()) > 0:
             with contextlib.suppress(OSError, ValueError):  # closed meanwhile
@@ -170,20 +170,20 @@ class OutgoingLink:
             self.flush()
 
     def greet(self, header: bytes) -> None:
-        """Sends the answering connection header, before anything else. It counts as no frame."""
+        """Sends the connection header of the answer, before all frames. The statistics do not count it."""
         self.send((header,), len(header))
         self.queue_for_loop()
         self.statistics = SendStatistics()
 
     def close(self) -> None:
-        """Ends the link; what waits is dropped. Harmless when repeated, from any thread."""
+        """Ends the link; waiting frames are dropped. May be repeated, from any thread."""
         with self._lock:
             self._give_up()
 
     # -- with the lock held ---------------------------------------------------
 
     def _flush(self) -> None:
-        """Writes as much of what waits as the socket takes."""
+        """Writes as much of the backlog as the socket accepts."""
         while self._backlog and not self.is_closed:
             try:
                 sent = sockets.send_gathered(self.sock, self._backlog.next_buffers())
@@ -193,7 +193,7 @@ class OutgoingLink:
                 self._give_up()
                 return
             self.statistics.bytes += sent
-            self.statistics.frames += self._backlog.forget(sent)
+            self.statistics.frames += self._backlog.remove_sent(sent)
         self.is_behind = False
 
     def _drop_oldest(self) -> None:
@@ -219,7 +219,7 @@ class OutgoingLink:
         self._checks[check] = self._loop.asyncio.call_later(interval_s, check)
 
     def _check_peer(self) -> None:
-        """Ends a link whose peer has vanished without closing it: a cut cable, a host without power."""
+        """Ends a link whose peer is gone without closing it: a cut cable, a host without power."""
         if self.is_closed:
             return
         if sockets.is_unanswered(self.sock, sockets.KEEPALIVE_LIMIT_S):
@@ -228,9 +228,9 @@ class OutgoingLink:
             self._check_again(self._check_peer, CHECK_PEER_INTERVAL_S)
 
     def _check_stalled(self) -> None:
-        """Lets a link that stalled be waited for again once it has caught up.
+        """Ends the stalled state once the link has caught up.
 
-        That the system accepted a frame proves little: it buffers megabytes for one that hardly reads.
+        An accepted frame does not prove that: the system buffers megabytes for a peer that hardly reads.
         """
         if self.is_closed:
             return
@@ -240,13 +240,13 @@ class OutgoingLink:
             self._check_again(self._check_stalled, CHECK_STALLED_INTERVAL_S)
 
     def _read(self) -> None:
-        """Notices that the subscriber closed the link. Subscribers send nothing else after their header."""
+        """Detects that the subscriber closed the link. Subscribers send nothing after their header."""
         try:
             received = len(self.sock.recv(_READ_BYTES))
         except (BlockingIOError, InterruptedError):
             return
         except OSError:
-            received = 0  # reset by the peer: gone all the same
+            received = 0  # reset by the peer
         self._received_bytes += received
         if received and self._received_bytes > self._limits.subscriber_bytes:
             self.end_reason = f"it sent more than {self._limits.subscriber_bytes} bytes after its header"
@@ -271,6 +271,6 @@ class OutgoingLink:
             check.cancel()
         self._loop.asyncio.remove_reader(self.sock)
         self._loop.asyncio.remove_writer(self.sock)
-        with self._lock:  # not under a send: its descriptor would be another connection's
+        with self._lock:  # not during a send, which could then write to another connection's descriptor
             self.sock.close()
         self._on_closed(self)

@@ -14,13 +14,13 @@ from pipros.wire.http import HttpError, Response, ResponseReader, request_head
 from pipros.wire.xmlrpc import decode_response, encode_call
 
 _SLICE_BYTES: Final = 256 * 1024
-"""How much of a large document is given to the socket at a time."""
+"""How much of a large document is written to the socket at a time."""
 
 
 async def call_async(
     uri: str, method: str, *params: Any, timeout_s: float | None, answer_limit_bytes: int | None = None
 ) -> Any:
-    """Calls one method over a connection of its own. Returns and raises as `RpcClient.call`."""
+    """Calls one method over a new connection. Returns and raises as `RpcClient.call`."""
     client = AsyncRpcClient(uri, answer_limit_bytes=answer_limit_bytes)
     try:
         return await client.call(method, *params, timeout_s=timeout_s)
@@ -31,7 +31,7 @@ async def call_async(
 class AsyncRpcClient:
     """Calls the methods of one XML-RPC server over one connection that is kept open.
 
-    Calls are made one at a time: whoever uses it from several tasks has to queue them. A kept
+    Only one call may run at a time: several tasks must queue their calls. An open
     connection that the server has closed meanwhile is replaced silently.
     """
 
@@ -40,11 +40,11 @@ class AsyncRpcClient:
 
         Args:
             uri: `http://HOST:PORT/`.
-            answer_limit_bytes: the largest answer; by default the limit `body_bytes`, for the server is
-                one that a peer named.
+            answer_limit_bytes: the largest answer; by default the limit `body_bytes`, because a peer
+                named the server.
 
         Raises:
-            ValueError: when `uri` is no `http://HOST:PORT/`.
+            ValueError: `uri` does not have the form `http://HOST:PORT/`.
         """
         self.uri = uri
         self._answer_limit_bytes = answer_limit_bytes or process_limits().body_bytes
@@ -56,7 +56,7 @@ class AsyncRpcClient:
         return await self.post(encode_call(method, params), timeout_s=timeout_s)
 
     async def post(self, document: bytes, *, timeout_s: float | None) -> Any:
-        """As `call`, for a call that was encoded once to be sent to many."""
+        """As `call`, for a call that is encoded once and sent to many servers."""
         head = request_head(host_and_port(self._host, self._port), self._path, len(document))
         try:
             response = await self._exchange(head, document, timeout_s)
@@ -119,7 +119,7 @@ class _Connection(asyncio.Protocol):
         Raises:
             ConnectionError: the connection was or became closed.
             TimeoutError: the response did not come by the deadline.
-            HttpError: what came is no response.
+            HttpError: the bytes are not a response.
         """
         self.has_answer_begun = False
         if self._transport is None or self._transport.is_closing():
@@ -140,7 +140,7 @@ class _Connection(asyncio.Protocol):
                 timer.cancel()
 
     async def _send_slices(self, head: bytes, document: bytes, answer: asyncio.Future[Response]) -> bool:
-        """Sends as the peer takes it, with turns for others. False when an answer or an end comes first."""
+        """Sends as the peer reads, and yields to other tasks. False if it ends, or answers, before."""
         slices = (document[start : start + _SLICE_BYTES] for start in range(0, len(document), _SLICE_BYTES))
         for piece in itertools.chain([head], slices):
             await self._may_write.wait()
@@ -176,7 +176,7 @@ class _Connection(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         if self._answer is None or self._answer.done():
-            self.close()  # bytes that were not asked for
+            self.close()  # unexpected bytes
             return
         self.has_answer_begun = True
         try:

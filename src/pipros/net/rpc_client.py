@@ -1,7 +1,7 @@
-"""The blocking XML-RPC client. It imports no asyncio, so that tools start quickly.
+"""The blocking XML-RPC client. It does not import asyncio, so that tools start quickly.
 
-The server that master and nodes answer with is `pipros.net.rpc_server.RpcServer`; the client for
-use inside an asyncio loop is `pipros.net.rpc_async_client`.
+The server of master and nodes is `pipros.net.rpc_server.RpcServer`; the client for
+asyncio is `pipros.net.rpc_async_client`.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from pipros.wire.xmlrpc import Fault, decode_response, encode_call
 __all__ = ["Fault", "RpcClient"]
 
 KEPT_CONNECTIONS: Final = 4
-"""How many idle connections a client keeps; more are made, and closed again, when more threads call."""
+"""How many idle connections a client keeps open; when more threads call, others are opened and closed."""
 TIMEOUT_OF_CLIENT: Final = -1.0
-"""As `timeout_s` of one call: what the client was made with."""
+"""As `timeout_s` of a call: the timeout of the client."""
 CONNECT_LIMIT_S: Final = 15.0
-"""How long a connection may take to come about when the call itself has no limit."""
+"""How long connecting may take when the call has no timeout."""
 _READ_BYTES: Final = 65536
 _KEPT_ADDRESSES: Final = 4
 
@@ -37,14 +37,14 @@ _KEPT_ADDRESSES: Final = 4
 class RpcClient:
     """Calls the methods of one XML-RPC server.
 
-    May be used from any number of threads; calls of different threads go over different
-    connections and do not wait for each other. Connections are kept open and used again.
+    Thread-safe: calls of different threads use different
+    connections and do not wait for each other. Connections are kept open and reused.
 
-    A call that meets a kept connection which the server has closed meanwhile is sent once more
-    over a fresh one, as Python's and ROS' own clients do.
+    A call on an open connection that the server has closed meanwhile is sent once more
+    over a new one, as Python's and ROS's own clients do.
 
     Attributes:
-        server_addresses: the IP addresses at which the server was found lately, the last one first.
+        server_addresses: the IP addresses of the server at recent connections, the latest first.
 
     >>> RpcClient("http://localhost:11311/").call("getPid", "/me")     # doctest: +SKIP
     [1, '', 4711]
@@ -57,8 +57,8 @@ class RpcClient:
 
         Args:
             uri: `http://HOST:PORT/`.
-            timeout_s: how long one call may take in all; None is for ever. Each call may say otherwise.
-            answer_limit_bytes: the largest answer; by default the limit `answer_bytes`, for the user or
+            timeout_s: how long one call may take in all; None is without limit. A call may override it.
+            answer_limit_bytes: the largest answer; by default the limit `answer_bytes`, because the user or
                 the user's program chose the server.
 
         Raises:
@@ -76,10 +76,10 @@ class RpcClient:
         self._is_closed = False
 
     def call(self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT) -> Any:
-        """Calls `method` and returns its value. Blocks until the answer is there or the time is over.
+        """Calls `method` and returns its value. Blocks until the answer or the timeout.
 
         Raises:
-            Unreachable: no connection, or it was lost or silent for too long.
+            Unreachable: the connection failed, was lost, or was silent for too long.
             Interrupted: `interrupt` was called.
             Fault: the server answered with a fault.
             ProtocolError: the answer is not XML-RPC.
@@ -87,7 +87,7 @@ class RpcClient:
             TypeError, OverflowError, ValueError: a parameter that XML-RPC cannot carry; nothing was sent.
         """
         body = encode_call(method, params)
-        with self._lock:  # `interrupt` comes wholly before or wholly after
+        with self._lock:  # so that `interrupt` comes before or after this block
             interruptions = self._interruptions
             if timeout_s == TIMEOUT_OF_CLIENT:
                 timeout_s = self.timeout_s
@@ -99,7 +99,7 @@ class RpcClient:
         return decode_response(response.body, limit_bytes=self._answer_limit_bytes)
 
     def close(self) -> None:
-        """Closes the kept connections. The client may be used again, without keeping any."""
+        """Closes the open connections. The client may be used again, but keeps none open."""
         with self._lock:
             self._is_closed = True
             idle, self._idle = self._idle, []
@@ -117,7 +117,7 @@ class RpcClient:
         self.close()
 
     def interrupt(self, limit_s: float) -> None:
-        """Ends the calls under way: they raise Interrupted. Later ones are given `limit_s`."""
+        """Makes running calls raise Interrupted. Later ones have the timeout `limit_s`."""
         with self._lock:
             self.timeout_s = limit_s
             self._interruptions += 1
@@ -143,7 +143,7 @@ class RpcClient:
     def _use(
         self, connection: _Connection, request: bytes, deadline: float | None, interruptions: int
     ) -> Response:
-        """One exchange. A connection that it fails on, or that Ctrl-C interrupts, is closed."""
+        """One exchange. The connection is closed when it fails or is interrupted by Ctrl-C."""
         with self._lock:
             self._busy.add(connection)
             if interruptions != self._interruptions:
@@ -190,11 +190,11 @@ class RpcClient:
 
 
 def reason_of(error: OSError) -> str:
-    """The operating system's own text for an error: `Connection refused`."""
+    """The text of the operating system for an error: `Connection refused`."""
     if isinstance(error, TimeoutError):
         return "no answer in time"
     if error.errno and not isinstance(error, socket.gaierror):
-        return os.strerror(error.errno)  # asyncio puts words of its own into strerror
+        return os.strerror(error.errno)  # asyncio changes strerror
     return error.strerror or str(error) or type(error).__name__
 
 
@@ -203,7 +203,7 @@ class _ClosedBeforeAnswer(ConnectionError):
 
 
 class _Connection:
-    """One kept-alive connection; used by one thread at a time."""
+    """One connection, which is kept open; used by one thread at a time."""
 
     __slots__ = ("_address", "_connector", "_is_open", "_reader", "_receiver", "_socket")
 
@@ -221,7 +221,7 @@ class _Connection:
         return self._connector.is_interrupted
 
     def open(self, deadline: float | None) -> str:
-        """Connects, unless it is connected. Returns the IP address of the server when it did."""
+        """Connects, unless it is connected. Returns the IP address of the server for a new connection."""
         if self._is_open:
             return ""
         host, port = self._address
@@ -242,7 +242,7 @@ class _Connection:
             sockets.abort(self._socket)
 
     def is_fresh(self) -> bool:
-        """False when the server has closed the idle connection, or sent bytes that were not asked for."""
+        """False when the server has closed the idle connection, or sent unexpected bytes."""
         try:
             self._socket.settimeout(0)
             self._socket.recv(1, socket.MSG_PEEK)

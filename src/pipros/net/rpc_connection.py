@@ -1,11 +1,11 @@
 """One connection of an `RpcServer`: HTTP and XML-RPC in, answers out, in order.
 
-Theory of operation: the connections take turns. A quick method is answered at once, in the callback
-that brought the bytes; each further request that has arrived by then, and each slice of a large answer, is
-left to a later turn of the event loop, so that a peer with many or large requests delays no other.
-Large values are decoded and encoded in a thread, and methods may wait; a task then goes on with the answer.
-While one of these is pending, or the peer does not read, the connection is busy: requests that arrive wait
-in the reader, and the socket is read no further. `pipros.net.rpc_state` has the states and their table.
+Theory of operation: connections take turns in the event loop. A fast method is answered at once, in the
+callback that brought the bytes; each further request that has arrived, and each slice of a large answer, is
+left to a later turn, so that a peer with many or large requests does not delay others.
+Large values are decoded and encoded in a thread, and methods may wait; a task then sends the answer.
+While one of these is pending, or the peer does not read, the connection is busy: further requests wait
+in the reader, and the socket is not read. `pipros.net.rpc_state` has the states and their table.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ _log = logging.getLogger("pipros.rpc")
 
 _LARGE_BODY_BYTES: Final = 64 * 1024
 LARGE_ANSWER: Final = 2_000
-"""Larger answers are encoded in a thread, and so are larger bodies decoded, so that the loop goes on
-answering others. Methods must therefore return values that are not changed afterwards."""
+"""Larger answers are encoded, and larger bodies decoded, in a thread, so that the loop can
+answer others. Methods must therefore return values that are not changed afterwards."""
 _SLICE_BYTES: Final = 256 * 1024
-"""How much of an answer is given to the socket in one turn."""
+"""How much of an answer is written to the socket in one turn."""
 
 _LINGER_S: Final = 5.0
 _LINGER_BYTES: Final = 64 * 1024 * 1024
-"""How long, and how many bytes, a peer whose request was refused may go on sending. One that is cut off
-in the middle of a request never reads why: the system discards our answer."""
+"""How long, and how many bytes, a peer may continue to send after its request was refused. If the connection
+were closed in the middle of a request, the system would discard the answer with the reason."""
 
 T = TypeVar("T")
 
@@ -50,7 +50,7 @@ class UnknownMethod(LookupError):
 
 
 class Answerer(Protocol):
-    """What a connection needs of its server."""
+    """The part of a server that a connection uses."""
 
     limits: Limits
     connections: Connections
@@ -66,7 +66,7 @@ class Answerer(Protocol):
 
 
 class RpcConnection(asyncio.Protocol):
-    """Reads the requests of one peer, has them answered and writes the answers."""
+    """Reads the requests of one peer, and writes their answers."""
 
     def __init__(self, server: Answerer, loop: asyncio.AbstractEventLoop) -> None:
         self._server = server
@@ -74,10 +74,10 @@ class RpcConnection(asyncio.Protocol):
         self._reader = RequestReader(body_limit=server.limits.body_bytes)
         self._transport: asyncio.Transport | None = None
         self._state = State.READING
-        self._pending: asyncio.Task[None] | asyncio.Handle | None = None  # what the state waits for, if ours
+        self._pending: asyncio.Task[None] | asyncio.Handle | None = None  # what the state waits for
         self._linger_bytes = _LINGER_BYTES
         self._unsent = memoryview(b"")
-        self._needs_bytes = False  # what the reader holds is no whole request
+        self._needs_bytes = False  # the reader does not hold a whole request
         self._is_last_answer = False
         self._has_peer_ended = False
         self.caller = Caller()
@@ -121,7 +121,7 @@ class RpcConnection(asyncio.Protocol):
             self._transport.pause_reading()
 
     def eof_received(self) -> bool:
-        # A peer that has closed its half may still want the answers to what it has sent.
+        # A peer that has closed its half may still wait for answers.
         self._has_peer_ended = True
         if self._state not in BUSY:
             self._close_gracefully()
@@ -138,7 +138,7 @@ class RpcConnection(asyncio.Protocol):
     # ---- called by the server
 
     def abort(self) -> None:
-        """Closes at once; what was not sent is lost."""
+        """Closes at once; unsent data is lost."""
         self._note(Event.ABORTED)
         if self._transport:
             self._transport.abort()
@@ -149,7 +149,7 @@ class RpcConnection(asyncio.Protocol):
         self._state = after(self._state, event)
 
     def _take_turn(self) -> None:
-        """Sends a slice of the last answer, or else answers the next request."""
+        """Sends a slice of the last answer, or answers the next request."""
         if self._unsent:
             self._send_slice()
         else:
@@ -162,7 +162,7 @@ class RpcConnection(asyncio.Protocol):
         self._take_turn()
 
     def _continue(self) -> None:
-        """Does what comes next, unless something is pending."""
+        """Makes the next step, unless something is pending."""
         if self._transport is None or self._state in FINAL:
             return
         if self._state is State.READING:
@@ -182,7 +182,7 @@ class RpcConnection(asyncio.Protocol):
         self._update_deadline()
 
     def _update_deadline(self) -> None:
-        """Runs while a request is incomplete or our answer is not read; single bytes do not extend it."""
+        """Sets a deadline while a request is incomplete or an answer unread; more bytes do not extend it."""
         if self._state in FINAL:
             return
         if self._state is State.STALLED or (self._needs_bytes and not self._reader.is_idle):
@@ -212,7 +212,7 @@ class RpcConnection(asyncio.Protocol):
                 self._transport.write(CONTINUE)
 
     def _answer(self, request: Request) -> None:
-        """Answers at once if the method is quick and the values are small; otherwise a task does."""
+        """Answers at once if the method is fast and the values are small; otherwise by a task."""
         if len(request.body) >= _LARGE_BODY_BYTES:
             self._server.bodies.note(self, len(request.body))  # until a thread has read it
             self._answer_by_task(request, self._answer_to_large(request.body))
@@ -290,7 +290,7 @@ class RpcConnection(asyncio.Protocol):
             self._unsent = memoryview(document)
 
     def _send_slice(self) -> None:
-        """Sends a large answer in slices, because the transport copies what the socket does not take."""
+        """Sends a large answer in slices, because the transport copies what the socket does not accept."""
         if self._transport:
             piece, self._unsent = self._unsent[:_SLICE_BYTES], self._unsent[_SLICE_BYTES:]
             self._transport.write(piece)
@@ -310,7 +310,7 @@ class RpcConnection(asyncio.Protocol):
                 self._pending = self._loop.call_later(_LINGER_S, self.abort)
 
     def _close_gracefully(self) -> None:
-        """Closes when what was written is sent; the deadline bounds how long that may take."""
+        """Closes after written data is sent; a deadline bounds how long that may take."""
         self._note(Event.CLOSED_GRACEFULLY)
         if self._transport:
             self._expect_progress()
@@ -318,7 +318,7 @@ class RpcConnection(asyncio.Protocol):
 
 
 def fault_text(error: BaseException) -> str:
-    """An exception in the words of Python's XML-RPC server, which scripts compare."""
+    """The text of an exception as Python's XML-RPC server has it, because scripts compare it."""
     if isinstance(error, UnknownMethod):
         return f'{Exception}:method "{error}" is not supported'
     return f"{type(error)}:{error}"

@@ -1,8 +1,8 @@
-"""The XML-RPC server that the master and every node answer with.
+"""The XML-RPC server of the master and of every node.
 
-It runs on an asyncio loop. What a peer may cost is bounded on every side: the size and depth of
-what it sends, the time it takes over a request, what it does not read of our answers, how many
-requests it sends ahead, and how many connections it and all peers together hold.
+It runs on an asyncio loop. The cost of a peer is bounded in all respects: the size and depth of
+its requests, the time that it takes to send one, the size of unread answers, the number of
+pipelined requests, and the number of connections of one peer and of all.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from contextvars import ContextVar
 from typing import Any, Final
 
 from pipros.errors import LimitExceeded
-from pipros.limits import Limits, process_limits
+from pipros.limits import Limits, limit_text, process_limits
 from pipros.net.address import LOOPBACK
 from pipros.net.connections import Connections, HeldBytes, Refusals
 from pipros.net.rpc_connection import LARGE_ANSWER, RpcConnection, UnknownMethod, fault_text
@@ -25,37 +25,37 @@ from pipros.net.this_machine import Caller
 from pipros.wire.xmlrpc import Encoded, ValueTooLarge
 
 Method = Callable[..., Any]
-"""What stands behind a method's name: takes the decoded parameters, returns the value to encode.
+"""The implementation of a method: takes the decoded parameters, returns the value to encode.
 
 A plain function runs in the loop and must not block; a coroutine function may wait.
 """
 
 current_caller: ContextVar[Caller] = ContextVar("current_caller", default=Caller())  # noqa: B039  # frozen
-"""The peer whose call is being answered, for methods that guard themselves."""
+"""The peer of the current call, for methods that check permissions."""
 
 
 _BACKLOG: Final = 1024
 _ACCEPTED_AT_A_TIME: Final = 4
 _TURN_S: Final = 0.001
-"""How long a multicall may keep the loop for itself."""
+"""How long a multicall may run before it yields to the loop."""
 
 
 class RpcServer:
-    """Serves a table of methods by XML-RPC. `system.multicall` comes with it.
+    """Serves a table of methods by XML-RPC, and `system.multicall`.
 
-    A call of an unknown method and a method that raises are answered with a fault, in the words
-    that ROS' Python peers use; a call with the wrong number of parameters with `[-1, text, 0]`,
+    An unknown method and a method that raises are answered with a fault, with the texts
+    of ROS's Python peers; a call with the wrong number of parameters with `[-1, text, 0]`,
     as the ROS API demands (pass `on_bad_arity` for another value).
 
-    All of it happens on the loop on which `start()` was awaited; the calls of one connection are
+    Everything runs on the loop on which `start()` was awaited; the calls of one connection are
     answered in order.
 
     Attributes:
         calls: how often each method of the table was called.
-        refusals: what peers were refused.
+        refusals: the refusals of peers.
         connections: the open connections.
-        bodies: what large requests hold.
-        large_values: the threads that decode and encode what is large; made when they are needed.
+        bodies: the bytes of incomplete requests and of unread answers.
+        large_values: the threads that decode and encode large values; started when needed.
     """
 
     def __init__(
@@ -71,12 +71,12 @@ class RpcServer:
         """Nothing is opened yet.
 
         Args:
-            methods: the table; nothing outside it can be called.
-            host: the address to listen on, or several, at the same port.
-            port: the port; 0 is a free one.
-            limits: what peers may cost; by default those of the process.
+            methods: the table; other methods cannot be called.
+            host: the address to listen on, or several, with the same port.
+            port: the port; 0 selects a free one.
+            limits: by default those of the process.
             admits: decides by the two ends of a connection whether a peer may connect; by default all may.
-            on_bad_arity: what to answer for a method called with the wrong number of parameters.
+            on_bad_arity: returns the answer to a call with the wrong number of parameters.
         """
         self._methods = {name: (method, *_arity(method)) for name, method in methods.items()}
         self._methods["system.multicall"] = (self._multicall, 1, 1)
@@ -100,19 +100,19 @@ class RpcServer:
 
     @property
     def port(self) -> int:
-        """The port it listens on; valid from `start()` on."""
+        """The port; valid after `start()`."""
         return self._port
 
     @property
     def descriptors(self) -> list[int]:
-        """The descriptors of the port, while it is open."""
+        """The descriptors of the listening sockets; empty when they are closed."""
         return [listener.fileno() for server in self._servers for listener in server.sockets]
 
     async def start(self) -> None:
         """Opens the port. Connections are accepted when it returns.
 
         Raises:
-            OSError: when the port is taken or the address is not of this machine.
+            OSError: the port is in use, or the address does not belong to this machine.
         """
         self._is_stopped = False
         loop = asyncio.get_running_loop()
@@ -122,7 +122,7 @@ class RpcServer:
                 lambda: RpcConnection(self, loop), sock=listener, backlog=_ACCEPTED_AT_A_TIME
             )
             self._servers.append(server)
-            listener.listen(_BACKLOG)  # to asyncio, the backlog is how many it accepts in one go
+            listener.listen(_BACKLOG)  # asyncio's backlog is also how many it accepts at a time
         self._sweeper = loop.call_later(1.0, self._sweep, loop)
 
     async def stop(self) -> None:
@@ -135,8 +135,8 @@ class RpcServer:
             for listener in server.sockets:
                 asyncio.get_running_loop().remove_reader(listener.fileno())
         if servers:
-            # Up to Python 3.11 a connection is lost, and left open, whose server is closed while it is
-            # being accepted; those get their turn first.
+            # Up to Python 3.11, a connection that is being accepted when its server is closed is lost and
+            # stays open; this lets those be accepted first.
             await asyncio.sleep(0)
         for server in servers:
             server.close()
@@ -153,7 +153,7 @@ class RpcServer:
     # ---- what connections ask
 
     def admits(self, caller: Caller) -> bool:
-        """False, and noted, when the peer may not connect; False when the server has stopped meanwhile."""
+        """Whether a peer may connect. A refusal is counted; after `stop` the result is False."""
         if self._is_stopped:
             return False
         if self._admits is None or self._admits(caller):
@@ -165,7 +165,7 @@ class RpcServer:
         """Calls one method of the table; returns its value or an awaitable of it.
 
         Raises:
-            UnknownMethod: there is no such method.
+            UnknownMethod: the method does not exist.
         """
         found = self._methods.get(name)
         if found is None:
@@ -177,14 +177,14 @@ class RpcServer:
         before = current_caller.set(caller)
         try:
             value = method(*params)
-            if inspect.isawaitable(value):  # the task takes a copy of the context along
+            if inspect.isawaitable(value):  # the task copies the context
                 return asyncio.ensure_future(value)
             return value
         finally:
             current_caller.reset(before)
 
     async def _multicall(self, calls: Any) -> list[Any]:
-        """Each answer is encoded on its own: many times the same large value must not add up unseen."""
+        """Encodes each answer separately: the limit counts a large value as often as it is returned."""
         loop = asyncio.get_running_loop()
         caller = current_caller.get()
         answers: list[Any] = []
@@ -193,17 +193,18 @@ class RpcServer:
         calls = calls if type(calls) is list else list(calls)
         calls.reverse()
         while calls:
-            call = calls.pop()  # the only reference; so many objects are better freed one by one
+            call = calls.pop()  # the only reference: many objects are freed one by one
             try:
                 answer = self.call(call["methodName"], tuple(call["params"]), caller=caller)
                 encoded = await self._encode([await answer if inspect.isawaitable(answer) else answer])
                 bytes_left -= len(encoded.text)
                 if bytes_left < 0:
-                    raise LimitExceeded("the answers of a system.multicall are too large together")
+                    limit = limit_text("multicall_answer_bytes", self.limits.multicall_answer_bytes)
+                    raise LimitExceeded(f"the answers of a system.multicall are too large together; {limit}")
                 answers.append(encoded)
             except Exception as error:
                 answers.append({"faultCode": 1, "faultString": fault_text(error)})
-            if loop.time() > turn_ends:  # let others have their turn
+            if loop.time() > turn_ends:  # yield to other connections
                 await asyncio.sleep(0)
                 turn_ends = loop.time() + _TURN_S
         return answers

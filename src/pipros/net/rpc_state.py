@@ -1,20 +1,20 @@
-"""The states of a connection of an `RpcServer`, and what moves it from one to the next. Pure.
+"""The states of a connection of an `RpcServer`, and their transitions. Pure.
 
-Theory of operation. In `READING` the connection waits for bytes, or is in the middle of a turn. Three states
-are busy: requests that arrive then wait in the reader, and nothing more is read from the socket.
+Theory of operation. In `READING` the connection waits for bytes, or handles some. Three states
+are busy: further requests wait in the reader, and the socket is not read.
 
     QUEUED     a later turn of the event loop sends the next slice, or answers the next request
     ANSWERING  a task works on an answer: the method waits, or a thread reads or writes a large value
-    STALLED    the peer does not read, and the transport has asked for a pause in writing
+    STALLED    the peer does not read, and the transport has paused writing
 
-Writing happens in turns and at the end of a task only, so a connection that is QUEUED or ANSWERING cannot
-become STALLED. Three states are final, in the order in which they follow each other:
+Data is written only in turns and at the end of a task, so a connection that is QUEUED or ANSWERING cannot
+become STALLED. Three states are final, in this order:
 
-    DRAINING   a request was refused: what the peer still sends is discarded, so that it can read why
-    CLOSING    everything is written; the transport closes when it is sent
+    DRAINING   a request was refused: further bytes are discarded until the peer has read the answer
+    CLOSING    everything is written; the transport closes after sending it
     CLOSED     aborted or lost
 
-An event that the table does not list for a state has no effect in it.
+An event that the table does not list for a state does nothing.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from typing import Final
 
 
 class State(Enum):
-    """Where a connection stands; see the module."""
+    """The state of a connection; see the module."""
 
     READING = auto()
     QUEUED = auto()
@@ -36,7 +36,7 @@ class State(Enum):
 
 
 class Event(Enum):
-    """What happens to a connection."""
+    """An event of a connection."""
 
     TURN_QUEUED = auto()
     TURN_BEGAN = auto()
@@ -50,7 +50,7 @@ class Event(Enum):
 
 
 class Step(Enum):
-    """What a connection does next when nothing is pending."""
+    """The next step of a connection when nothing is pending."""
 
     QUEUE_TURN = auto()
     CLOSE = auto()
@@ -84,7 +84,7 @@ _TRANSITIONS: Final[dict[State, dict[Event, State]]] = {
 
 
 def after(state: State, event: Event) -> State:
-    """The state that an event leads to.
+    """The state after an event.
 
     >>> after(State.READING, Event.TASK_BEGAN), after(State.CLOSED, Event.TASK_DONE)
     (<State.ANSWERING: 3>, <State.CLOSED: 7>)
@@ -93,13 +93,13 @@ def after(state: State, event: Event) -> State:
 
 
 def next_step(*, has_unsent: bool, is_last_answer: bool, has_input: bool, has_peer_ended: bool) -> Step:
-    """What comes next for a connection that is not busy.
+    """The next step of a connection that is not busy.
 
     Args:
-        has_unsent: a part of the last answer has not been given to the transport.
+        has_unsent: a part of the last answer has not been written to the transport.
         is_last_answer: the last answer ends the connection.
-        has_input: bytes wait in the reader that have not been tried as a request.
-        has_peer_ended: the peer sends nothing more.
+        has_input: the reader has bytes that have not been parsed.
+        has_peer_ended: the peer has closed its half of the connection.
     """
     if has_unsent:
         return Step.QUEUE_TURN

@@ -1,4 +1,4 @@
-"""What pipros asks of TCP sockets, and where operating systems differ on it."""
+"""Functions for TCP sockets, with the differences between operating systems."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import select
 import socket
 import struct
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from pipros.wire.uri import host_and_port
 
@@ -18,25 +18,34 @@ _QUICKACK: int = getattr(socket, "TCP_QUICKACK", 0)
 #: The most buffers that one gathered write may take (IOV_MAX on Linux, macOS and Windows is no less).
 GATHER_LIMIT = 512
 
-#: A peer that vanished without a word is found after about idle + interval * count seconds.
+#: A peer that is gone without closing is detected after about idle + interval * count seconds.
 KEEPALIVE_IDLE_S = 20
 KEEPALIVE_INTERVAL_S = 5
 KEEPALIVE_COUNT = 4
 KEEPALIVE_LIMIT_S = KEEPALIVE_IDLE_S + KEEPALIVE_INTERVAL_S * KEEPALIVE_COUNT
 
-#: How many ports are tried until one is free at all addresses.
+#: How many ports are tried to find one that is free at all addresses.
 _ATTEMPTS = 10
 
-#: The beginning of Linux' `struct tcp_info`: bytes 2 and 3 count what was sent again, and probes, without
-#: an answer; the 13th of the 32-bit numbers is the age of the last acknowledgement in milliseconds.
+#: The beginning of Linux's `struct tcp_info`: bytes 2 and 3 count unanswered retransmissions and probes;
+#: the 13th of the 32-bit numbers is the age of the last acknowledgement in milliseconds.
 _TCP_INFO = struct.Struct("=8B13I")
 
 
-def listen(host: str, port: int = 0, backlog: int = 128) -> socket.socket:
-    """A listening TCP socket, non-blocking; port 0 takes a free one. `::` takes IPv4 connections as well."""
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    server = socket.socket(family, socket.SOCK_STREAM)
+@contextlib.contextmanager
+def closed_on_error(sock: socket.socket) -> Iterator[socket.socket]:
+    """Closes a socket when the block raises, whatever it raises."""
     try:
+        yield sock
+    except BaseException:
+        sock.close()
+        raise
+
+
+def listen(host: str, port: int = 0, backlog: int = 128) -> socket.socket:
+    """A listening TCP socket, non-blocking; port 0 selects a free one. `::` accepts IPv4 connections, too."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with closed_on_error(socket.socket(family, socket.SOCK_STREAM)) as server:
         if hasattr(socket, "SO_EXCLUSIVEADDRUSE"):  # Windows: SO_REUSEADDR would share the port
             server.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
         else:
@@ -46,14 +55,11 @@ def listen(host: str, port: int = 0, backlog: int = 128) -> socket.socket:
         server.bind((host, port))
         server.listen(backlog)
         server.setblocking(False)
-    except BaseException:
-        server.close()
-        raise
     return server
 
 
 def listen_all(hosts: Sequence[str], port: int = 0) -> list[socket.socket]:
-    """Listening sockets at several addresses and the same port; port 0 takes one that is free at all."""
+    """Listening sockets at several addresses with the same port; port 0 selects one that is free at all."""
     attempts = 1 if port else _ATTEMPTS
     while True:
         attempts -= 1
@@ -71,7 +77,7 @@ def listen_all(hosts: Sequence[str], port: int = 0) -> list[socket.socket]:
 
 
 def connections_that_fit(share: float = 0.5) -> int:
-    """How many connections a share of the process's descriptors is; the rest is for what else it opens."""
+    """The number of connections for a share of the process's descriptors; the rest is for other files."""
     try:
         import resource
     except ImportError:  # Windows, where sockets do not count as files
@@ -82,24 +88,24 @@ def connections_that_fit(share: float = 0.5) -> int:
     return max(32, int(soft * share))
 
 
-def let_go_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
-    """Has a forked child hold none of these sockets, so that a port closes with the process that opened it.
+def close_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
+    """Closes these sockets in forked children, so that a port closes with the process that opened it.
 
-    `descriptors` is called in each child. Their numbers stay taken there: objects that know them are left.
+    `descriptors` is called in each child. Their numbers stay in use there, because objects refer to them.
     """
 
-    def let_go() -> None:
+    def replace_by_null() -> None:
         nothing = os.open(os.devnull, os.O_RDWR)
         for descriptor in descriptors():
             os.dup2(nothing, descriptor, inheritable=False)
         os.close(nothing)
 
     if hasattr(os, "register_at_fork"):
-        os.register_at_fork(after_in_child=let_go)
+        os.register_at_fork(after_in_child=replace_by_null)
 
 
 def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
-    """Sets what every TCPROS link wants: small messages at once, and vanished peers noticed."""
+    """Sets the options of TCPROS links: small messages are sent at once, and lost peers are detected."""
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, int(no_delay))
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for name, value in (
@@ -112,11 +118,11 @@ def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
 
 
 def is_unanswered(sock: socket.socket, limit_s: float) -> bool:
-    """True when the peer has not acknowledged what was sent, and sent again, for longer than `limit_s`.
+    """True when the peer has not acknowledged retransmitted data for longer than `limit_s`.
 
-    Keepalive looks after idle connections only; one with data under way is given up by the system after
-    a quarter of an hour. A peer that is alive but does not read acknowledges all the same, and is not meant.
-    False where the system does not tell (it is not Linux).
+    Keepalive only checks idle connections; the system closes one with unacknowledged data after
+    a quarter of an hour. A peer that is alive but does not read does acknowledge, so this is False for it.
+    Always False on systems other than Linux.
     """
     if not sys.platform.startswith("linux"):
         return False
@@ -128,9 +134,9 @@ def is_unanswered(sock: socket.socket, limit_s: float) -> bool:
 
 
 def is_nearly_drained(sock: socket.socket) -> bool:
-    """True when the peer has acknowledged what was sent, but for a quarter of what the system holds at most.
+    """True when at most a quarter of the send buffer is unacknowledged.
 
-    True where the system does not tell (it is not Linux).
+    Always True on systems other than Linux.
     """
     if not sys.platform.startswith("linux"):
         return True
@@ -144,46 +150,46 @@ def is_nearly_drained(sock: socket.socket) -> bool:
 
 
 def acknowledge(sock: socket.socket) -> None:
-    """Tells the sender at once what has arrived, where the system (Linux) can be asked to."""
+    """Acknowledges received data at once, on systems that support it (Linux)."""
     if _QUICKACK:
         with contextlib.suppress(OSError):  # closed meanwhile
             sock.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
 
 
 def share_packets(sock: socket.socket, *, share: bool) -> None:
-    """Whether small messages wait, while others are unacknowledged, to go out in one packet.
+    """Whether small messages wait to share a packet while others are unacknowledged (Nagle's algorithm).
 
-    Those that wait go out at once when `share` ends.
+    Waiting messages are sent at once when `share` becomes False.
     """
     with contextlib.suppress(OSError):  # closed meanwhile
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, int(not share))
 
 
-def receive_now(sock: socket.socket, room: memoryview) -> int:
-    """Receives what is there from a blocking socket without waiting; 0 at the end of the stream.
+def receive_now(sock: socket.socket, buffer: memoryview) -> int:
+    """Receives available bytes from a blocking socket without waiting; 0 at the end of the stream.
 
     Raises:
-        BlockingIOError: nothing is there.
+        BlockingIOError: no bytes are available.
     """
     if not _DONTWAIT and not select.select([sock], [], [], 0)[0]:
         raise BlockingIOError
-    return sock.recv_into(room, 0, _DONTWAIT)
+    return sock.recv_into(buffer, 0, _DONTWAIT)
 
 
 def send_gathered(sock: socket.socket, buffers: Sequence[bytes | memoryview]) -> int:
-    """Writes several buffers in one call; returns how many bytes the socket took."""
+    """Writes several buffers in one call; returns how many bytes the socket accepted."""
     if hasattr(sock, "sendmsg"):
         return sock.sendmsg(buffers)
     return sock.send(b"".join(buffers))
 
 
 def wait_writable(sock: socket.socket, timeout_s: float) -> bool:
-    """Waits until a write would take something (or fail at once); False when the time is over."""
+    """Waits until the socket is writable, or has failed; False after the timeout."""
     return _wait(sock, timeout_s, is_write=True)
 
 
 def wait_readable(sock: socket.socket, timeout_s: float) -> bool:
-    """Waits until there is something to receive, or the end; False when the time is over."""
+    """Waits until the socket is readable, or has ended; False after the timeout."""
     return _wait(sock, timeout_s, is_write=False)
 
 
@@ -197,9 +203,9 @@ def _wait(sock: socket.socket, timeout_s: float, *, is_write: bool) -> bool:
 
 
 def wait_any_writable(socks: Sequence[socket.socket], timeout_s: float) -> Sequence[socket.socket]:
-    """Waits until a write to one of the sockets would take something (or fail at once).
+    """Waits until one of the sockets is writable, or has failed.
 
-    Returns those of which this is true: none when the time is over, or when all are closed.
+    Returns those sockets: none after the timeout, or when all are closed.
     """
     numbers = {number: sock for sock in socks if (number := sock.fileno()) >= 0}
     if not numbers:
@@ -213,13 +219,13 @@ def wait_any_writable(socks: Sequence[socket.socket], timeout_s: float) -> Seque
 
 
 def abort(sock: socket.socket) -> None:
-    """Ends a connection now, waking whoever is blocked on it. Harmless when repeated."""
-    with contextlib.suppress(OSError):  # not connected any more, which is what was wanted
+    """Ends a connection now and wakes threads that are blocked on it. May be repeated."""
+    with contextlib.suppress(OSError):  # it is not connected any more
         sock.shutdown(socket.SHUT_RDWR)
 
 
 def peer_name(sock: socket.socket) -> str:
-    """`host:port` of the other end, or `?` when it is gone already."""
+    """`host:port` of the other end, `?` when the connection has ended."""
     try:
         name = sock.getpeername()
     except OSError:

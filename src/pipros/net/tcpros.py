@@ -1,6 +1,6 @@
 """Opening TCPROS connections, from either end: connect or accept, then exchange headers.
 
-What the headers say is decided in `wire/handshake.py`; here they only travel.
+`wire/handshake.py` decides what the headers contain.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from pipros.net.rpc_client import reason_of
 from pipros.wire.handshake import refuse
 from pipros.wire.header import HeaderReader, encode_header
 
-#: Without descriptors for new connections, the next attempt is made after so long.
+#: The delay before the next attempt when there were no descriptors for new connections.
 RETRY_ACCEPT_S = 0.1
 
-#: How much of the process's descriptors a node's TCPROS connections may take.
+#: The share of the process's descriptors for a node's TCPROS connections.
 DESCRIPTORS_SHARE = 0.75
 
 _SWEEP_EVERY_S = 1.0
 
-#: Connections that wait to be accepted. A client that finds no place among them tries again after a second.
+#: Connections that wait to be accepted. Beyond them, clients try again after a second.
 _BACKLOG = 1024
 
 _CHUNK_BYTES = 16 * 1024
@@ -41,12 +41,12 @@ _log = logging.getLogger("pipros.tcpros")
 
 @dataclass(frozen=True, slots=True)
 class TcprosConnection:
-    """A TCPROS connection whose peer has introduced itself.
+    """A TCPROS connection whose peer has sent its header.
 
     Attributes:
-        sock: non-blocking; its new owner closes it.
+        sock: non-blocking; the receiver of this object must close it.
         fields: the peer's connection header.
-        rest: bytes that came behind the header already.
+        rest: bytes that came directly after the header.
         peer: the IP address of the other side.
     """
 
@@ -57,16 +57,16 @@ class TcprosConnection:
 
 
 class TcprosServer:
-    """Accepts TCPROS connections and hands each to `on_connection` once its header is in.
+    """Accepts TCPROS connections and passes each to `on_connection` when its header has arrived.
 
-    Peers that are silent, talk garbage or announce too much are closed without further words,
-    as genuine nodes do. When too many are in their handshake, the one that has been longest gives
-    way to the new one, so silent ones do not lock others out. Plain callbacks of the event loop, not
-    coroutines: a service call that is not persistent pays for all of this each time.
+    Connections of peers that are silent, send garbage or announce too much are closed without an answer,
+    as genuine nodes do. When too many are in their handshake, the oldest of them is closed
+    for the new one, so that silent peers do not lock others out. It uses callbacks of the event loop, not
+    coroutines, because every service call that is not persistent opens a connection.
 
     Attributes:
-        refusals: what peers were refused.
-        connections: where `on_connection` enters those that it keeps. They are swept each second.
+        refusals: the refusals of peers.
+        connections: `on_connection` adds the connections that it keeps. They are swept each second.
     """
 
     def __init__(
@@ -78,33 +78,33 @@ class TcprosServer:
         limits: Limits | None = None,
         log: logging.Logger = _log,
     ) -> None:
-        """Opens the port; nothing is accepted until `start`.
+        """Opens the port; accepts nothing until `start`.
 
         Args:
             host: the address to listen on.
-            port: the port; 0 takes a free one.
+            port: the port; 0 selects a free one.
             on_connection: called in the event loop; must not block.
-            limits: what peers may cost; by default those of the process.
-            log: where refusals are reported.
+            limits: by default those of the process.
+            log: reports refusals.
 
         Raises:
-            OSError: the port is taken, or the address is not of this machine.
+            OSError: the port is in use, or the address does not belong to this machine.
         """
         self._server = sockets.listen(host, port, _BACKLOG)
         self.port: int = self._server.getsockname()[1]
         self._on_connection = on_connection
         self._limits = limits = limits or process_limits()
-        in_all = limits.tcpros_connections or sockets.connections_that_fit(DESCRIPTORS_SHARE)
-        self._greetings_limit = min(limits.handshakes, max(1, in_all // 4))
-        room = max(1, in_all - self._greetings_limit)
+        total = limits.tcpros_connections or sockets.connections_that_fit(DESCRIPTORS_SHARE)
+        self._handshakes_limit = min(limits.handshakes, max(1, total // 4))
+        links_limit = max(1, total - self._handshakes_limit)
         self.refusals = Refusals(log)
         self.connections = Connections(
-            limit=room,
-            limit_per_peer=limits.tcpros_connections_per_peer or max(1, room // 2),
+            limit=links_limit,
+            limit_per_peer=limits.tcpros_connections_per_peer or max(1, links_limit // 2),
             spares_loopback=not limits.tcpros_connections_per_peer,
             refusals=self.refusals,
         )
-        self._greetings: dict[_Greeting, None] = {}  # in the order of arrival
+        self._handshakes: dict[_Handshake, None] = {}  # in the order of arrival
         self._sweeper: asyncio.TimerHandle | None = None
         self._loop: asyncio.AbstractEventLoop
 
@@ -116,7 +116,7 @@ class TcprosServer:
 
     @property
     def descriptors(self) -> list[int]:
-        """The descriptor of the port, while it is open."""
+        """The descriptor of the listening socket; empty when it is closed."""
         return [number] if (number := self._server.fileno()) >= 0 else []
 
     def stop(self) -> None:
@@ -125,8 +125,8 @@ class TcprosServer:
         self._server.close()
         if self._sweeper:
             self._sweeper.cancel()
-        for greeting in list(self._greetings):
-            greeting.dismiss()
+        for handshake in list(self._handshakes):
+            handshake.dismiss()
 
     def _accept(self) -> None:
         try:
@@ -137,13 +137,13 @@ class TcprosServer:
             self._loop.remove_reader(self._server)
             self._loop.call_later(RETRY_ACCEPT_S, self._accept_again)
             return
-        greeting = _Greeting(sock, plain_address(str(address[0])), self._limits, self._on_connection)
-        if not greeting.read():  # most headers have arrived by now
-            greeting.wait(self._loop, self._forget)
-            self._greetings[greeting] = None
-            if len(self._greetings) > self._greetings_limit:
-                longest = next(iter(self._greetings))
-                self.refusals.count(longest.peer, "too many connections that do not say who they are")
+        handshake = _Handshake(sock, plain_address(str(address[0])), self._limits, self._on_connection)
+        if not handshake.read():  # most headers have arrived by now
+            handshake.wait(self._loop, self._forget)
+            self._handshakes[handshake] = None
+            if len(self._handshakes) > self._handshakes_limit:
+                longest = next(iter(self._handshakes))
+                self.refusals.count(longest.peer, "too many connections without a header")
                 longest.dismiss()
 
     def _accept_again(self) -> None:
@@ -154,11 +154,11 @@ class TcprosServer:
         self.connections.sweep(self._loop.time(), idle_s=math.inf)
         self._sweeper = self._loop.call_later(_SWEEP_EVERY_S, self._sweep)
 
-    def _forget(self, greeting: _Greeting) -> None:
-        self._greetings.pop(greeting, None)
+    def _forget(self, handshake: _Handshake) -> None:
+        self._handshakes.pop(handshake, None)
 
 
-class _Greeting:
+class _Handshake:
     """A connection whose peer has not sent its header yet."""
 
     def __init__(
@@ -176,10 +176,10 @@ class _Greeting:
         self._reader = HeaderReader(limits.header_bytes)
         self._leave: Callable[[], None] = _nothing
 
-    def wait(self, loop: asyncio.AbstractEventLoop, on_end: Callable[[_Greeting], None]) -> None:
-        """Has the loop read on, up to a deadline, and `on_end` called when there is nothing left to read."""
+    def wait(self, loop: asyncio.AbstractEventLoop, on_end: Callable[[_Handshake], None]) -> None:
+        """Continues to read in the loop, up to a deadline; `on_end` is called when the handshake is over."""
         deadline = loop.call_later(self._limit_s, self.dismiss)
-        number = self._sock.fileno()  # to register a socket itself would cost its repr
+        number = self._sock.fileno()  # registering a socket object would compute its repr
 
         def leave() -> None:
             deadline.cancel()
@@ -195,7 +195,7 @@ class _Greeting:
         self._sock.close()
 
     def read(self) -> bool:
-        """Reads what is there; False when the peer has to say more."""
+        """Reads available bytes; False when more are needed."""
         try:
             data = self._sock.recv(_CHUNK_BYTES)
             fields = self._reader.feed(data) if data else None
@@ -225,21 +225,17 @@ async def connect(
     """Connects to a TCPROS server, sends `fields`, and returns with the peer's answer.
 
     Raises:
-        Unreachable: no process listens there, or there was no answer within `Limits.handshake_s`.
+        Unreachable: no process listens there, or it did not answer within `Limits.handshake_s`.
         ProtocolError: the peer closed without an answer, or its answer is malformed.
     """
     loop = asyncio.get_running_loop()
     bounds = limits or process_limits()
 
     async def shake_hands() -> TcprosConnection:
-        sock = await _connect_first(loop, host, port)
-        try:
+        with sockets.closed_on_error(await _connect_first(loop, host, port)) as sock:
             sockets.prepare(sock, no_delay=no_delay)
             await loop.sock_sendall(sock, encode_header(fields))
             answer, rest = await _read_header(sock, bounds.header_bytes)
-        except BaseException:
-            sock.close()
-            raise
         return TcprosConnection(sock, answer, rest)
 
     try:
@@ -251,26 +247,22 @@ async def connect(
 
 
 def refuse_connection(sock: socket.socket, reason: str) -> None:
-    """Sends a peer the reason for a refusal, if its socket takes it at once, and closes."""
+    """Sends a peer the reason for a refusal, if the socket accepts it at once, and closes."""
     with contextlib.suppress(OSError):
         sock.send(encode_header(refuse(reason)))
     sock.close()
 
 
 async def _connect_first(loop: asyncio.AbstractEventLoop, host: str, port: int) -> socket.socket:
-    """A connection to the first address of the host that takes one."""
-    failure: OSError = OSError("the name has no address")
+    """A connection to the first address of the host that accepts."""
+    failure: OSError = OSError(f"the name {host} has no address")
     for family, kind, protocol, _, address in await _addresses(loop, host, port):
-        sock = socket.socket(family, kind, protocol)
-        sock.setblocking(False)
         try:
-            await loop.sock_connect(sock, address)
+            with sockets.closed_on_error(socket.socket(family, kind, protocol)) as sock:
+                sock.setblocking(False)
+                await loop.sock_connect(sock, address)
         except OSError as error:
-            sock.close()
             failure = error
-        except BaseException:
-            sock.close()
-            raise
         else:
             return sock
     raise failure
@@ -279,7 +271,7 @@ async def _connect_first(loop: asyncio.AbstractEventLoop, host: str, port: int) 
 async def _addresses(
     loop: asyncio.AbstractEventLoop, host: str, port: int
 ) -> Sequence[tuple[int, int, int, str, Any]]:
-    """The addresses of a host. Only names are looked up in a thread, where they may wait for each other."""
+    """The addresses of a host. Only names are looked up in threads, whose number is limited."""
     with contextlib.suppress(socket.gaierror):
         return socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST)
     return await loop.getaddrinfo(host, port, type=socket.SOCK_STREAM)
@@ -291,7 +283,7 @@ async def _read_header(sock: socket.socket, limit_bytes: int) -> tuple[Mapping[s
     while True:
         data = await loop.sock_recv(sock, _CHUNK_BYTES)
         if not data:
-            raise ProtocolError("the peer closed the connection before it said who it is")
+            raise ProtocolError("the peer closed the connection before it sent a header")
         fields = reader.feed(data)
         if fields is not None:
             return fields, reader.rest

@@ -1,9 +1,9 @@
-"""What belongs to this machine: an address, a host name, the other end of a connection.
+"""Whether an address, a host name or a caller belongs to this machine.
 
-Everything that trusts "this machine" uses this module. It means the network namespace of this process: a
-container with a network of its own is another machine. An address is one of this machine's when the system
-uses it as its own. A name counts only where a name was configured, and is never looked up to judge a caller:
-that could take half a minute, and the peer that answers the look-up would decide.
+All code that trusts "this machine" uses this module. It means the network namespace of this process: a
+container with its own network is another machine. An address belongs to this machine when the system
+uses it as its own. Only configured names are looked up, never the name of a caller:
+that could take half a minute, and the server that answers the look-up would decide.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from pipros.limits import Limits, process_limits
 from pipros.net.address import ANY, ANY_IPV6, is_loopback, plain_address
 from pipros.net.lookup import Lookups, process_lookups
 
-#: Addresses that no machine has (RFC 5737, RFC 3849). Where even these can be bound, binding proves nothing.
-_NOBODYS: Final = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}
+#: Addresses for documentation (RFC 5737, RFC 3849). If even these can be bound, binding proves nothing.
+_DOCUMENTATION_ADDRESSES: Final = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}
 _DISCARD_PORT: Final = 9
 
 _SOCKET_TABLES: Final = (Path("/proc/net/tcp"), Path("/proc/net/tcp6"))
 _ESTABLISHED: Final = "01"
 _LISTENING: Final = "0A"
-#: The inode of a socket that no process has any more. Its owner is shown as root.
+#: The inode of a socket that no process has open any more. Its owner is shown as root.
 _ORPHAN: Final = "0"
 
 
 @dataclass(frozen=True, slots=True)
 class Caller:
-    """The two ends of a connection to a server of ours; empty when it is gone.
+    """The two ends of a connection to a server in this process; empty when it has ended.
 
     Attributes:
-        host, port: the end of the caller.
-        own_host, own_port: our end: the address that the caller connected to.
+        host, port: the caller's end.
+        own_host, own_port: the address that the caller connected to.
     """
 
     host: str = ""
@@ -47,7 +47,7 @@ class Caller:
 
     @classmethod
     def from_names(cls, peer_name: object, socket_name: object) -> Caller:
-        """From what `getpeername` and `getsockname` return; a name that is missing makes an empty caller.
+        """From the results of `getpeername` and `getsockname`; empty when one is missing.
 
         >>> Caller.from_names(("::ffff:10.0.0.5", 4711, 0, 0), ("::ffff:10.0.0.1", 11311, 0, 0))
         Caller(host='10.0.0.5', port=4711, own_host='10.0.0.1', own_port=11311)
@@ -59,17 +59,17 @@ class Caller:
 
     @property
     def is_here(self) -> bool:
-        """True when the caller is on this machine, whichever of its addresses the call came from.
+        """True when the caller is on this machine, with any of its addresses.
 
-        A connection to an address of one's own comes from that address, from another one of this machine, or
-        from loopback. Takes some 40 us at most, and never blocks.
+        A connection to an address of this machine comes from that address, from another one of this machine,
+        or from loopback. Never blocks.
         """
         return bool(self.host) and (self.host == self.own_host or has_address(self.host))
 
     def user_id(self) -> int | None:
-        """The user whose process on this machine holds the caller's end; None when that cannot be found out.
+        """The user of the local process at the caller's end; None when it is unknown.
 
-        Linux only. Reads the table of all connections, which takes tens of milliseconds: for rare calls.
+        Linux only. Reads the table of all connections of the machine, so it is for rare calls only.
         """
         ends = {
             (_table_entry(host, self.port), _table_entry(own, self.own_port))
@@ -82,14 +82,14 @@ class Caller:
 
 
 def knows_users() -> bool:
-    """True where the owner of a connection can be found: on Linux with `/proc`."""
+    """True if the owner of a connection can be found: on Linux with `/proc`."""
     return any(table.exists() for table in _SOCKET_TABLES)
 
 
 def user_listening(host: str, port: int) -> int | None:
-    """The user whose process listens at an address of this machine; None if unknown, or there is none.
+    """The user of the process that listens at an address of this machine; None if unknown.
 
-    Costs what `Caller.user_id` costs, and works where that does.
+    Cost and limits as for `Caller.user_id`.
     """
     hosts = (host, _mapped(host), ANY, ANY_IPV6)
     places = {_table_entry(place, port) for place in hosts}
@@ -100,17 +100,17 @@ def user_listening(host: str, port: int) -> int | None:
 
 
 def has_address(host: str) -> bool:
-    """True when an IP address is one of this machine's. Nothing is sent, and no name is looked up."""
+    """True when an IP address belongs to this machine. Nothing is sent, and names are not looked up."""
     if is_loopback(host):
         return True
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         socket.inet_pton(family, host)
-    except (OSError, ValueError):  # a name, which the system would look up
+    except (OSError, ValueError):  # a name
         return False
-    # To an address of its own a machine goes from that address, unless it is a second one of an interface.
+    # The source towards an own address is that address, except for the second address of an interface.
     return _source_towards(family, host) == host or (
-        _can_bind(family, host) and not _can_bind(family, _NOBODYS[family])
+        _can_bind(family, host) and not _can_bind(family, _DOCUMENTATION_ADDRESSES[family])
     )
 
 
@@ -120,9 +120,9 @@ def is_this_machine(host: str) -> bool:
 
 
 def addresses_of(host: str, limits: Limits | None = None, lookups: Lookups | None = None) -> tuple[str, ...]:
-    """The IP addresses that a host name or address means; none when it was not resolved within `lookup_s`.
+    """The IP addresses of a host name or address; empty when it was not resolved within `lookup_s`.
 
-    Not for use in an event loop.
+    Blocks: not for an event loop.
     """
     deadline = time.monotonic() + (limits or process_limits()).lookup_s
     try:
@@ -134,7 +134,7 @@ def addresses_of(host: str, limits: Limits | None = None, lookups: Lookups | Non
 
 @dataclass(frozen=True, slots=True)
 class _SocketEnd:
-    """A line of Linux' table of connections, its words as they stand there."""
+    """A line of Linux's table of connections."""
 
     local: str
     remote: str
@@ -144,7 +144,7 @@ class _SocketEnd:
 
 
 def _socket_table() -> Iterator[_SocketEnd]:
-    """All TCP sockets of this machine; none on systems other than Linux."""
+    """All TCP sockets of this machine; empty on systems other than Linux."""
     for table in _SOCKET_TABLES:
         try:
             lines = table.read_text().splitlines()[1:]
@@ -157,7 +157,7 @@ def _socket_table() -> Iterator[_SocketEnd]:
 
 def _source_towards(family: socket.AddressFamily, host: str) -> str | None:
     try:
-        with socket.socket(family, socket.SOCK_DGRAM) as probe:  # which sends nothing: it only picks a route
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:  # sends nothing, only selects a route
             probe.connect((host, _DISCARD_PORT))
             return plain_address(str(probe.getsockname()[0]))
     except OSError:
@@ -174,12 +174,12 @@ def _can_bind(family: socket.AddressFamily, host: str) -> bool:
 
 
 def _mapped(host: str) -> str:
-    """An IPv4 address as a socket for both kinds shows it."""
+    """An IPv4 address as a dual-stack socket shows it."""
     return host if ":" in host else f"::ffff:{host}"
 
 
 def _table_entry(host: str, port: int) -> str:
-    """An address as Linux' table of connections has it: words in the byte order of the machine."""
+    """An address as in Linux's table of connections: words in the byte order of the machine."""
     packed = socket.inet_pton(socket.AF_INET6 if ":" in host else socket.AF_INET, host)
     words = (int.from_bytes(packed[start : start + 4], sys.byteorder) for start in range(0, len(packed), 4))
     return f"{''.join(f'{word:08X}' for word in words)}:{port:04X}"

@@ -1,4 +1,4 @@
-"""Explains why a peer may be out of reach, and what to do about it."""
+"""Explains why a peer may be unreachable, and what to try."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from pipros.wire.uri import split_uri
 
 
 async def explain(peer: str) -> str:
-    """A sentence of advice about a peer, `http://host:port/` or `host:port`, that did not answer.
+    """Advice about a peer, `http://host:port/` or `host:port`, that did not answer.
 
-    Most "listed but no data" problems of ROS 1 are names and addresses that mean nothing, or
-    something else, on another machine (ros_comm#222).
+    Most problems of ROS 1 with topics that are listed but silent are names and addresses that are unknown, or
+    mean something else, on another machine (ros_comm#222).
     """
     host = host_of(peer)
     if not await _is_known(host):
         return (
-            f". This machine does not know the name [{host}]: set ROS_IP on that machine to an address"
-            " that can be reached from here, or make the name known here"
+            f". This machine cannot resolve the name [{host}]: set ROS_IP on that machine to an address"
+            " that this machine can reach, or add the name to /etc/hosts"
         )
     if is_loopback(host):
         return (
-            ". That address means this machine only: the node has ended, or it runs on another machine,"
-            " where ROS_IP or ROS_HOSTNAME must be set to what others reach it by"
+            ". That address is local: the node has ended, or it runs on another machine,"
+            " on which ROS_IP or ROS_HOSTNAME must be set to an address that others can reach"
         )
     return (
-        f". The node has ended, a firewall is in between, or [{host}] is not what this machine reaches it"
-        " by: set ROS_IP where it runs"
+        f". The node has ended, a firewall blocks it, or this machine cannot reach it as [{host}]:"
+        " set ROS_IP on its machine"
     )
 
 

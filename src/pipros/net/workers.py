@@ -1,4 +1,4 @@
-"""Threads for jobs that may block; idle ones are kept for the next job."""
+"""Threads for jobs that may block; idle threads are kept for later jobs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
 
-#: Idle threads that are kept; starting one costs more than many a service call.
+#: The number of idle threads that are kept; starting one takes longer than many service calls.
 KEPT_IDLE = 4
 
 Job = tuple[Callable[..., object], tuple[Any, ...]]
@@ -18,8 +18,8 @@ Job = tuple[Callable[..., object], tuple[Any, ...]]
 class Workers:
     """Runs each job at once, in an idle thread or in a new one: a job that blocks does not delay others.
 
-    With a limit of threads, jobs that find none wait for one, in the order in which they came.
-    The threads are daemons, since a job may never end: the interpreter does not wait for them.
+    With a limit of threads, further jobs wait in the order in which they came.
+    The threads are daemons, because a job may never end: the interpreter does not wait for them.
     """
 
     def __init__(self, name: str, limit: int | None = None, *, kept_idle: int = KEPT_IDLE) -> None:
@@ -37,7 +37,7 @@ class Workers:
         """Returns at once.
 
         Raises:
-            RuntimeError: a thread was needed, and the system gives none.
+            RuntimeError: the system cannot start another thread.
         """
         with self._lock:
             if self._idle:
@@ -56,7 +56,7 @@ class Workers:
             raise
 
     def close(self) -> None:
-        """Ends the idle threads; those at work end when no job waits."""
+        """Ends the idle threads; the others end when no job waits."""
         with self._lock:
             self._is_closed = True
             for _ in range(self._idle):
@@ -69,7 +69,7 @@ class Workers:
             function, args = job
             try:
                 function(*args)
-            except BaseException:  # reported as by a thread that it ends, but others wait for this one
+            except BaseException:  # reported as for a thread that ends, but this one goes on
                 report = threading.ExceptHookArgs((*sys.exc_info(), threading.current_thread()))
                 threading.excepthook(report)
             del function, args, job

@@ -24,7 +24,7 @@ from pipros.net.lookup import Lookups
 from pipros.net.loop import BackgroundLoop, in_daemon_thread
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_server import RpcServer
-from pipros.net.sockets import connections_that_fit, let_go_in_children
+from pipros.net.sockets import close_in_children, connections_that_fit
 from pipros.net.tcpros import TcprosServer
 from pipros.node import asyncio_support
 from pipros.node.clock import Clock, SimulatedClock, WallClock
@@ -134,7 +134,7 @@ class Node:
             raise
         self._loop.spawn(self.registrations.watch())
         myself = weakref.ref(self)
-        let_go_in_children(lambda: node._ports_held() if (node := myself()) else ())
+        close_in_children(lambda: node._ports_held() if (node := myself()) else ())
 
     def _ports_held(self) -> list[int]:
         return [*self._tcpros.descriptors, *self._rpc.descriptors]

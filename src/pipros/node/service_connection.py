@@ -206,7 +206,7 @@ class ServiceConnection:
             frame = next(self._frames, None)
         pieces = 0
         while frame is None:
-            count = self._lookout.receive_into_within(self._sock, self._buffer.room(), linger_s)
+            count = self._lookout.receive_into_within(self._sock, self._buffer.space(), linger_s)
             if count is None:
                 return None
             if not count:
@@ -273,7 +273,7 @@ class ServiceConnection:
     def _read(self) -> None:
         """Takes a part of a request; when it is complete, a worker goes on."""
         try:
-            count = self._sock.recv_into(self._buffer.room()[:_TURN_BYTES])
+            count = self._sock.recv_into(self._buffer.space()[:_TURN_BYTES])
             if count:
                 self._frames = self._buffer.received(count)
                 self._frame = next(self._frames, None)

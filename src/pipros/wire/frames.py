@@ -13,7 +13,7 @@ import struct
 from collections.abc import Iterator
 
 from pipros.errors import LimitExceeded
-from pipros.limits import process_limits
+from pipros.limits import limit_text, process_limits
 
 #: Buffers start small, for nodes with hundreds of quiet topics, and grow to the second size under traffic.
 _INITIAL_BYTES = 4 * 1024
@@ -31,8 +31,8 @@ _unpack_length = struct.Struct("<I").unpack_from
 class FrameBuffer:
     """A receive buffer that hands out complete frames as views of itself.
 
-    Call `room()`, receive into it, and pass `received()` the number of bytes; or `feed()` bytes that were
-    received elsewhere. The frames that these yield are valid until the next `room()` or `feed()`: copy one
+    Call `space()`, receive into it, and pass `received()` the number of bytes; or `feed()` bytes that were
+    received elsewhere. The frames that these yield are valid until the next `space()` or `feed()`: copy one
     to keep it. The buffer at most doubles what has really arrived, so a claimed length costs nothing.
 
     >>> buffer = FrameBuffer(limit_bytes=1024)
@@ -54,7 +54,7 @@ class FrameBuffer:
         self._rounds = 0  # in which the buffer was filled and emptied, while it was large
         self._largest = 0  # of what it held meanwhile
 
-    def room(self) -> memoryview:
+    def space(self) -> memoryview:
         """Memory to receive into, never empty. Frames that it yielded before become invalid."""
         if self._end == len(self._store) < _COMFORTABLE_BYTES:
             self._grow()  # the peer had more to send than fitted
@@ -88,7 +88,8 @@ class FrameBuffer:
             (length,) = _unpack_length(view, self._start)
             body = self._start + 4
             if length > self.limit_bytes:
-                raise LimitExceeded(f"frame of {length} bytes announced, the limit is {self.limit_bytes}")
+                limit = limit_text("frame_bytes", self.limit_bytes)
+                raise LimitExceeded(f"frame of {length} bytes announced, {limit}")
             if end - body < length:
                 return
             self._start = body + length
@@ -96,7 +97,7 @@ class FrameBuffer:
 
     def feed(self, data: bytes) -> Iterator[memoryview]:
         """Yields the frames completed by `data`, which is copied at once. Raises as `received`."""
-        if len(self.room()) < len(data):
+        if len(self.space()) < len(data):
             self._enlarge(self._end + len(data))
         self._view[self._end : self._end + len(data)] = data
         self._end += len(data)
@@ -189,7 +190,8 @@ class ReplyReader:
         if missing <= 0:
             (length,) = _unpack_length(held, 1)
             if length > self.limit_bytes:
-                raise LimitExceeded(f"reply of {length} bytes announced, the limit is {self.limit_bytes}")
+                limit = limit_text("frame_bytes", self.limit_bytes)
+                raise LimitExceeded(f"reply of {length} bytes announced, {limit}")
             missing += length
             if missing <= 0:
                 end = _REPLY_HEAD_BYTES + length

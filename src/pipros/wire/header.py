@@ -9,7 +9,7 @@ import struct
 from collections.abc import Mapping
 
 from pipros.errors import LimitExceeded, ProtocolError
-from pipros.limits import process_limits
+from pipros.limits import limit_text, process_limits
 
 _LENGTH = struct.Struct("<I")
 
@@ -78,9 +78,8 @@ class HeaderReader:
             return None
         (length,) = _LENGTH.unpack_from(self._buffer)
         if length > self.limit_bytes:
-            raise LimitExceeded(
-                f"connection header of {length} bytes announced, the limit is {self.limit_bytes}"
-            )
+            limit = limit_text("header_bytes", self.limit_bytes)
+            raise LimitExceeded(f"connection header of {length} bytes announced, {limit}")
         if len(self._buffer) < 4 + length:
             return None
         self.fields = decode_header(bytes(self._buffer[4 : 4 + length]))

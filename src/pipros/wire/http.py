@@ -18,7 +18,7 @@ from __future__ import annotations
 import re
 from typing import Final, NamedTuple
 
-from pipros.limits import process_limits
+from pipros.limits import limit_text, process_limits
 from pipros.wire.http_body import ChunkedBody, HttpError, HttpLimitExceeded, check_body_length
 
 __all__ = [
@@ -124,15 +124,17 @@ _CHUNKED: Final = -2
 class _Reader:
     """The common part of both readers: a head, then a body."""
 
-    def __init__(self, *, head_limit: int = HEAD_LIMIT_BYTES, body_limit: int) -> None:
+    def __init__(self, *, head_limit: int, body_limit: int, limit_name: str) -> None:
+        """`limit_name` is the name of the body's limit in `Limits`."""
         self._head_limit = head_limit
         self._body_limit = body_limit
+        self._limit_name = limit_name
         self._buffer = bytearray()
         self._searched = 0
         self._start: re.Match[str] | None = None
         self._headers: dict[str, str] = {}
         self._length = 0
-        self._chunks = ChunkedBody(body_limit)
+        self._chunks = ChunkedBody(body_limit, limit_name)
 
     @property
     def is_idle(self) -> bool:
@@ -164,9 +166,8 @@ class _Reader:
         self._start = self._parse_start_line(lines[0].rstrip("\r"))
         self._length = self._body_length()
         if self._length > self._body_limit:
-            raise HttpLimitExceeded(
-                413, f"an HTTP body of {self._length} bytes is announced; the limit is {self._body_limit}"
-            )
+            limit = limit_text(self._limit_name, self._body_limit)
+            raise HttpLimitExceeded(413, f"an HTTP body of {self._length} bytes is announced; {limit}")
         return True
 
     def _read_body(self) -> bytes | bytearray | None:
@@ -174,7 +175,7 @@ class _Reader:
         if self._length == _CHUNKED:
             return self._chunks.take(self._buffer)
         if self._length == _UNTIL_END:
-            check_body_length(len(self._buffer), self._body_limit)
+            check_body_length(len(self._buffer), self._body_limit, self._limit_name)
             return None
         if len(self._buffer) < self._length:
             return None
@@ -238,7 +239,7 @@ class RequestReader(_Reader):
     def __init__(self, *, head_limit: int = HEAD_LIMIT_BYTES, body_limit: int | None = None) -> None:
         """`body_limit` is by default `Limits.body_bytes` of the process."""
         limit = process_limits().body_bytes if body_limit is None else body_limit
-        super().__init__(head_limit=head_limit, body_limit=limit)
+        super().__init__(head_limit=head_limit, body_limit=limit, limit_name="body_bytes")
 
     def feed(self, data: bytes) -> None:
         self._buffer += data
@@ -301,7 +302,7 @@ class ResponseReader(_Reader):
     def __init__(self, *, head_limit: int = HEAD_LIMIT_BYTES, body_limit: int | None = None) -> None:
         """`body_limit` is by default `Limits.answer_bytes` of the process."""
         limit = process_limits().answer_bytes if body_limit is None else body_limit
-        super().__init__(head_limit=head_limit, body_limit=limit)
+        super().__init__(head_limit=head_limit, body_limit=limit, limit_name="answer_bytes")
 
     def feed(self, data: bytes) -> Response | None:
         """The response, once it is complete. What follows it stays for the next call."""

@@ -6,6 +6,7 @@ import re
 from typing import Final
 
 from pipros.errors import LimitExceeded, ProtocolError
+from pipros.limits import limit_text
 
 _SIZE_LINE = re.compile(rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r?").fullmatch
 _LINE_LIMIT: Final = 256
@@ -30,10 +31,12 @@ class HttpLimitExceeded(HttpError, LimitExceeded):
     """A head or a body that is larger than its limit, or is announced to be."""
 
 
-def check_body_length(length: int, limit: int) -> None:
-    """Raises `HttpLimitExceeded` for a body of more bytes than the limit."""
+def check_body_length(length: int, limit: int, limit_name: str) -> None:
+    """Raises `HttpLimitExceeded` for a body of more bytes than the limit of that name in `Limits`."""
     if length > limit:
-        raise HttpLimitExceeded(413, f"an HTTP body of more than {limit} bytes")
+        raise HttpLimitExceeded(
+            413, f"an HTTP body of {length} bytes or more; {limit_text(limit_name, limit)}"
+        )
 
 
 class ChunkedBody:
@@ -43,8 +46,9 @@ class ChunkedBody:
     b'hi'
     """
 
-    def __init__(self, limit_bytes: int) -> None:
+    def __init__(self, limit_bytes: int, limit_name: str = "body_bytes") -> None:
         self._limit_bytes = limit_bytes
+        self._limit_name = limit_name
         self._body = bytearray()
         self._chunk_count = 0
         self._is_in_trailer = False
@@ -80,7 +84,7 @@ class ChunkedBody:
         if size_text is None:
             raise HttpError(400, f"an HTTP chunk that begins with {line[:40]!r}")
         size = int(size_text[1], 16)
-        check_body_length(len(self._body) + size, self._limit_bytes)
+        check_body_length(len(self._body) + size, self._limit_bytes, self._limit_name)
         start = len(line) + 1
         if not size:
             self._is_in_trailer = True

@@ -16,7 +16,7 @@ import sys
 from typing import Any, Final
 
 from pipros.errors import LimitExceeded, PiprosError, ProtocolError
-from pipros.limits import process_limits
+from pipros.limits import limit_text, process_limits
 from pipros.wire import xmlrpc_fast
 
 NESTING_LIMIT: Final = 100
@@ -236,7 +236,7 @@ def decode_call(body: bytes | bytearray, *, limit_bytes: int | None = None) -> t
         ProtocolError: for anything that is not an XML-RPC call; also for any DTD, for nil and for integers
             beyond 32 bits, which could be stored but not sent on.
     """
-    _check_size(body, process_limits().body_bytes if limit_bytes is None else limit_bytes)
+    _check_size(body, "body_bytes", process_limits().body_bytes if limit_bytes is None else limit_bytes)
     try:
         return xmlrpc_fast.decode_call(body, NESTING_LIMIT)
     except xmlrpc_fast.NeedsExpat:
@@ -252,7 +252,7 @@ def decode_response(body: bytes | bytearray, *, limit_bytes: int | None = None) 
         Fault: when it is a fault.
         LimitExceeded, ProtocolError: as `decode_call`.
     """
-    _check_size(body, process_limits().answer_bytes if limit_bytes is None else limit_bytes)
+    _check_size(body, "answer_bytes", process_limits().answer_bytes if limit_bytes is None else limit_bytes)
     try:
         return xmlrpc_fast.decode_response(body, ANSWER_NESTING_LIMIT)
     except xmlrpc_fast.NeedsExpat:
@@ -266,6 +266,7 @@ def decode_response(body: bytes | bytearray, *, limit_bytes: int | None = None) 
     return value
 
 
-def _check_size(body: bytes | bytearray, limit_bytes: int) -> None:
+def _check_size(body: bytes | bytearray, limit_name: str, limit_bytes: int) -> None:
     if len(body) > limit_bytes:
-        raise LimitExceeded(f"an XML-RPC document of {len(body)} bytes; the limit is {limit_bytes}")
+        limit = limit_text(limit_name, limit_bytes)
+        raise LimitExceeded(f"an XML-RPC document of {len(body)} bytes; {limit}")

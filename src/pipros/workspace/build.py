@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pipros
 from pipros.errors import PiprosError
@@ -35,7 +36,8 @@ from pipros.workspace.manifest import read_manifest
 from pipros.workspace.setup_files import write_if_changed, write_setup_files
 from pipros.workspace.validate import check_interfaces, check_manifest
 
-Say = Callable[[str], None]
+if TYPE_CHECKING:
+    from pipros.printable import Say
 
 
 @dataclass(slots=True)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipros.cmake.copying import PROGRAM_MODE, Copy, copy, copy_file
 from pipros.errors import NotFound
@@ -18,7 +19,9 @@ from pipros.workspace.layout import Layout
 from pipros.workspace.setup_files import write_if_changed
 from pipros.workspace.setup_py import PythonSetup, read_setup_py
 
-Say = Callable[[str], None]
+if TYPE_CHECKING:
+    from pipros.printable import Say
+
 
 _RELAY = """\
 #!/usr/bin/env python3

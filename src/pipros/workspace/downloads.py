@@ -13,7 +13,7 @@ _TIMEOUT_S = 60.0
 _CHUNK_BYTES = 1 << 20
 
 
-def fetch(download: Download, say: Callable[[str], None]) -> None:
+def fetch(download: Download, say: Callable[[str], object]) -> None:
     """Downloads a file, unless it exists and has the right MD5. A failure is printed, not raised."""
     path = Path(download.path)
     if path.is_file() and download.md5 in ("", _md5(path)):

@@ -90,7 +90,7 @@ def build(
     packages: Sequence[SourcePackage],
     layout: Layout,
     options: BuildOptions,
-    say: Callable[[str], None],
+    say: Callable[[str], object],
 ) -> None:
     """Builds packages into the devel space. The output of the tools goes to that of this process.
 

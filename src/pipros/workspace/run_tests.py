@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipros.workspace import genuine_catkin
 from pipros.workspace.catkin.project import Project, TestEntry
@@ -16,7 +17,10 @@ from pipros.workspace.interpreter import program_environment
 from pipros.workspace.layout import Layout
 from pipros.workspace.make_targets import is_wanted, label, results_label
 
-Say = Callable[[str], None]
+if TYPE_CHECKING:
+    from pipros.printable import Say
+
+
 LeaveError = Callable[[Path, str, str], None]
 """Called with the result file to write, the name of the test, and the error."""
 

@@ -25,13 +25,13 @@ def test_frames_go_out_in_order_however_they_are_cut(step: int) -> None:
     while backlog:
         sent = contents(backlog)[:step]
         out += sent
-        frames += backlog.forget(len(sent))
+        frames += backlog.remove_sent(len(sent))
     assert (out, frames) == (b"abcdefghijk", 3)
 
 
 def test_the_oldest_are_dropped_and_never_one_that_is_partly_out() -> None:
     backlog = backlog_of((b"abc",), (b"def",), (b"ghi",), (b"jkl",))
-    backlog.forget(1)
+    backlog.remove_sent(1)
 
     assert backlog.drop_oldest(1, MANY) == 2
     assert contents(backlog) == b"bcjkl"
@@ -48,7 +48,7 @@ def test_no_more_bytes_wait_than_the_limit_but_the_newest_frame_always_does() ->
 
 def test_room_that_was_made_can_be_used_again() -> None:
     backlog = backlog_of((b"abc",), (b"def",))
-    backlog.forget(6)
+    backlog.remove_sent(6)
     backlog.append((b"ghijkl",), 6)
 
     assert backlog.drop_oldest(None, 6) == 0
@@ -61,7 +61,7 @@ def test_what_is_left_of_a_frame_comes_first() -> None:
     backlog.append((b"g",), 1)
 
     assert contents(backlog) == b"efg"
-    assert (backlog.forget(3), bool(backlog)) == (2, False)
+    assert (backlog.remove_sent(3), bool(backlog)) == (2, False)
 
 
 def test_buffers_that_the_publisher_may_change_are_copied() -> None:

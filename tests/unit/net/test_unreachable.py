@@ -12,9 +12,9 @@ from pipros.net.unreachable import explain, host_of
 @pytest.mark.parametrize(
     ("peer", "said"),
     [
-        ("http://no-such-robot.invalid:1234/", "does not know the name [no-such-robot.invalid]: set ROS_IP"),
-        ("http://localhost:1/", "means this machine only"),
-        ("203.0.113.5:1", "a firewall is in between"),
+        ("http://no-such-robot.invalid:1234/", "cannot resolve the name [no-such-robot.invalid]: set ROS_IP"),
+        ("http://localhost:1/", "is local: the node has ended"),
+        ("203.0.113.5:1", "a firewall blocks it"),
     ],
 )
 def test_advice_fits_the_address(peer: str, said: str) -> None:

@@ -36,9 +36,9 @@ def receive(buffer: FrameBuffer, data: bytes) -> list[bytes]:
     """As a socket does it: into the room that there is."""
     frames, view = [], memoryview(data)
     while view:
-        room = buffer.room()
-        count = min(len(room), len(view))
-        room[:count] = view[:count]
+        space = buffer.space()
+        count = min(len(space), len(view))
+        space[:count] = view[:count]
         view = view[count:]
         frames += [bytes(frame) for frame in buffer.received(count)]
     return frames
@@ -79,19 +79,19 @@ def test_a_frame_above_the_limit_is_refused_before_it_arrives() -> None:
 def test_memory_grows_with_what_arrives_not_with_what_is_claimed() -> None:
     buffer = FrameBuffer()
     claim = struct.pack("<I", 1 << 29)
-    buffer.room()[: len(claim)] = claim
+    buffer.space()[: len(claim)] = claim
     assert list(buffer.received(len(claim))) == []
-    assert len(buffer.room()) < 1 << 17
+    assert len(buffer.space()) < 1 << 17
 
 
 def test_room_is_used_again() -> None:
     buffer = FrameBuffer()
-    first = buffer.room()
+    first = buffer.space()
     for _ in range(1000):
         data = framed(b"x" * 1000)
-        buffer.room()[: len(data)] = data
+        buffer.space()[: len(data)] = data
         assert [bytes(frame) for frame in buffer.received(len(data))] == [b"x" * 1000]
-    assert buffer.room().obj is first.obj
+    assert buffer.space().obj is first.obj
 
 
 def test_the_memory_of_a_large_frame_is_given_back_when_small_ones_follow() -> None:
@@ -99,14 +99,14 @@ def test_the_memory_of_a_large_frame_is_given_back_when_small_ones_follow() -> N
     assert len(receive(buffer, framed(bytes(4_000_000)))) == 1
     for _ in range(250):
         assert receive(buffer, framed(b"small")) == [b"small"]
-    assert len(buffer.room()) <= 128 * 1024
+    assert len(buffer.space()) <= 128 * 1024
 
 
 def test_the_memory_for_large_frames_stays_as_long_as_they_come() -> None:
     buffer = FrameBuffer()
     for number in range(300):
         receive(buffer, framed(bytes(1_000_000) if number % 50 == 0 else b"small"))
-    assert len(buffer.room()) >= 1_000_000
+    assert len(buffer.space()) >= 1_000_000
 
 
 def test_an_idle_link_gives_the_memory_back_but_never_a_part_of_a_frame() -> None:
@@ -133,7 +133,7 @@ def test_feeding_a_stream_takes_no_more_memory_than_its_largest_piece() -> None:
     fed(buffer, piece[:50])
     for _ in range(100):
         assert len(fed(buffer, piece[50:] + piece[:50])) == 100
-    assert len(buffer.room()) < 4 * len(piece)
+    assert len(buffer.space()) < 4 * len(piece)
 
 
 def test_frames_that_were_fed_are_there_before_they_are_asked_for() -> None:

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pipros.errors import LimitExceeded
-from pipros.wire.http import HttpError, Request, RequestReader, ResponseReader, build_request, build_response
+from pipros.wire.http import (
+    HttpError,
+    HttpLimitExceeded,
+    Request,
+    RequestReader,
+    ResponseReader,
+    build_request,
+    build_response,
+)
 
 
 def request(*headers: str, body: bytes = b"", start: str = "POST /RPC2 HTTP/1.1") -> bytes:
@@ -225,3 +235,24 @@ def test_what_is_no_response_is_refused(stream: bytes) -> None:
 def test_a_response_that_never_ends_is_refused_at_the_limit() -> None:
     with pytest.raises(LimitExceeded):
         ResponseReader(body_limit=10).feed(b"HTTP/1.1 200 OK\r\n\r\n" + b"x" * 11)
+
+
+@pytest.mark.parametrize(
+    ("feed", "name"),
+    [
+        (lambda: read(request("Content-Length: 101"), RequestReader(body_limit=100)), "body_bytes"),
+        (
+            lambda: read(
+                request("Transfer-Encoding: chunked", body=b"65\r\n"), RequestReader(body_limit=100)
+            ),
+            "body_bytes",
+        ),
+        (
+            lambda: ResponseReader(body_limit=100).feed(b"HTTP/1.1 200 OK\r\nContent-Length: 101\r\n\r\n"),
+            "answer_bytes",
+        ),
+    ],
+)
+def test_a_body_above_the_limit_says_which_limit_to_raise(feed: Callable[[], object], name: str) -> None:
+    with pytest.raises(HttpLimitExceeded, match=rf"the limit is \d+ \({name} in PIPROS_LIMITS\)"):
+        feed()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.program import USAGE_ERROR, option_parser
+from pipros.cli.program import USAGE_ERROR, option_parser, single_argument
 from pipros.errors import NotFound
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.type_catalogue import TypeCatalogue
@@ -39,14 +39,16 @@ def list_package(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]
         "-s", action="store_true", dest="is_one_line", default=False, help="list all msgs on a single line"
     )
     options, arguments = parser.parse_args(list(argv))
-    if len(arguments) > 1:
-        parser.error("you may only specify one message type")
-    if not arguments:
-        parser.error("you must specify a package")
+    package = single_argument(
+        parser,
+        arguments,
+        missing="you must specify a package",
+        several="you may only specify one message type",
+    )
     try:
-        types = [f"{arguments[0]}/{name}" for name in interfaces.names(arguments[0])]
+        types = [f"{package}/{name}" for name in interfaces.names(package)]
     except NotFound:
-        print(f"Invalid package: {arguments[0]}", file=sys.stderr)
+        print(f"Invalid package: {package}", file=sys.stderr)
         for number, folder in enumerate(PackageIndex.from_environment().folders):
             print(f"ROS path [{number}]={folder}", file=sys.stderr)
         return USAGE_ERROR

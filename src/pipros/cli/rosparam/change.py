@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.cli.program import CommandError, option_parser
+from pipros.cli.rosparam.arguments import add_verbose_option, parse_name
 from pipros.graph.client import GraphClient
 from pipros.graph.param_files import parse_value
 from pipros.graph.params import delete, write
@@ -35,7 +36,7 @@ def set_parameter(argv: Sequence[str]) -> int:
         metavar="BINARY_FILE",
         help="set parameters to contents of binary file",
     )
-    parser.add_option("-v", dest="verbose", action="store_true", help="turn on verbose output")
+    add_verbose_option(parser)
     marked = [_VALUE_MARK + word if _NEGATIVE_NUMBER.match(word) else word for word in argv]
     options, arguments = parser.parse_args(marked)
     arguments = [word.removeprefix(_VALUE_MARK) for word in arguments]
@@ -83,7 +84,7 @@ def _contents(file: str) -> bytes:
 
 def load_parameters(argv: Sequence[str]) -> int:
     parser = option_parser("rosparam", "load [options] file [namespace]")
-    parser.add_option("-v", dest="verbose", action="store_true", help="turn on verbose output")
+    add_verbose_option(parser)
     options, arguments = parser.parse_args(list(argv))
     if not arguments:
         parser.error("invalid arguments. Please specify a file name or - for stdin")
@@ -110,14 +111,10 @@ def load_parameters(argv: Sequence[str]) -> int:
 
 def delete_parameter(argv: Sequence[str]) -> int:
     parser = option_parser("rosparam", "delete [options] parameter")
-    parser.add_option("-v", dest="verbose", action="store_true", help="turn on verbose output")
-    options, arguments = parser.parse_args(list(argv))
-    if not arguments:
-        parser.error("invalid arguments. Please specify a parameter name")
-    if len(arguments) > 1:
-        parser.error("too many arguments")
+    add_verbose_option(parser)
+    options, name = parse_name(parser, argv)
     with GraphClient("rosparam") as graph:
-        name = graph.resolve(arguments[0])
+        name = graph.resolve(name)
         delete(graph.master, name)
     if options.verbose:
         print(f"deleted parameter [{name}]")

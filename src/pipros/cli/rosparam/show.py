@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.cli.program import CommandError, option_parser
+from pipros.cli.rosparam.arguments import add_verbose_option, parse_name
 from pipros.graph.client import GraphClient
 from pipros.graph.param_text import as_document, as_pretty_text, as_shown
 from pipros.graph.params import leaves, names_below, read
@@ -15,14 +16,10 @@ from pipros.printable import listed, printable_lines
 def get_parameter(argv: Sequence[str]) -> int:
     parser = option_parser("rosparam", "get [options] parameter")
     parser.add_option("-p", dest="pretty", action="store_true", help="pretty print. WARNING: not YAML-safe")
-    parser.add_option("-v", dest="verbose", action="store_true", help="turn on verbose output")
-    options, arguments = parser.parse_args(list(argv))
-    if not arguments:
-        parser.error("invalid arguments. Please specify a parameter name")
-    if len(arguments) > 1:
-        parser.error("too many arguments")
+    add_verbose_option(parser)
+    options, name = parse_name(parser, argv)
     with GraphClient("rosparam") as graph:
-        name = graph.resolve(arguments[0])
+        name = graph.resolve(name)
         if options.verbose:
             print(f"getting parameter [{name}]")
         value = read(graph.master, name)
@@ -48,7 +45,7 @@ def list_parameters(argv: Sequence[str]) -> int:
 
 def dump_parameters(argv: Sequence[str]) -> int:
     parser = option_parser("rosparam", "dump [options] file [namespace]")
-    parser.add_option("-v", dest="verbose", action="store_true", help="turn on verbose output")
+    add_verbose_option(parser)
     options, arguments = parser.parse_args(list(argv))
     if len(arguments) > 2:
         parser.error("too many arguments")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.program import option_parser
+from pipros.cli.program import option_parser, single_argument
 from pipros.graph.client import GraphClient
 from pipros.graph.services import (
     argument_names,
@@ -80,22 +80,25 @@ def show_args(argv: Sequence[str]) -> int:
 def _one_service(subcommand: str, argv: Sequence[str]) -> str:
     parser = option_parser("rosservice", f"{subcommand} /service")
     _, arguments = parser.parse_args(list(parse_arguments(argv).rest))
-    if not arguments:
-        parser.error("service must be specified")
-    if len(arguments) > 1:
-        parser.error("you may only specify one input service")
-    return str(arguments[0])
+    return single_argument(
+        parser,
+        arguments,
+        missing="service must be specified",
+        several="you may only specify one input service",
+    )
 
 
 def show_info(argv: Sequence[str]) -> int:
     parser = option_parser("rosservice", "info /service")
     _, arguments = parser.parse_args(list(parse_arguments(argv).rest))
-    if not arguments:
-        parser.error("you must specify a service name")
-    if len(arguments) > 1:
-        parser.error("you may only specify one service")
+    name = single_argument(
+        parser,
+        arguments,
+        missing="you must specify a service name",
+        several="you may only specify one service",
+    )
     with GraphClient("rosservice") as graph:
-        service = graph.resolve(arguments[0])
+        service = graph.resolve(name)
         node = nodes_by_service(graph.master).get(service)
         if node is None:
             print("ERROR: unknown service", file=sys.stderr)
@@ -111,10 +114,12 @@ def show_info(argv: Sequence[str]) -> int:
 def find_services(argv: Sequence[str]) -> int:
     parser = option_parser("rosservice", "find msg-type")
     _, arguments = parser.parse_args(list(parse_arguments(argv).rest))
-    if not arguments:
-        parser.error("please specify a message type")
-    if len(arguments) > 1:
-        parser.error("you may only specify one message type")
+    type_name = single_argument(
+        parser,
+        arguments,
+        missing="please specify a message type",
+        several="you may only specify one message type",
+    )
     with GraphClient("rosservice") as graph:
-        print("\n".join(map(listed, services_of_type(graph.master, arguments[0]))))
+        print("\n".join(map(listed, services_of_type(graph.master, type_name))))
     return 0

@@ -7,7 +7,8 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from pipros.cli.program import option_parser
+from pipros.cli.program import option_parser, single_argument
+from pipros.cli.rostopic.window_option import add_window_option, window_of
 from pipros.graph.client import GraphClient
 from pipros.graph.measurements import BANDWIDTH_WINDOW, bandwidth_text
 from pipros.graph.samples import BandwidthWindow
@@ -21,27 +22,20 @@ REPORT_PERIOD_S = 1.0
 
 def measure_bandwidth(argv: Sequence[str]) -> int:
     parser = option_parser("rostopic", "bw /topic")
-    parser.add_option(
-        "-w",
-        "--window",
-        dest="window",
-        metavar="WINDOW",
-        help="window size, in # of messages, for calculating rate",
-    )
+    add_window_option(parser)
     options, arguments = parser.parse_args(list(parse_arguments(argv).rest))
-    if not arguments:
-        parser.error("topic must be specified")
-    if len(arguments) > 1:
-        parser.error("you may only specify one input topic")
-    try:
-        window = BANDWIDTH_WINDOW if options.window is None else int(options.window)
-    except ValueError:
-        parser.error("window size must be an integer")
+    name = single_argument(
+        parser,
+        arguments,
+        missing="topic must be specified",
+        several="you may only specify one input topic",
+    )
+    window = window_of(parser, options, BANDWIDTH_WINDOW)
     from pipros.cli.command_node import command_node
     from pipros.graph.listening import Listening, wait_for_topic
 
     with GraphClient("rostopic") as graph:
-        topic = wait_for_topic(graph.master, graph.resolve(arguments[0])).topic
+        topic = wait_for_topic(graph.master, graph.resolve(name)).topic
     bandwidth, lock = BandwidthWindow(window), threading.Lock()
 
     def count(raw: RawMessage) -> None:

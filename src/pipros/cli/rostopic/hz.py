@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from pipros.cli.program import option_parser
+from pipros.cli.rostopic.window_option import add_window_option, window_of
 from pipros.graph.client import GraphClient
 from pipros.graph.measurements import Rates
 from pipros.graph.samples import DEFAULT_WINDOW
@@ -73,13 +74,7 @@ def measure_rate(argv: Sequence[str]) -> int:
 
 def _parse(argv: list[str]) -> tuple[list[str], HzOptions]:
     parser = option_parser("rostopic", "hz [options] /topic_0 [/topic_1 [topic_2 [..]]]")
-    parser.add_option(
-        "-w",
-        "--window",
-        dest="window",
-        metavar="WINDOW",
-        help="window size, in # of messages, for calculating rate",
-    )
+    add_window_option(parser)
     parser.add_option(
         "--filter",
         dest="expression",
@@ -104,8 +99,5 @@ def _parse(argv: list[str]) -> tuple[list[str], HzOptions]:
     options, arguments = parser.parse_args(argv)
     if not arguments:
         parser.error("topic must be specified")
-    try:
-        window = DEFAULT_WINDOW if options.window is None else int(options.window)
-    except ValueError:
-        parser.error("window size must be an integer")
+    window = window_of(parser, options, DEFAULT_WINDOW)
     return arguments, HzOptions(window, options.expression, options.wall_time, options.tcp_nodelay)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.program import option_parser
+from pipros.cli.program import option_parser, single_argument
 from pipros.errors import NotFound
 from pipros.graph.client import GraphClient
 from pipros.graph.topics import describe_topic, field_type, topic_type, topics_of_type
@@ -16,12 +16,14 @@ from pipros.printable import listed
 def show_info(argv: Sequence[str]) -> int:
     parser = option_parser("rostopic", "info /topic")
     _, arguments = parser.parse_args(list(parse_arguments(argv).rest))
-    if not arguments:
-        parser.error("you must specify a topic name")
-    if len(arguments) > 1:
-        parser.error("you may only specify one topic name")
+    name = single_argument(
+        parser,
+        arguments,
+        missing="you must specify a topic name",
+        several="you may only specify one topic name",
+    )
     with GraphClient("rostopic") as graph:
-        print(describe_topic(graph.master, graph.resolve(arguments[0])))
+        print(describe_topic(graph.master, graph.resolve(name)))
     return 0
 
 
@@ -55,10 +57,12 @@ def _unknown_type(asked: str) -> int:
 def find_topics(argv: Sequence[str]) -> int:
     parser = option_parser("rostopic", "find msg-type")
     _, arguments = parser.parse_args(list(parse_arguments(argv).rest))
-    if not arguments:
-        parser.error("please specify a message type")
-    if len(arguments) > 1:
-        parser.error("you may only specify one message type")
+    type_name = single_argument(
+        parser,
+        arguments,
+        missing="please specify a message type",
+        several="you may only specify one message type",
+    )
     with GraphClient("rostopic") as graph:
-        print("\n".join(map(listed, topics_of_type(graph.master, arguments[0]))))
+        print("\n".join(map(listed, topics_of_type(graph.master, type_name))))
     return 0

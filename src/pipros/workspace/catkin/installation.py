@@ -6,10 +6,14 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from pipros.cmake.copying import PROGRAM_MODE, Copy, Say, copy, read_copies
+from pipros.cmake.copying import PROGRAM_MODE, Copy, copy, read_copies
 from pipros.cmake.program import script_interpreter
 from pipros.cmake.scope import Scope
+
+if TYPE_CHECKING:
+    from pipros.printable import Say
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from pipros.cmake.language import CMakeError
 from pipros.workspace.catkin.steps import Step, Steps
 
-Say = Callable[[str], None]
+if TYPE_CHECKING:
+    from pipros.printable import Say
 
 
 class StepRunner:

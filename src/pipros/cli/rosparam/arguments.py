@@ -1,0 +1,23 @@
+"""The options and arguments that several subcommands of `rosparam` have."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from optparse import OptionParser, Values
+
+from pipros.cli.program import single_argument
+
+
+def add_verbose_option(parser: OptionParser) -> None:
+    parser.add_option("-v", dest="verbose", action="store_true", help="turn on verbose output")
+
+
+def parse_name(parser: OptionParser, argv: Sequence[str]) -> tuple[Values, str]:
+    """The options, and the name of the one parameter."""
+    options, arguments = parser.parse_args(list(argv))
+    return options, single_argument(
+        parser,
+        arguments,
+        missing="invalid arguments. Please specify a parameter name",
+        several="too many arguments",
+    )

@@ -1,0 +1,23 @@
+"""The option `--window` of `rostopic hz` and `rostopic bw`."""
+
+from __future__ import annotations
+
+from optparse import OptionParser, Values
+
+
+def add_window_option(parser: OptionParser) -> None:
+    parser.add_option(
+        "-w",
+        "--window",
+        dest="window",
+        metavar="WINDOW",
+        help="window size, in # of messages, for calculating rate",
+    )
+
+
+def window_of(parser: OptionParser, options: Values, default: int) -> int:
+    """The window in messages. Exits with an error when it is not a whole number."""
+    try:
+        return default if options.window is None else int(options.window)
+    except ValueError:
+        parser.error("window size must be an integer")
