@@ -6,7 +6,7 @@ for the caller's error, `MasterFailure` for the master's, `socket.error` when it
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 from pipros.errors import ProtocolError, Unreachable
 from pipros.net.master_client import MasterClient
@@ -59,6 +59,7 @@ class Master:
         self._reinit(master_uri)
 
     def _reinit(self, master_uri: str) -> None:
+        self._handle: Any = None
         try:
             host, port = parse_http_host_and_port(master_uri)
             self.client = MasterClient(f"http://{_bracketed(host)}:{port}/", self.caller_id)
@@ -68,14 +69,25 @@ class Master:
 
     @property
     def handle(self) -> Any:
-        """An `xmlrpc.client.ServerProxy` of the master, for what has no method here."""
+        """An `xmlrpc.client.ServerProxy` of the master, for what has no method here.
+
+        What is put in its place is called by all methods, with the caller id first: `handle.getPid("/me")`.
+        """
+        if self._handle is not None:
+            return self._handle
         from xmlrpc.client import ServerProxy
 
         return ServerProxy(self.master_uri)
 
+    @handle.setter
+    def handle(self, value: Any) -> None:
+        self._handle = value
+
     def _call(self, method: str, *params: Any) -> Any:
+        if self._handle is not None:
+            return self._succeed(getattr(self._handle, method)(self.caller_id, *params))
         try:
-            code, text, value = self.client.call_raw(method, *params)
+            answer = self.client.call_raw(method, *params)
         except Unreachable as error:
             raise error.__cause__ or ConnectionError(str(error)) from None
         except Fault as error:
@@ -84,47 +96,52 @@ class Master:
             raise ClientFault(error.code, error.text) from None
         except ProtocolError as error:
             raise MasterFailure(str(error)) from None
+        return self._succeed(answer)
+
+    def _succeed(self, args: Any) -> Any:
+        """The value of an answer `[code, text, value]`; raises for the other codes than 1."""
+        code, text, value = args
         if code == 1:
             return value
         raise (MasterError if code == -1 else MasterFailure)(text)
 
     def is_online(self) -> bool:
-        """True when the master answers. Other errors than that it cannot be reached are raised."""
+        """True when the master answers as it should."""
         try:
             self.getPid()
-        except OSError:
+        except (OSError, MasterException, TypeError, ValueError):
             return False
         return True
 
     def getPid(self) -> int:  # noqa: N802  # the names of this class are the API's
-        return int(self._call("getPid"))
+        return cast(int, self._call("getPid"))
 
     def getUri(self) -> str:  # noqa: N802
-        return str(self._call("getUri"))
+        return cast(str, self._call("getUri"))
 
     def registerService(self, service: str, service_api: str, caller_api: str) -> int:  # noqa: N802
-        return int(self._call("registerService", service, service_api, caller_api))
+        return cast(int, self._call("registerService", service, service_api, caller_api))
 
     def unregisterService(self, service: str, service_api: str) -> int:  # noqa: N802
-        return int(self._call("unregisterService", service, service_api))
+        return cast(int, self._call("unregisterService", service, service_api))
 
     def registerSubscriber(self, topic: str, topic_type: str, caller_api: str) -> Any:  # noqa: N802
         return self._call("registerSubscriber", topic, topic_type, caller_api)
 
     def unregisterSubscriber(self, topic: str, caller_api: str) -> int:  # noqa: N802
-        return int(self._call("unregisterSubscriber", topic, caller_api))
+        return cast(int, self._call("unregisterSubscriber", topic, caller_api))
 
     def registerPublisher(self, topic: str, topic_type: str, caller_api: str) -> Any:  # noqa: N802
         return self._call("registerPublisher", topic, topic_type, caller_api)
 
     def unregisterPublisher(self, topic: str, caller_api: str) -> int:  # noqa: N802
-        return int(self._call("unregisterPublisher", topic, caller_api))
+        return cast(int, self._call("unregisterPublisher", topic, caller_api))
 
     def lookupNode(self, node_name: str) -> str:  # noqa: N802
-        return str(self._call("lookupNode", node_name))
+        return cast(str, self._call("lookupNode", node_name))
 
     def lookupService(self, service: str) -> str:  # noqa: N802
-        return str(self._call("lookupService", service))
+        return cast(str, self._call("lookupService", service))
 
     def getTopicTypes(self) -> Any:  # noqa: N802
         return self._call("getTopicTypes")
@@ -139,16 +156,16 @@ class Master:
         return self._call("getParam", key)
 
     def setParam(self, key: str, value: Any) -> int:  # noqa: N802
-        return int(self._call("setParam", key, value))
+        return cast(int, self._call("setParam", key, value))
 
     def hasParam(self, key: str) -> bool:  # noqa: N802
-        return bool(self._call("hasParam", key))
+        return cast(bool, self._call("hasParam", key))
 
     def deleteParam(self, key: str) -> int:  # noqa: N802
-        return int(self._call("deleteParam", key))
+        return cast(int, self._call("deleteParam", key))
 
     def searchParam(self, key: str) -> str:  # noqa: N802
-        return str(self._call("searchParam", key))
+        return cast(str, self._call("searchParam", key))
 
     def getParamNames(self) -> Any:  # noqa: N802
         return self._call("getParamNames")
@@ -157,7 +174,7 @@ class Master:
         return self._call("subscribeParam", caller_api, key)
 
     def unsubscribeParam(self, caller_api: str, key: str) -> int:  # noqa: N802
-        return int(self._call("unsubscribeParam", caller_api, key))
+        return cast(int, self._call("unsubscribeParam", caller_api, key))
 
 
 def _bracketed(host: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import socket
 import sys
 from collections.abc import Mapping, Sequence
@@ -20,8 +21,26 @@ PRIV_NAME = "~"
 REMAP = ":="
 ANYTYPE = "*"
 
-make_global_ns = _names.make_global_namespace
+# For those who match by themselves; the functions below go by `pipros.names`.
+NAME_LEGAL_CHARS_P = re.compile(r"^[~/A-Za-z][\w/]*$", re.ASCII)
+BASE_NAME_LEGAL_CHARS_P = re.compile(r"^[A-Za-z]\w*$", re.ASCII)
+REMAP_PATTERN = re.compile(r"^[~/A-Za-z_][\w/]*:=.*", re.ASCII)
+
 ns_join = _names.join
+
+
+def isstring(s: object) -> bool:
+    """Whether it is a text."""
+    return isinstance(s, str)
+
+
+def make_global_ns(name: str) -> str:
+    """The namespace as a global one, with a slash at its end.
+
+    Raises:
+        ValueError: for a private name.
+    """
+    return _names.make_global_namespace(name)
 
 
 def is_global(name: str) -> bool:
@@ -82,7 +101,11 @@ def script_resolve_name(script_name: str, name: str) -> str:
     """The global name that `name` means to a script: relative to `ROS_NAMESPACE`, private to the script."""
     if not name:
         return get_ros_namespace()
-    return resolve_name(name, ns_join(get_ros_namespace(), script_name))
+    if is_global(name):
+        return name
+    if is_private(name):
+        return ns_join(make_caller_id(script_name), name[1:])
+    return ns_join(get_ros_namespace(), name)
 
 
 def load_mappings(argv: Sequence[str]) -> dict[str, str]:
@@ -94,9 +117,9 @@ def load_mappings(argv: Sequence[str]) -> dict[str, str]:
     return {**legal, **parsed.special}
 
 
-def is_legal_remap(arg: str) -> bool:
+def is_legal_remap(arg: str | None) -> bool:
     """True for an argument that remaps a legal name, or sets a parameter or a `__special`."""
-    return _names.is_legal_remapping(arg)
+    return arg is not None and _names.is_legal_remapping(arg)
 
 
 def anonymous_name(id: Any) -> str:  # noqa: A002  # the name callers may use

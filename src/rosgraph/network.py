@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import socket
 import sys
@@ -19,6 +20,8 @@ __all__ = [
     "ROS_HOSTNAME",
     "ROS_IP",
     "ROS_IPV6",
+    "SIOCGIFADDR",
+    "SIOCGIFCONF",
     "ROSHandshakeException",
     "create_local_xmlrpc_uri",
     "decode_ros_handshake_header",
@@ -29,11 +32,21 @@ __all__ = [
     "get_local_address",
     "get_local_addresses",
     "is_local_address",
+    "logger",
     "parse_http_host_and_port",
+    "python3",
     "read_ros_handshake_header",
     "use_ipv6",
     "write_ros_handshake_header",
 ]
+
+
+# What ioctl() calls the list of network interfaces, and the address of one, on Linux.
+SIOCGIFCONF = 0x8912
+SIOCGIFADDR = 0x8915
+python3 = 1
+
+logger = logging.getLogger("rosgraph.network")
 
 
 class ROSHandshakeException(Exception):  # the name that ROS code catches
@@ -133,9 +146,21 @@ def create_local_xmlrpc_uri(port: int) -> str:
     return _address.uri(get_host_name(), port)
 
 
-def encode_ros_handshake_header(header: Mapping[str, Any]) -> bytes:
-    """A connection header as TCPROS sends it, its length first."""
-    return encode_header(header)
+def encode_ros_handshake_header(header: Mapping[Any, Any]) -> bytes:
+    """A connection header as TCPROS sends it, its length first. Keys and values are texts, or bytes in UTF-8.
+
+    Raises:
+        TypeError: one is neither.
+    """
+    return encode_header({_text(key): _text(value) for key, value in header.items()})
+
+
+def _text(part: object) -> str:
+    if isinstance(part, bytes):
+        return part.decode()
+    if not isinstance(part, str):
+        raise TypeError(f"header fields must be text or bytes, got {type(part).__name__}: {part!r}")
+    return part
 
 
 def decode_ros_handshake_header(header_str: bytes) -> dict[str, str]:
@@ -150,7 +175,7 @@ def decode_ros_handshake_header(header_str: bytes) -> dict[str, str]:
             f"Incomplete header. Expected {size + 4} bytes but only have {len(header_str)}"
         )
     try:
-        return decode_header(header_str[4:size])
+        return {key.strip(): value for key, value in decode_header(header_str[4:size]).items()}
     except ProtocolError as error:
         raise ROSHandshakeException(str(error)) from None
 
@@ -178,7 +203,7 @@ def read_ros_handshake_header(sock: socket.socket, b: Any, buff_size: int) -> di
     return fields
 
 
-def write_ros_handshake_header(sock: socket.socket, header: Mapping[str, Any]) -> int:
+def write_ros_handshake_header(sock: socket.socket, header: Mapping[Any, Any]) -> int:
     """Sends a connection header; returns how many bytes it has."""
     data = encode_ros_handshake_header(header)
     sock.sendall(data)

@@ -21,13 +21,13 @@ def get_master_uri(env: Mapping[str, str] | None = None, argv: Sequence[str] | N
     """The URI of the master: `__master:=` in `argv`, else `ROS_MASTER_URI`, else the default.
 
     Raises:
-        ValueError: for `__master:=` without a value.
+        ValueError: for `__master:=` without a value, or with another `:=` in it.
     """
     env = os.environ if env is None else env
     for argument in sys.argv if argv is None else argv:
         if argument.startswith("__master:="):
             _, _, uri = argument.partition(":=")
-            if not uri:
+            if not uri or ":=" in uri:
                 raise ValueError(f"__master remapping argument '{argument}' improperly specified")
             return uri
     return env.get(ROS_MASTER_URI, DEFAULT_MASTER_URI)

@@ -1,20 +1,47 @@
-"""The console handler of ROS, by the name that logging configuration files use."""
+"""`rosgraph.roslogging`: log files of programs that are no nodes, and the console handler of ROS."""
 
 from __future__ import annotations
 
 import logging
 import os
 import sys
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
+from pipros.env import Environment
+from pipros.errors import PiprosError
 from pipros.node.log import ConsoleHandler
+from pipros.node.program_log import link_latest, log_program, make_folders_as_parent
+
+ROS_LOG_DIR = "ROS_LOG_DIR"
+
+
+class LoggingException(Exception):  # the name that ROS code catches
+    """Logging could not be configured."""
+
+
+class RospyLogger(logging.getLoggerClass()):  # type: ignore[misc]  # whatever others have set it to
+    """A logger of genuine rospy. `rospy.loginfo` and its family name their caller without it."""
+
+    def findCaller(self, *args: Any, **kwargs: Any) -> tuple[str, int, str, str | None]:  # noqa: N802
+        """File, line and function that log, and the stack if it is asked for."""
+        return super().findCaller(*args, **kwargs)  # type: ignore[no-any-return]
 
 
 class RosStreamHandler(ConsoleHandler):
     """Writes in the format of `ROSCONSOLE_FORMAT`: DEBUG and INFO to stdout, the rest to stderr."""
 
-    def __init__(self, colorize: bool = True) -> None:
-        super().__init__("", lambda: None, os.environ.get("ROSCONSOLE_FORMAT"), is_coloured=colorize)
+    def __init__(self, colorize: bool = True, stdout: Any = None, stderr: Any = None) -> None:
+        """`stdout` and `stderr` are written to in place of the process's own."""
+        super().__init__(
+            "",
+            lambda: None,
+            os.environ.get("ROSCONSOLE_FORMAT"),
+            is_coloured=colorize,
+            stdout=stdout,
+            stderr=stderr,
+        )
 
     def emit(self, record: logging.LogRecord) -> None:
         rospy: Any = sys.modules.get("rospy.session")  # a configuration is read before there is a node
@@ -23,3 +50,51 @@ class RosStreamHandler(ConsoleHandler):
             self.node_name = rospy.session.name
             self.clock = lambda: node.clock if node is not None else None
         super().emit(record)
+
+
+def configure_logging(
+    logname: str,
+    level: int = logging.INFO,
+    filename: str | None = None,
+    env: Mapping[str, str] | None = None,
+) -> str | None:
+    """Has Python's logging write to a file in the folder of ROS' logs, and to what a configuration file says.
+
+    Args:
+        logname: the logger of the program, and the beginning of the file's name.
+        level: what is written.
+        filename: in place of `<logname>-<pid>.log`.
+        env: in place of the environment of the process.
+
+    Returns:
+        The path of the log file; None when there is no folder for it, which is said on stderr.
+
+    Raises:
+        LoggingException: a file is in the place of the folder, or what `ROS_PYTHON_LOG_CONFIG_FILE` names
+            cannot be used.
+    """
+    try:
+        path = log_program(logname, level, filename, Environment.from_os(env))
+    except PiprosError as error:
+        raise LoggingException(str(error)) from error
+    return None if path is None else str(path)
+
+
+def makedirs_with_parent_perms(p: str) -> None:
+    """Makes a folder and those above it, each with owner and mode of the one that it lies in.
+
+    So folders that root makes in the home of a user are the user's.
+
+    Raises:
+        OSError: one cannot be made.
+    """
+    make_folders_as_parent(Path(p))
+
+
+def renew_latest_logdir(logfile_dir: str) -> bool:
+    """Has the link `latest` beside a folder of logs lead to it; False when `latest` is no link.
+
+    Raises:
+        OSError: the link cannot be made.
+    """
+    return link_latest(Path(logfile_dir))

@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Callable
 from typing import Any
 
 from pipros.env import Environment
+from pipros.interruptible_wait import wait_in_slices
+from pipros.lazy_names import lazy_names
 from pipros.net import address as _address
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_server import RpcServer
 from rosgraph.network import get_host_name
+
+#: Servers of the standard library, which cost more to import than all of the above.
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "ForkingXMLRPCServer": "rosgraph.xmlrpc_servers",
+        "SilenceableXMLRPCRequestHandler": "rosgraph.xmlrpc_servers",
+        "ThreadingXMLRPCServer": "rosgraph.xmlrpc_servers",
+        "isstring": "rosgraph.names",
+    },
+)
 
 _log = logging.getLogger("xmlrpc")
 
@@ -42,6 +56,8 @@ class XmlRpcNode:
         self.uri: str | None = None
         self.server: RpcServer | None = None
         self.on_run_error = on_run_error
+        self.is_shutdown = False
+        self._ended = threading.Event()
         self._loop = BackgroundLoop("xmlrpc node")
 
     def start(self) -> None:
@@ -68,6 +84,12 @@ class XmlRpcNode:
         if self.handler is not None and self.uri is not None:
             self.handler._ready(self.uri)
 
+    def run(self) -> None:
+        """Serves until `shutdown`, in the thread of the caller."""
+        self.start()
+        while not self.is_shutdown and self.server is not None:
+            wait_in_slices(self._ended.wait, None)
+
     def set_uri(self, uri: str) -> None:
         """Tells the node by which URI it is known."""
         self.uri = uri
@@ -75,6 +97,8 @@ class XmlRpcNode:
     def shutdown(self, reason: str) -> None:
         """Ends the server. Harmless when repeated."""
         server, self.server = self.server, None
+        self.is_shutdown = True
+        self._ended.set()
         if server is None:
             return
         _log.debug("ending %s: %s", self.uri, reason)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipros.cli.rosmaster import main as rosmaster_main
-from pipros.env import DEFAULT_MASTER_PORT
+from rosmaster.main import rosmaster_main
+from rosmaster.master import DEFAULT_MASTER_PORT
 
 __all__ = ["DEFAULT_MASTER_PORT", "rosmaster_main"]

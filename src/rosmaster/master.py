@@ -13,9 +13,10 @@ __all__ = ["DEFAULT_MASTER_PORT", "NUM_WORKERS", "Master"]
 class Master:
     """A ROS master. `start()` returns when it answers; `uri` is where."""
 
-    def __init__(self, port: int = DEFAULT_MASTER_PORT, num_workers: int = NUM_WORKERS) -> None:  # noqa: ARG002
+    def __init__(self, port: int = DEFAULT_MASTER_PORT, num_workers: int = NUM_WORKERS) -> None:
         """`num_workers` is accepted for compatibility and has no effect."""
         self.port = port
+        self.num_workers = num_workers
         self.uri: str | None = None
         self._master: master.Master | None = None
 
@@ -24,6 +25,16 @@ class Master:
         self._master.start()
         self.port = self._master.port
         self.uri = self._master.uri
+
+    @property
+    def master_node(self) -> master.Master | None:
+        """What serves; None before `start` and after `stop`."""
+        return self._master
+
+    @property
+    def handler(self) -> master.Master | None:
+        """The same; what answers the calls is `pipros.master.api.MasterApi`."""
+        return self._master
 
     def ok(self) -> bool:
         """True while it runs."""

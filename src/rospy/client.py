@@ -21,10 +21,17 @@ from rospy.logs import ERROR as ERROR
 from rospy.logs import FATAL as FATAL
 from rospy.logs import INFO as INFO
 from rospy.logs import WARN as WARN
+from rospy.logs import logdebug as logdebug
+from rospy.logs import logerr as logerr
+from rospy.logs import loginfo as loginfo
+from rospy.logs import logwarn as logwarn
 from rospy.msproxy import MasterProxy
 from rospy.rostime import in_seconds
+from rospy.service import Service as Service
 from rospy.session import session
 from rospy.topics import Subscriber
+
+TIMEOUT_READY = 15.0
 
 _UNSPECIFIED = object()
 
@@ -240,3 +247,10 @@ def search_param(param_name: str) -> str | None:
 def get_param_names() -> list[str]:
     """The names of all parameters."""
     return session.params.names()
+
+
+def __getattr__(name: str) -> Any:
+    """The state of the node as some packages look at it."""
+    if name == "_init_node_args":
+        return session.init_arguments
+    raise AttributeError(f"module 'rospy.client' has no attribute '{name}'")

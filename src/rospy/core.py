@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import functools
+import logging
+import warnings
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
+from pipros.net.argument_checks import below_root
 from pipros.wire.uri import split_uri
-from rospy.exceptions import ParameterInvalid as ParameterInvalid
+from rospy.logs import LoggingIdentical as LoggingIdentical
+from rospy.logs import LoggingOnce as LoggingOnce
+from rospy.logs import LoggingThrottle as LoggingThrottle
 from rospy.logs import logdebug as logdebug
 from rospy.logs import logdebug_once as logdebug_once
 from rospy.logs import logdebug_throttle as logdebug_throttle
@@ -29,19 +35,48 @@ from rospy.logs import logwarn as logwarn
 from rospy.logs import logwarn_once as logwarn_once
 from rospy.logs import logwarn_throttle as logwarn_throttle
 from rospy.logs import logwarn_throttle_identical as logwarn_throttle_identical
-from rospy.names import get_caller_id as get_caller_id
-from rospy.names import get_name as get_name
-from rospy.names import get_namespace as get_namespace
-from rospy.names import remap_name as remap_name
-from rospy.names import resolve_name as resolve_name
+from rospy.names import *  # noqa: F403  # what others import from here
+from rospy.names import ParameterInvalid, ROSException, ROSInitException
 from rospy.session import session
 
+is_topic = below_root
+
 ROSRPC = "rosrpc://"
+MASTER_NAME = "master"
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+_internal_logger = logging.getLogger("rospy.internal")
+
+# What the client library itself says: for log files, not for `/rosout`.
+rospydebug = _internal_logger.debug
+rospyinfo = _internal_logger.info
+rospywarn = _internal_logger.warning
+rospyerr = _internal_logger.error
+
+
+def deprecated(func: Callable[P, T]) -> Callable[P, T]:
+    """Has each call of the function warn that it is deprecated."""
+
+    @functools.wraps(func)
+    def call(*args: P.args, **kwargs: P.kwargs) -> T:
+        warnings.warn(
+            f"Call to deprecated function {func.__name__}.", category=DeprecationWarning, stacklevel=2
+        )
+        return func(*args, **kwargs)
+
+    return call
 
 
 def is_initialized() -> bool:
     """True once init_node has returned."""
     return session.is_initialized
+
+
+def set_initialized(initialized: bool) -> None:
+    """Has `is_initialized` answer that from now on. `init_node` sees to it for others."""
+    session.is_initialized = initialized
 
 
 def is_shutdown() -> bool:
@@ -68,38 +103,66 @@ def check_hook(hook: object) -> None:
         raise TypeError(f"shutdown hook [{hook}] must be a function or callable object: {type(hook)}")
 
 
-def add_client_shutdown_hook(hook: Callable[[], object]) -> None:
-    """Has `hook` called when the node shuts down, while publishing still works.
+def add_client_shutdown_hook(h: Callable[[], object]) -> None:
+    """Has `h` called when the node shuts down, while publishing still works.
 
     Raises:
         TypeError: it cannot be called.
     """
-    check_hook(hook)
-    session.add_client_hook(hook)
+    check_hook(h)
+    session.add_client_hook(h)
 
 
-def add_preshutdown_hook(hook: Callable[[str], object]) -> None:
-    """Has `hook` called with the reason after the client's hooks; raises as `add_client_shutdown_hook`."""
-    check_hook(hook)
-    session.add_preshutdown_hook(hook)
+def add_preshutdown_hook(h: Callable[[str], object]) -> None:
+    """Has `h` called with the reason after the client's hooks; raises as `add_client_shutdown_hook`."""
+    check_hook(h)
+    session.add_preshutdown_hook(h)
 
 
-def add_shutdown_hook(hook: Callable[[str], object]) -> None:
-    """Has `hook` called with the reason once the node has left the graph; raises as the others."""
-    check_hook(hook)
-    session.add_shutdown_hook(hook)
+def add_shutdown_hook(h: Callable[[str], object]) -> None:
+    """Has `h` called with the reason once the node has left the graph; raises as the others."""
+    check_hook(h)
+    session.add_shutdown_hook(h)
+
+
+def register_signals() -> None:
+    """Has SIGINT and SIGTERM end the node, as `init_node` does unless told not to.
+
+    Raises:
+        ROSInitException: not in the main thread.
+    """
+    session.take_signals()
+
+
+def configure_logging(node_name: str, level: int = logging.INFO) -> None:
+    """Opens the log file of a node, as `init_node` does; see `rosgraph.roslogging.configure_logging`.
+
+    Raises:
+        ROSInitException: the name is no base name or empty.
+    """
+    from rosgraph import roslogging
+
+    name = node_name.strip("/").replace("/", "_")
+    if not name:
+        raise ROSInitException(f"node name [{node_name}] is empty")
+    session.log_file = roslogging.configure_logging("rospy", level, filename=f"{name}.log")
 
 
 def get_node_uri() -> str | None:
     """The URI of the node's slave API; None before init_node."""
+    if session.node_uri is not None:
+        return session.node_uri
     return session.node.uri if session.node is not None else None
+
+
+def set_node_uri(uri: str) -> None:
+    """Has `get_node_uri` answer that from now on."""
+    session.node_uri = uri
 
 
 def get_ros_root(required: bool = False, env: dict[str, str] | None = None) -> str | None:
     """`ROS_ROOT`, which ROS 1 has not needed for long."""
     import os
-
-    from rospy.exceptions import ROSException
 
     root = (os.environ if env is None else env).get("ROS_ROOT")
     if required and root is None:
@@ -113,12 +176,14 @@ def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
     Raises:
         ParameterInvalid: it is not `rosrpc://host:port`.
     """
+    if not uri.startswith(ROSRPC):
+        raise ParameterInvalid(f"Invalid protocol for ROS service URL: {uri}")
     try:
         host, port, _ = split_uri(uri, ["rosrpc"])
     except ValueError:
         host, port = "", 0
-    if not uri.startswith(ROSRPC) or not port:
-        raise ParameterInvalid(f"ERROR: invalid rosrpc address: {uri}")
+    if not port:
+        raise ParameterInvalid(f"ROS service URL is invalid: {uri}")
     return host, port
 
 
@@ -134,8 +199,26 @@ def xmlrpcapi(uri: str | None, cache: bool = True) -> object | None:
     return ServerProxy(uri)
 
 
+class NullHandler(logging.NullHandler):
+    """Takes what is logged, and does nothing with it."""
+
+    def emit(self, record: object) -> None:
+        """Does nothing."""
+
+
+_STATE: dict[str, Callable[[], Any]] = {
+    "_client_ready": lambda: session.is_initialized,
+    "_client_shutdown_hooks": lambda: session.client_hooks,
+    "_in_shutdown": lambda: session.is_shutdown,
+    "_log_filename": lambda: session.log_file,
+    "_preshutdown_hooks": lambda: session.preshutdown_hooks,
+    "_shutdown_hooks": lambda: session.shutdown_hooks,
+    "_uri": get_node_uri,
+}
+
+
 def __getattr__(name: str) -> Any:
     """The state of the node as some packages look at it."""
-    if name == "_in_shutdown":
-        return session.is_shutdown
+    if name in _STATE:
+        return _STATE[name]()
     raise AttributeError(f"module 'rospy.core' has no attribute '{name}'")

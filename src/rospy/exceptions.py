@@ -45,7 +45,3 @@ class TransportTerminated(TransportException):
 
 class TransportInitError(TransportException):
     """A connection could not be made, or its peer refused it."""
-
-
-class ParameterInvalid(Exception):
-    """An argument is not what a function can work with."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import sys
 import time
+from collections.abc import Hashable
 from typing import Any, NamedTuple, Protocol
 
 from pipros.msg import time as msg_time
@@ -40,39 +41,75 @@ class Family(NamedTuple):
     once: Log
 
 
-class CallSites:
-    """When each place in the code that logs with `_once` or `_throttle` last said something."""
+class LoggingThrottle:
+    """Lets one line of each caller through every so many seconds.
+
+    Attributes:
+        last_logging_time_table: when each caller was let through last, in seconds of the node's clock.
+    """
 
     def __init__(self) -> None:
-        self._last: dict[tuple[str, int, int], tuple[float, str]] = {}
+        self.last_logging_time_table: dict[Hashable, float] = {}
 
-    def is_first(self) -> bool:
-        site = self._site()
-        is_first = site not in self._last
-        self._last[site] = 0.0, ""
-        return is_first
-
-    def is_due(self, period: float | msg_time.Duration, text: str | None = None) -> bool:
-        """True when this place said nothing for a while or, given a text, says something else.
-
-        After a clock has gone back everything is due.
-        """
-        site = self._site()
+    def __call__(self, caller_id: Hashable, period: float | msg_time.Duration) -> bool:
+        """True when this caller was not let through for `period`; for everybody after a clock went back."""
         now = get_time() if session.has_time else time.time()
-        last, last_text = self._last.get(site, (-float("inf"), ""))
-        if last <= now < last + in_seconds(period) and text in (None, last_text):
+        last = self.last_logging_time_table.get(caller_id)
+        if last is not None and last <= now <= last + in_seconds(period):
             return False
-        self._last[site] = now, text or ""
+        if last is not None and last > now:
+            self.last_logging_time_table.clear()
+        self.last_logging_time_table[caller_id] = now
         return True
 
-    @staticmethod
-    def _site() -> tuple[str, int, int]:
-        """The file, the line, and the place of the call within its line."""
-        frame = sys._getframe(3)  # over this method, the one above, and the function of the family
-        return frame.f_code.co_filename, frame.f_lineno, frame.f_lasti
+
+class LoggingIdentical:
+    """Lets a line of a caller through when it differs from its last one.
+
+    Attributes:
+        last_logging_msg_table: the last line of each caller.
+    """
+
+    def __init__(self) -> None:
+        self.last_logging_msg_table: dict[Hashable, str] = {}
+
+    def __call__(self, caller_id: Hashable, msg: str) -> bool:
+        """True when the caller's last line was another one."""
+        is_new = self.last_logging_msg_table.get(caller_id) != msg
+        self.last_logging_msg_table[caller_id] = msg
+        return is_new
 
 
-_once, _throttled, _identical = CallSites(), CallSites(), CallSites()
+class LoggingOnce:
+    """Lets one line of each caller through.
+
+    Attributes:
+        called_caller_ids: the callers that were let through.
+    """
+
+    def __init__(self) -> None:
+        self.called_caller_ids: set[Hashable] = set()
+
+    def __call__(self, caller_id: Hashable) -> bool:
+        """True the first time."""
+        is_new = caller_id not in self.called_caller_ids
+        self.called_caller_ids.add(caller_id)
+        return is_new
+
+
+# A call of one kind, on the same line as one of another, does not disturb it.
+_once, _throttled, _identical, _identical_throttled = (
+    LoggingOnce(),
+    LoggingThrottle(),
+    LoggingIdentical(),
+    LoggingThrottle(),
+)
+
+
+def _caller() -> tuple[str, int, int]:
+    """The file and line that call the function of the family, and the place of the call within the line."""
+    frame = sys._getframe(2)
+    return frame.f_code.co_filename, frame.f_lineno, frame.f_lasti
 
 
 def _logger(kwargs: dict[str, Any]) -> logging.Logger:
@@ -86,17 +123,19 @@ def _family(level: int) -> Family:
 
     def throttle(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
         logger = _logger(kwargs)
-        if _throttled.is_due(period):
+        if _throttled(_caller(), period):
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def throttle_identical(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
         logger = _logger(kwargs)
-        if _identical.is_due(period, str(msg)):
+        caller = _caller()
+        is_due = _identical_throttled(caller, period)
+        if _identical(caller, str(msg)) or is_due:
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def once(msg: object, *args: Any, **kwargs: Any) -> None:
         logger = _logger(kwargs)
-        if _once.is_first():
+        if _once(_caller()):
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     return Family(log, throttle, throttle_identical, once)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pipros import names
@@ -10,9 +10,13 @@ from pipros.names import canonicalize as canonicalize_name
 from pipros.names import is_global as is_global
 from pipros.names import is_private as is_private
 from pipros.names import join as ns_join
-from pipros.names import make_global_namespace as make_global_ns
-from rospy.exceptions import ParameterInvalid as ParameterInvalid
-from rospy.exceptions import ROSException
+from pipros.net.argument_checks import ParameterInvalid as ParameterInvalid
+from pipros.net.argument_checks import global_name as global_name
+from pipros.net.argument_checks import resolved_name as valid_name_validator_resolved
+from pipros.net.argument_checks import unresolved_name as valid_name_validator_unresolved
+from pipros.net.argument_checks import valid_name as valid_name
+from rospy.exceptions import ROSException as ROSException
+from rospy.exceptions import ROSInitException as ROSInitException
 from rospy.session import session
 
 GLOBALNS = SEP = "/"
@@ -26,21 +30,33 @@ __all__ = [
     "SEP",
     "SERVICE_ANYTYPE",
     "TOPIC_ANYTYPE",
+    "ParameterInvalid",
+    "ROSException",
+    "ROSInitException",
     "canonicalize_name",
     "get_caller_id",
     "get_mappings",
     "get_name",
     "get_namespace",
     "get_resolved_mappings",
+    "get_ros_namespace",
     "global_name",
+    "initialize_mappings",
     "is_global",
     "is_private",
+    "isstring",
+    "load_mappings",
     "make_global_ns",
+    "namespace",
     "ns_join",
+    "reload_mappings",
     "remap_name",
     "resolve_name",
     "resolve_name_without_node_name",
     "scoped_name",
+    "valid_name",
+    "valid_name_validator_resolved",
+    "valid_name_validator_unresolved",
 ]
 
 
@@ -101,33 +117,69 @@ def get_mappings() -> dict[str, str]:
 
 
 def get_resolved_mappings() -> dict[str, str]:
-    """The remapping arguments of the node as global names, `__log` and its kind as they were written."""
-    if session.node is None:
-        return {}
-    return {**session.node.identity.arguments.special, **session.node.identity.remappings}
+    """The remapping arguments of the node as global names, `__log` and its kind as they were written.
 
-
-def global_name(param_name: str) -> Callable[[object, str], str]:
-    """A check for an argument of that name: `check(value, caller_id)` returns a value that is a global name.
-
-    The check raises ParameterInvalid for any other value.
+    Empty before init_node, unless `initialize_mappings` was called.
     """
+    if session.node is None and not session.has_settled_remappings:
+        return {}
+    identity = session.identity
+    return {**identity.arguments.special, **identity.remappings}
 
-    def check(value: object, caller_id: str) -> str:
-        del caller_id
-        if not value or not isinstance(value, str):
-            raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be a non-empty string")
-        if not names.is_global(value):
-            raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be a globally referenced name")
-        return value
 
-    return check
+def reload_mappings(argv: Sequence[str]) -> None:
+    """Takes the remappings of another command line; they count for names from `initialize_mappings` on."""
+    session.read_arguments(argv)
+
+
+def initialize_mappings(node_name: str) -> None:
+    """Has names be remapped as those of a node of that full name. `init_node` sees to it for others."""
+    session.settle_remappings(node_name)
+
+
+def make_global_ns(name: str) -> str:
+    """The namespace as a global one, with a slash at its end.
+
+    Raises:
+        ValueError: for a private name.
+    """
+    return names.make_global_namespace(name)
+
+
+def isstring(s: object) -> bool:
+    """Whether it is a text."""
+    return isinstance(s, str)
+
+
+def get_ros_namespace(env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None) -> str:
+    """The namespace of the process; see `rosgraph.names.get_ros_namespace`."""
+    from rosgraph import names as graph_names  # with the rest of rosgraph, which few programs need
+
+    return graph_names.get_ros_namespace(env, argv)
+
+
+def load_mappings(argv: Sequence[str]) -> dict[str, str]:
+    """The remappings of a command line; see `rosgraph.names.load_mappings`."""
+    from rosgraph import names as graph_names
+
+    return graph_names.load_mappings(argv)
+
+
+def namespace(name: str | None) -> str:
+    """The namespace that a name stands in; see `rosgraph.names.namespace`."""
+    from rosgraph import names as graph_names
+
+    return graph_names.namespace(name)
 
 
 def __getattr__(name: str) -> Any:
-    """What few use, and what `rosgraph.names` has."""
-    if name in ("get_ros_namespace", "load_mappings", "namespace"):
-        from rosgraph import names as rosgraph_names
-
-        return getattr(rosgraph_names, name)
+    """The state of names as some packages look at it."""
+    if name == "_mappings":
+        return get_mappings()
+    if name == "_resolved_mappings":
+        return get_resolved_mappings()
+    if name == "_caller_id":
+        return get_name()
+    if name == "_caller_namespace":
+        return get_namespace()
     raise AttributeError(f"module 'rospy.names' has no attribute '{name}'")

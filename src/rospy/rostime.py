@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import threading
 import time
 
 from pipros.msg import time as msg_time
 from pipros.msg.time import NS_PER_S
-from pipros.node.clock import Clock
+from pipros.node.clock import Clock, SimulatedClock
 from rospy.exceptions import ROSInitException
 from rospy.session import session
 
@@ -62,6 +63,15 @@ def get_rostime() -> Time:
 def get_time() -> float:
     """The time of the node's clock in seconds."""
     return clock().now_ns() / NS_PER_S
+
+
+_condition = threading.Condition()
+
+
+def get_rostime_cond() -> threading.Condition:
+    """A condition that is notified when simulated time changes; nothing notifies it in wall time."""
+    clock = session.clock
+    return clock.changed if isinstance(clock, SimulatedClock) else _condition
 
 
 def is_rostime_initialized() -> bool:

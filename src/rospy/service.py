@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pipros.lazy_names import lazy_names
 from pipros.msg import time as msg_time
 from pipros.msg.base import Message
 from pipros.node import Node
 from pipros.node.endpoints import NameInUse
 from pipros.node.service_client import ServiceClient, ServiceFailed
 from pipros.node.service_server import HandlerError, ServiceServer
+from rospy.core import *  # noqa: F403  # what others import from here
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.msg import args_kwds_to_message
 from rospy.rostime import in_seconds
@@ -22,6 +25,8 @@ from rospy.topics import DEFAULT_BUFF_SIZE
 #: How often wait_for_service looks again, and how long one look may take.
 _LOOK_INTERVAL_S = 0.3
 _LOOK_LIMIT_S = 10.0
+
+logger = logging.getLogger("rospy.service")
 
 ErrorHandler = Callable[[BaseException, type[BaseException], BaseException, Any], object]
 
@@ -74,6 +79,8 @@ class Service:
         self._node: Node | None = None
         self._server: ServiceServer | None = None
 
+        self.registered = False
+        self.seq = 0
         self._is_shut_down = False
 
         def serve(node: Node) -> None:
@@ -90,6 +97,8 @@ class Service:
                 raise ServiceException(str(error)) from None
             self._node = node
             self.uri = node.endpoints.service_uri
+            self.registered = True
+            session.services[self.resolved_name] = self
 
         try:
             session.claim_service(self.resolved_name)
@@ -97,11 +106,27 @@ class Service:
             raise ServiceException(str(error)) from None
         session.when_started(serve)
 
+    @property
+    def done(self) -> bool:
+        """True once the service was shut down."""
+        return self._is_shut_down or session.is_shutdown
+
+    def handle(self, transport: object, header: object) -> None:
+        """Answered a connection in genuine rospy; the node of pipros does so itself.
+
+        Raises:
+            NotImplementedError: always.
+        """
+        del header
+        raise NotImplementedError(f"the node of pipros answers {transport} itself")
+
     def shutdown(self, reason: str = "") -> None:
         """Takes the service back. Harmless when repeated."""
         del reason
         self._is_shut_down = True
         session.release_service(self.resolved_name)
+        if session.services.get(self.resolved_name) is self:
+            del session.services[self.resolved_name]
         if self._node is not None and self._server is not None:
             self._node.endpoints.stop_serving(self._server)
 
@@ -186,6 +211,7 @@ class ServiceProxy:
         self.buff_size = DEFAULT_BUFF_SIZE
         self.protocol = ServiceProtocol(self.resolved_name, service_class, self.buff_size)
         self.timeout = timeout
+        self.seq = 0
         self._client = ServiceClient(
             self.resolved_name,
             service_class,
@@ -214,6 +240,7 @@ class ServiceProxy:
         if "timeout" in kwds and "timeout" not in self.request_class.__slots__:
             timeout = kwds.pop("timeout")
         request = args_kwds_to_message(self.request_class, args, kwds)
+        self.seq += 1
         try:
             return self._client.call(request, None if timeout is None else in_seconds(timeout))
         except ServiceFailed as error:
@@ -279,11 +306,18 @@ class _AnyService:
     _request_class = _response_class = Message
 
 
-__all__ = [
-    "ErrorHandler",
-    "Service",
-    "ServiceException",
-    "ServiceProxy",
-    "convert_return_to_response",
-    "wait_for_service",
-]
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "BIDIRECTIONAL": "rospy.impl.transport",
+        "DeadTransport": "rospy.impl.transport",
+        "INBOUND": "rospy.impl.transport",
+        "OUTBOUND": "rospy.impl.transport",
+        "ProtocolHandler": "rospy.impl.transport",
+        "Registration": "rospy.listeners",
+        "ServiceManager": "rospy.managers",
+        "Transport": "rospy.impl.transport",
+        "get_registration_listeners": "rospy.impl.registration",
+        "set_service_manager": "rospy.impl.registration",
+    },
+)

@@ -14,6 +14,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 from pipros import names
@@ -52,14 +53,22 @@ class Session:
         self._init_arguments: tuple[Any, ...] | None = None
         self._waiting_for_node: list[Callable[[Node], object]] = []
         self._early_services: set[str] = set()
-        self._client_hooks: list[Hook] = []
-        self._preshutdown_hooks: list[Hook] = []
-        self._shutdown_hooks: list[Hook] = []
+        self.client_hooks: list[Hook] = []
+        self.preshutdown_hooks: list[Hook] = []
+        self.shutdown_hooks: list[Hook] = []
         self._waits: set[OnceEvent] = set()
         self._is_over = False  # shut down without ever having had a node
         self._lock = threading.RLock()
         self._signals = Signals(self.end)
+        self._has_signals = False
         self._early_clients: tuple[str, MasterClient, Parameters] | None = None
+        self._arguments: names.Arguments | None = None  # in place of those of the command line
+        self._remappings: dict[str, str] | None = None
+        self._is_initialized: bool | None = None  # in place of what the node says
+        self.node_uri: str | None = None
+        self.log_file: str | None = None
+        self.rosout_handler: logging.Handler | None = None
+        self.services: dict[str, Any] = {}  # each rospy.Service by its name
 
     def wait(self, seconds: float) -> None:
         """Waits in wall time; less when the node ends."""
@@ -83,8 +92,24 @@ class Session:
     def identity(self) -> Identity:
         """The names of the node; before init_node those of a process without one."""
         if self.node is not None:
-            return self.node.identity
-        return Identity.unnamed(argv=sys.argv, environment=Environment.from_os())
+            identity = self.node.identity
+        else:
+            identity = Identity.unnamed(argv=sys.argv, environment=Environment.from_os())
+        if self._arguments is not None:
+            identity = replace(identity, arguments=self._arguments)
+        return identity if self._remappings is None else replace(identity, remappings=self._remappings)
+
+    @property
+    def has_settled_remappings(self) -> bool:
+        return self._remappings is not None
+
+    def read_arguments(self, argv: Sequence[str]) -> None:
+        """Has the remappings of `argv` count in place of those of the command line."""
+        self._arguments = names.parse_arguments(argv)
+
+    def settle_remappings(self, node_name: str) -> None:
+        """Has names be remapped as those of a node of that full name."""
+        self._remappings = names.resolve_remappings(self.identity.arguments.remappings, node_name)
 
     @property
     def name(self) -> str:
@@ -95,8 +120,19 @@ class Session:
         return self.identity.namespace
 
     @property
+    def init_arguments(self) -> tuple[Any, ...] | None:
+        """What init_node was called with; None before."""
+        return self._init_arguments
+
+    @property
     def is_initialized(self) -> bool:
+        if self._is_initialized is not None:
+            return self._is_initialized
         return self.node is not None and self.has_time
+
+    @is_initialized.setter
+    def is_initialized(self, value: bool) -> None:
+        self._is_initialized = value
 
     @property
     def is_shutdown(self) -> bool:
@@ -147,7 +183,7 @@ class Session:
             InvalidName: a private name before init_node.
         """
         if self.node is not None:
-            return self.node.resolve(name)
+            return self.identity.resolve(name)
         return self.identity.resolve_topic_without_name(name)
 
     def when_started(self, action: Callable[[Node], object]) -> None:
@@ -254,9 +290,9 @@ class Session:
             raise InitInterrupted("init_node interrupted before it could complete") from None
         set_private_params(node)
         if not disable_rosout:
-            open_rosout(node, self.logger)
-        if not disable_rostime and is_on(node, "/use_sim_time"):
-            node.use_simulated_time()
+            self.open_rosout()
+        if not disable_rostime:
+            self.follow_simulated_time()
         if is_on(node, "/enable_statistics"):
             node.enable_statistics(window_limits(node))
         self.has_time = True
@@ -264,13 +300,42 @@ class Session:
             logging.getLogger(name)
         serve_loggers(node)
         self.logger.debug("init_node, name[%s], pid[%s]", node.name, os.getpid())
+        self.make_up_for_what_waits(node)
+
+    def make_up_for_what_waits(self, node: Node) -> None:
+        """Does with the node what was asked for before there was one."""
         with self._lock:
             waiting, self._waiting_for_node = self._waiting_for_node, []
         for action in waiting:
             action(node)
 
-    def _start_with_signals(self, node: Node) -> None:
-        """Starts the node. A signal that comes meanwhile ends it then."""
+    def open_rosout(self) -> None:
+        """Sends what is logged to `/rosout`, unless it is sent there already, or there is no node."""
+        if self.node is not None and self.rosout_handler is None:
+            self.rosout_handler = open_rosout(self.node, self.logger)
+
+    def follow_simulated_time(self) -> None:
+        """Goes by `/clock` if `/use_sim_time` is set.
+
+        Raises:
+            ROSInitException: before init_node.
+        """
+        if self.node is None:
+            raise ROSInitException("client code must call rospy.init_node() first")
+        if is_on(self.node, "/use_sim_time") and not self.node.clock.is_simulated:
+            self.node.use_simulated_time()
+
+    def take_signals(self) -> None:
+        """Has SIGINT and SIGTERM end the node, if they do not yet. Does nothing before there is a node.
+
+        Raises:
+            ROSInitException: not in the main thread.
+        """
+        if self.node is not None and not self._has_signals:
+            self._take_signals()
+            self._signals.listen(self.node)
+
+    def _take_signals(self) -> None:
         try:
             self._signals.take()
         except NotInMainThread:
@@ -278,9 +343,15 @@ class Session:
                 "init_node() must be called in the main thread, or with disable_signals=True: "
                 "only the main thread can handle signals"
             ) from None
+        self._has_signals = True
+
+    def _start_with_signals(self, node: Node) -> None:
+        """Starts the node. A signal that comes meanwhile ends it then."""
+        self._take_signals()
         try:
             node.start()
         except BaseException:
+            self._has_signals = False
             self._signals.give_back()
             raise
         self.node = node
@@ -289,13 +360,13 @@ class Session:
     # -- the end --------------------------------------------------------------------
 
     def add_client_hook(self, hook: Hook) -> None:
-        self._client_hooks.append(hook)
+        self.client_hooks.append(hook)
 
     def add_preshutdown_hook(self, hook: Hook) -> None:
-        self._preshutdown_hooks.append(hook)
+        self.preshutdown_hooks.append(hook)
 
     def add_shutdown_hook(self, hook: Hook) -> None:
-        self._shutdown_hooks.append(hook)
+        self.shutdown_hooks.append(hook)
 
     def end(self, reason: str) -> None:
         """Shuts the node down; see `Node.shutdown`."""
@@ -307,12 +378,13 @@ class Session:
             return
         self.node.shutdown(reason)
         self.calls.interrupt()
-        hooks, self._shutdown_hooks = self._shutdown_hooks, []
+        hooks = list(self.shutdown_hooks)
+        self.shutdown_hooks.clear()
         self._call(hooks, reason)
 
     def _call_client_hooks(self) -> None:
-        self._call(self._client_hooks)
-        self._call(self._preshutdown_hooks, self._reason)
+        self._call(self.client_hooks)
+        self._call(self.preshutdown_hooks, self._reason)
         for wait in list(self._waits):
             wait.set()
 

@@ -104,7 +104,14 @@ class Timer(rate.Timer):
                 )
             )
 
-        super().__init__(clock(), period.to_nsec(), on_tick, oneshot=oneshot, reset=reset)
+        self._period = period
+        super().__init__(clock(), 0, on_tick, oneshot=oneshot, reset=reset)
+
+    def run(self) -> None:
+        """What the thread does; not for callers. A period that is no Duration ends it here, as in Noetic."""
+        self._period.to_sec()
+        self._period_ns = self._period.to_nsec()
+        super().run()
 
 
 def _time(nanoseconds: int | None) -> Time | None:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NoReturn, overload
+from typing import TYPE_CHECKING, Any, Generic, NoReturn, overload
 
 import pipros.node as node_api
+from pipros.lazy_names import lazy_names
 from pipros.msg.base import Message as Message
 from pipros.msg.errors import SerializationError
 from pipros.names import is_legal
@@ -14,14 +15,19 @@ from pipros.node import Node
 from pipros.node.codec import AnyMessage
 from pipros.node.endpoints import TypeConflict
 from pipros.node.subscriber import NO_ARGS
-from rospy.exceptions import ROSException, ROSSerializationException
-from rospy.msg import args_kwds_to_message
+from rospy.core import *  # noqa: F403  # what others import from here
+from rospy.exceptions import ROSException
+from rospy.exceptions import ROSSerializationException as ROSSerializationException
+from rospy.exceptions import TransportTerminated as TransportTerminated
+from rospy.msg import args_kwds_to_message as args_kwds_to_message
+from rospy.msg import serialize_message as serialize_message
 from rospy.session import session
 
 if TYPE_CHECKING:
-    from rospy.topic_impl import PublisherImpl, SubscriberImpl
+    from rospy.topic_impl import PublisherImpl, SubscriberImpl, TopicImpl
 
 DEFAULT_BUFF_SIZE = 65536
+python3 = 1
 
 
 class SubscribeListener:
@@ -50,9 +56,7 @@ class Topic(Generic[AnyMessage]):
         reg_type: `pub` or `sub`.
     """
 
-    reg_type: ClassVar[str]
-
-    def __init__(self, name: str, data_class: type[AnyMessage]) -> None:
+    def __init__(self, name: str, data_class: type[AnyMessage], reg_type: str) -> None:
         if not name or not isinstance(name, str):
             raise ValueError("topic name is not a non-empty string")
         if data_class is None:
@@ -71,12 +75,23 @@ class Topic(Generic[AnyMessage]):
         self.type = data_class._type
         self.md5sum = data_class._md5sum
         self.data_class = data_class
+        self.reg_type = reg_type
+
+    @property
+    def impl(self) -> TopicImpl | None:
+        """What all handles of the topic in this process share; None for a topic that has neither side."""
+        return None
+
+    def get_num_connections(self) -> int:
+        """How many peers are connected."""
+        return len(self.impl.connections) if self.impl is not None else 0
+
+    def unregister(self) -> None:
+        """Gives up this handle."""
 
 
 class Publisher(Topic[AnyMessage]):
     """Publishes messages of one type on a topic."""
-
-    reg_type = "pub"
 
     def __init__(
         self,
@@ -103,7 +118,7 @@ class Publisher(Topic[AnyMessage]):
         Raises:
             ValueError: `name` is empty, or `data_class` is not a message class.
         """
-        super().__init__(name, data_class)
+        super().__init__(name, data_class, "pub")
         if queue_size is None:
             warnings.warn(
                 "The publisher should be created with an explicit keyword argument 'queue_size'. "
@@ -190,8 +205,6 @@ class Publisher(Topic[AnyMessage]):
 class Subscriber(Topic[AnyMessage]):
     """Receives the messages of one topic by calling a function with each."""
 
-    reg_type = "sub"
-
     @overload
     def __init__(
         self,
@@ -238,7 +251,7 @@ class Subscriber(Topic[AnyMessage]):
         Raises:
             ValueError: `name` is empty, or `data_class` is not a message class.
         """
-        super().__init__(name, data_class)
+        super().__init__(name, data_class, "sub")
         del buff_size
         self.callback = callback
         self.callback_args = callback_args
@@ -285,3 +298,22 @@ class Subscriber(Topic[AnyMessage]):
 
             self._impl = impls.of_subscription(self._handle.subscription)
         return self._impl
+
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "Poller": "rospy.impl.poller",
+        "QueuedConnection": "rospy.impl.tcpros_pubsub",
+        "Registration": "rospy.listeners",
+        "SubscriberStatisticsLogger": "rospy.impl.statistics",
+        "_PublisherImpl": "rospy.topic_impl:PublisherImpl",
+        "_SubscriberImpl": "rospy.topic_impl:SubscriberImpl",
+        "_TopicImpl": "rospy.topic_impl:TopicImpl",
+        "_TopicManager": "rospy.managers:TopicManager",
+        "get_registration_listeners": "rospy.impl.registration",
+        "get_tcpros_handler": "rospy.impl.tcpros_pubsub",
+        "get_topic_manager": "rospy.impl.registration",
+        "set_topic_manager": "rospy.impl.registration",
+    },
+)

@@ -17,7 +17,7 @@ SRC = REPOSITORY / "src"
 # from the sets before its own.
 FLOORS: list[list[set[str]]] = [
     [
-        {"interruptible_wait", "interrupts", "printable"},
+        {"interruptible_wait", "interrupts", "lazy_names", "printable"},
         {"errors"},
         {"limits", "warn_once"},
         {"cache_files", "home", "input_file", "log_file"},
@@ -44,6 +44,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "message_filters": {"rospy"},  # topics, the clock and logs of rospy's node
     "roslib": {"genpy"},  # roslib.message is the former home of genpy.message
     "rosbag": {"rospy"},  # timestamps are rospy.Time
+    "rosmaster": {"rosgraph"},  # ROSMasterHandler is a handler of rosgraph.xmlrpc; its log is rosgraph's
     "rosparam": {"rosgraph"},  # get_param_server returns a rosgraph.Master
     "rospy": {"rosgraph"},  # rospy.names has functions of rosgraph.names
     "rostest": {"rospy", "rosunit"},  # rosrun ends rospy's node; unitrun is rosunit's

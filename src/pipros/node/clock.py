@@ -86,7 +86,7 @@ class SimulatedClock:
     def __init__(self, on_silence: Callable[[], object] = lambda: None) -> None:
         """`on_silence` is called when a wait began and no time was published for SILENCE_S."""
         self._on_silence = on_silence
-        self._changed = threading.Condition()
+        self.changed = threading.Condition()
         self._now_ns = 0
         self._jumps = 0  # how often time went back
         self._sleepers = 0
@@ -96,12 +96,12 @@ class SimulatedClock:
 
     def set_ns(self, now_ns: int) -> None:
         """Takes over a message of `/clock`."""
-        with self._changed:
+        with self.changed:
             if now_ns < self._now_ns:
                 self._jumps += 1
                 self._last_jump_s = (now_ns - self._now_ns) / NS_PER_S
             self._now_ns = now_ns
-            self._changed.notify_all()
+            self.changed.notify_all()
 
     def now_ns(self) -> int:
         return self._now_ns
@@ -109,11 +109,11 @@ class SimulatedClock:
     def sleep(self, duration_s: float) -> bool:
         """Waits for simulated time; one that has not started is waited for first."""
         self._wait_for_start()
-        with self._changed:
+        with self.changed:
             end_ns, jumps = self._now_ns + int(duration_s * NS_PER_S), self._jumps
             self._sleepers += 1
             try:
-                self._changed.wait_for(
+                self.changed.wait_for(
                     lambda: self._now_ns >= end_ns or self._must_end() or self._jumps != jumps
                 )
             finally:
@@ -128,21 +128,21 @@ class SimulatedClock:
         return self._sleepers
 
     def _wait_for_start(self) -> None:
-        with self._changed:
-            if wait_in_slices(lambda limit_s: self._changed.wait_for(self._has_started, limit_s), SILENCE_S):
+        with self.changed:
+            if wait_in_slices(lambda limit_s: self.changed.wait_for(self._has_started, limit_s), SILENCE_S):
                 return
         self._on_silence()
-        with self._changed:
-            wait_in_slices(lambda limit_s: self._changed.wait_for(self._has_started, limit_s))
+        with self.changed:
+            wait_in_slices(lambda limit_s: self.changed.wait_for(self._has_started, limit_s))
 
     def _has_started(self) -> bool:
         return self._now_ns > 0 or self._must_end()
 
     def interrupt(self, exempt: int | None = None) -> None:
-        with self._changed:
+        with self.changed:
             self._is_interrupted = True
             self._exempt = exempt
-            self._changed.notify_all()
+            self.changed.notify_all()
 
     def _must_end(self) -> bool:
         return self._is_interrupted and self._exempt != threading.get_ident()

@@ -71,8 +71,12 @@ class ConsoleHandler(logging.Handler):
         line_format: str | None,
         *,
         is_coloured: bool = True,
+        stdout: TextIO | None = None,
+        stderr: TextIO | None = None,
     ) -> None:
+        """`stdout` and `stderr` are written to in place of the process's own."""
         super().__init__()
+        self._streams = stdout, stderr
         self._is_coloured = is_coloured
         self.node_name = node_name
         self.clock = clock
@@ -80,7 +84,10 @@ class ConsoleHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         severity = Severity.of(record.levelno)
-        stream: TextIO | None = sys.stdout if record.levelno < logging.WARNING else sys.stderr
+        stdout, stderr = self._streams
+        stream: TextIO | None = (
+            stdout or sys.stdout if record.levelno < logging.WARNING else stderr or sys.stderr
+        )
         if stream is None:  # a process without a console
             return
         line = self._render(record, severity)  # raises what wrong arguments of the log call raise

@@ -63,8 +63,12 @@ def _log_to_file(path: Path) -> None:
         root.setLevel(min(root.level or logging.INFO, logging.INFO))
 
 
-def open_rosout(node: Node, logger: logging.Logger) -> None:
-    """Sends `logger` to `/rosout`; its messages name the node's topics unless a parameter turns that off."""
+def open_rosout(node: Node, logger: logging.Logger) -> RosoutHandler:
+    """Sends `logger` to `/rosout`; its messages name the node's topics unless a parameter turns that off.
+
+    Returns:
+        What sends them, which was added to the logger.
+    """
     from pipros.msg import load_message_class
 
     publisher: Publisher[Any] = node.advertise(
@@ -77,6 +81,6 @@ def open_rosout(node: Node, logger: logging.Logger) -> None:
     names_topics = True
     with contextlib.suppress(LookupError, Unreachable, Refused):
         names_topics = not node.params.get_cached("/rosout_disable_topics_generation")
-    logger.addHandler(
-        RosoutHandler(publisher, node.name, lambda: node.clock, topics if names_topics else list)
-    )
+    handler = RosoutHandler(publisher, node.name, lambda: node.clock, topics if names_topics else list)
+    logger.addHandler(handler)
+    return handler

@@ -110,6 +110,7 @@ class Registrations:
         self._api = api
         self._log = log
         self._entries: list[Entry] = []
+        self._observers: list[Callable[[Entry, bool], object]] = []
         self._lock = threading.RLock()  # keeps a re-registration and a change of entries apart
         self._is_closed = False
 
@@ -119,6 +120,7 @@ class Registrations:
             if not self._is_closed:
                 self._entries.append(entry)
                 self._register(entry)
+                self._tell(entry, is_added=True)
 
     def renew(self, entry: Entry) -> None:
         """Registers an entry once more, if it was not taken back meanwhile, for what the master answers."""
@@ -140,6 +142,18 @@ class Registrations:
             if entry in self._entries:
                 self._entries.remove(entry)
                 self._unregister(entry, self._master)
+                self._tell(entry, is_added=False)
+
+    def observe(self, observer: Callable[[Entry, bool], object]) -> None:
+        """Calls the function with each entry that is added (True) or removed (False) from now on.
+
+        It is called while entries cannot change, and must not raise.
+        """
+        self._observers.append(observer)
+
+    def _tell(self, entry: Entry, *, is_added: bool) -> None:
+        for observer in self._observers:
+            observer(entry, is_added)
 
     def close(self) -> None:
         """Takes all entries back, the last one first; gives up when the master does not answer."""

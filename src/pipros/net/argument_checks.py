@@ -1,0 +1,164 @@
+"""Checks of the arguments of API calls, each made for one parameter by its name.
+
+A check is called with the value and the caller's id, and returns the value that the call shall work with: a
+name comes back resolved. Sources: the checks of the Master and Slave API, http://wiki.ros.org/ROS/Master_API.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pipros import names
+
+Check = Callable[[Any, str], Any]
+
+ANY_TYPE = "*"
+
+
+class ParameterInvalid(Exception):
+    """A parameter is not what a call can work with."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
+
+
+def resolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
+    """The global name that a legal name means to the caller.
+
+    Raises:
+        ParameterInvalid: it is no text, empty, or has a colon or blank in it.
+    """
+    return names.resolve(unresolved_name(param_name, param_value, caller_id), caller_id)
+
+
+def unresolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
+    """The name as it is; raises as `resolved_name`."""
+    del caller_id
+    name = _text(param_name, param_value)
+    if ":" in name or " " in name:
+        raise ParameterInvalid(f"ERROR: parameter [{param_name}] contains illegal chars")
+    return name
+
+
+def valid_name(param_name: str, resolve: bool = True) -> Check:
+    """Takes a legal name; resolves it unless told not to."""
+    check = resolved_name if resolve else unresolved_name
+    return lambda value, caller_id: check(param_name, value, caller_id)
+
+
+def below_root(param_name: str) -> Check:
+    """Takes the name of a topic or service: a legal name that is not the root."""
+
+    def check(value: Any, caller_id: str) -> str:
+        name = resolved_name(param_name, value, caller_id)
+        if name == "/":
+            raise ParameterInvalid(f"ERROR: parameter [{param_name}] cannot be the global namespace")
+        return name
+
+    return check
+
+
+def empty_or_valid_name(param_name: str) -> Check:
+    """Takes the empty text, and any other as a name, which it resolves."""
+
+    def check(value: Any, caller_id: str) -> str:
+        if not isinstance(value, str):
+            raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be a string")
+        return names.resolve(value, caller_id) if value else ""
+
+    return check
+
+
+def global_name(param_name: str) -> Check:
+    """Takes a name with a leading slash."""
+
+    def check(value: Any, caller_id: str) -> str:
+        del caller_id
+        if not names.is_global(_text(param_name, value)):
+            raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be a globally referenced name")
+        return str(value)
+
+    return check
+
+
+def type_name(param_name: str) -> Check:
+    """Takes `package/Type`, and `*`."""
+
+    def check(value: Any, caller_id: str) -> str:
+        del caller_id
+        name = _text(param_name, value)
+        if name != ANY_TYPE and name.count("/") != 1:
+            raise ParameterInvalid(f"ERROR: parameter [{param_name}] is not a valid package resource name")
+        return name
+
+    return check
+
+
+def api_uri(paramName: str) -> Check:  # noqa: N803  # its name in ROS
+    """Takes the URI of a node or a service. It is not checked whether anything answers there."""
+
+    def check(value: Any, caller_id: str) -> str:
+        del caller_id
+        if not value or not isinstance(value, str):
+            raise ParameterInvalid(f"ERROR: parameter [{paramName}] is not an XMLRPC URI")
+        if not value.startswith(("http://", "rosrpc://")):
+            raise ParameterInvalid(f"ERROR: parameter [{paramName}] is not an RPC URI")
+        return value
+
+    return check
+
+
+def publishers(param_name: str) -> Check:
+    """Takes a list of texts, the URIs of publishers."""
+
+    def check(value: Any, caller_id: str) -> list[str]:
+        del caller_id
+        if not isinstance(value, list):
+            raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be a list")
+        if not all(isinstance(item, str) for item in value):
+            raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be a list of strings")
+        return value
+
+    return check
+
+
+def not_none(param_name: str) -> Check:
+    """Takes anything but None."""
+
+    def check(value: Any, caller_id: str) -> Any:
+        del caller_id
+        if value is None:
+            raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be specified")
+        return value
+
+    return check
+
+
+def non_empty(param_name: str) -> Check:
+    """Takes what counts as true."""
+
+    def check(value: Any, caller_id: str) -> Any:
+        del caller_id
+        if not value:
+            raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be specified and non-empty")
+        return value
+
+    return check
+
+
+def non_empty_text(param_name: str) -> Check:
+    """Takes a text with something in it."""
+
+    def check(value: Any, caller_id: str) -> str:
+        if not isinstance(non_empty(param_name)(value, caller_id), str):
+            raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be a string")
+        return str(value)
+
+    return check
+
+
+def _text(param_name: str, value: Any) -> str:
+    if not value or not isinstance(value, str):
+        raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be a non-empty string")
+    return value

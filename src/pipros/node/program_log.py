@@ -1,0 +1,97 @@
+"""Log files of programs that are no nodes: tools, and programs that log before their node starts."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+from pathlib import Path
+
+from pipros.env import Environment
+from pipros.errors import PiprosError
+from pipros.node.log import configure_by_file, open_file_handler
+
+
+def log_program(logname: str, level: int, filename: str | None, environment: Environment) -> Path | None:
+    """Has what the process logs written to a file in the folder of ROS' logs.
+
+    Args:
+        logname: names the file, `<logname>-<pid>.log`.
+        level: lines below it are left out, unless a configuration file is used.
+        filename: in place of that name. It may have folders, which `latest` will lead to.
+
+    Returns:
+        The file; None when its folder cannot be made, which is said on stderr.
+
+    Raises:
+        PiprosError: a file is in the place of the folder, or `ROS_PYTHON_LOG_CONFIG_FILE` cannot be used.
+    """
+    path = environment.log_dir / (filename or f"{logname or 'unknown'}-{os.getpid()}.log")
+    folder = path.parent
+    if folder.is_file():
+        raise PiprosError(f"Cannot save log files: file [{folder}] is in the way")
+    try:
+        make_folders_as_parent(folder)
+    except OSError as error:
+        print(
+            f"WARNING: cannot create log directory [{folder}]: {error.strerror}. "
+            "Please set ROS_LOG_DIR to a writable location.",
+            file=sys.stderr,
+        )
+        return None
+    if folder != environment.log_dir:
+        _link(folder)
+    os.environ["ROS_LOG_FILENAME"] = str(path)
+    if environment.python_log_config is not None:
+        configure_by_file(environment.python_log_config, path)
+        return path
+    root = logging.getLogger()
+    try:
+        root.addHandler(open_file_handler(path))
+    except OSError as error:
+        raise PiprosError(f"cannot log to [{path}]: {error}") from error
+    root.setLevel(min(root.level or level, level))
+    return path
+
+
+def make_folders_as_parent(folder: Path) -> None:
+    """Makes a folder and those above it, each with owner and mode of the one that it lies in.
+
+    Raises:
+        OSError: one cannot be made.
+    """
+    folder = folder.absolute()
+    if folder.exists():
+        return
+    make_folders_as_parent(folder.parent)
+    folder.mkdir(exist_ok=True)
+    above, made = folder.parent.stat(), folder.stat()
+    if (above.st_uid, above.st_gid) != (made.st_uid, made.st_gid):
+        os.chown(folder, above.st_uid, above.st_gid)
+    if above.st_mode != made.st_mode:
+        folder.chmod(above.st_mode)
+
+
+def link_latest(folder: Path) -> bool:
+    """Has the link `latest` beside the folder lead to it; False when there is a `latest` that is no link.
+
+    Raises:
+        OSError: the link cannot be made.
+    """
+    latest = folder.parent / "latest"
+    if latest.is_symlink():
+        latest.unlink()
+    elif latest.exists():
+        return False
+    latest.symlink_to(folder)
+    return True
+
+
+def _link(folder: Path) -> None:
+    try:
+        is_linked = link_latest(folder)
+    except OSError as error:
+        print(f"INFO: cannot create a symlink to latest log directory: {error}", file=sys.stderr)
+    else:
+        if not is_linked:
+            print("INFO: cannot create a symlink to latest log directory", file=sys.stderr)

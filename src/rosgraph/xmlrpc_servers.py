@@ -1,0 +1,67 @@
+"""XML-RPC servers of Python's standard library that answer several callers at once.
+
+`rosgraph.xmlrpc.XmlRpcNode` does not need them: it stands on the server that nodes and master of pipros have.
+"""
+
+from __future__ import annotations
+
+import logging
+import socketserver
+from typing import Any
+from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
+
+from rosgraph.network import use_ipv6
+
+_logger = logging.getLogger("xmlrpc")
+
+
+class SilenceableXMLRPCRequestHandler(SimpleXMLRPCRequestHandler):
+    """Answers requests, keeps connections open, and prints nothing."""
+
+    protocol_version = "HTTP/1.1"
+
+    def log_message(self, format: str, *args: Any) -> None:  # noqa: A002  # its name in the standard library
+        """Says nothing."""
+
+
+class ThreadingXMLRPCServer(socketserver.ThreadingMixIn, SimpleXMLRPCServer):
+    """Answers each connection in a thread of its own."""
+
+    daemon_threads = True
+
+    def __init__(self, addr: tuple[str, int], log_requests: bool = True) -> None:
+        if use_ipv6():
+            from socket import AF_INET6
+
+            self.address_family = AF_INET6
+        super().__init__(
+            addr,
+            requestHandler=SilenceableXMLRPCRequestHandler,
+            logRequests=bool(log_requests),
+            allow_none=False,
+        )
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Logs what a connection ended by, in place of printing it."""
+        _logger.exception("error in the connection of %s (%s)", client_address, request)
+
+
+if hasattr(socketserver, "ForkingMixIn"):
+
+    class ForkingXMLRPCServer(socketserver.ForkingMixIn, SimpleXMLRPCServer):
+        """Answers each connection in a process of its own."""
+
+        def __init__(
+            self,
+            addr: tuple[str, int],
+            request_handler: type[SimpleXMLRPCRequestHandler] = SilenceableXMLRPCRequestHandler,
+            log_requests: bool = True,
+        ) -> None:
+            super().__init__(addr, requestHandler=request_handler, logRequests=bool(log_requests))
+
+
+__all__ = [
+    "ForkingXMLRPCServer",
+    "SilenceableXMLRPCRequestHandler",
+    "ThreadingXMLRPCServer",
+]

@@ -1,0 +1,55 @@
+"""`rospy.impl.init`: starting a node without `init_node`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from pipros.env import Environment
+from pipros.names import namespace
+from pipros.node import Node
+from rosgraph.rosenv import DEFAULT_MASTER_PORT as DEFAULT_MASTER_PORT
+from rosgraph.rosenv import DEFAULT_MASTER_URI as DEFAULT_MASTER_URI
+from rosgraph.roslogging import RosStreamHandler as RosStreamHandler
+from rospy.core import is_shutdown as is_shutdown
+from rospy.core import rospyerr as rospyerr
+from rospy.core import signal_shutdown as signal_shutdown
+from rospy.exceptions import ROSException
+from rospy.impl.masterslave import ROSHandler as ROSHandler
+from rospy.impl.tcpros import init_tcpros as init_tcpros
+from rospy.session import session
+
+DEFAULT_NODE_PORT = 0
+
+
+def start_node(
+    environ: Mapping[str, str],
+    resolved_name: str,
+    master_uri: str | None = None,
+    port: int = 0,
+    tcpros_port: int = 0,
+) -> Node:
+    """Starts the node of this process under a name that is settled, without logging, parameters or signals.
+
+    Returns:
+        The node, which has `uri` and `name`.
+
+    Raises:
+        ROSException: there is a node already.
+    """
+    if session.node is not None:
+        raise ROSException(f"this process has a node already: [{session.node.name}]")
+    environment = Environment.from_os(environ)
+    environment = replace(
+        environment,
+        namespace=namespace(resolved_name),
+        master_uri=master_uri or environment.master_uri,
+    )
+    base_name = resolved_name.rpartition("/")[2]
+    node = Node(
+        base_name, environment=environment, log=session.logger, rpc_port=port, tcpros_port=tcpros_port
+    )
+    node.start()
+    session.node = node
+    session.make_up_for_what_waits(node)
+    return node

@@ -1,0 +1,45 @@
+"""`rospy.impl.rosout`: what is logged goes to `/rosout`."""
+
+from __future__ import annotations
+
+import logging
+
+from rospy.exceptions import ROSException as ROSException
+from rospy.impl.registration import get_topic_manager as get_topic_manager
+from rospy.names import get_caller_id as get_caller_id
+from rospy.rostime import Time as Time
+from rospy.session import session
+from rospy.topics import Publisher as Publisher
+from rospy.topics import Subscriber as Subscriber
+
+_rospy_to_logging_levels = {
+    1: logging.DEBUG,
+    2: logging.INFO,
+    4: logging.WARNING,
+    8: logging.ERROR,
+    16: logging.CRITICAL,
+}
+_logging_to_rospy_levels = {number: level for level, number in _rospy_to_logging_levels.items()}
+
+
+class RosOutHandler(logging.Handler):
+    """Sends what it gets to `/rosout`, as the node's own handler does. Nothing goes out before init_node.
+
+    The logger `rosout` has one already; give this to another logger.
+    """
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Sends a record."""
+        if session.rosout_handler is not None:
+            session.rosout_handler.emit(record)
+
+
+def init_rosout() -> None:
+    """Opens `/rosout`, if `init_node` was told not to. Does nothing when it is open, and before init_node."""
+    session.open_rosout()
+
+
+def load_rosout_handlers(level: int) -> None:
+    """Has what is logged from that level of ROS on go to `/rosout`."""
+    session.open_rosout()
+    session.logger.setLevel(_rospy_to_logging_levels[level])

@@ -1,0 +1,124 @@
+"""`rospy.impl.transport`: what a connection is to genuine rospy.
+
+Connections of pipros are `pipros.net` links. These classes describe them, and are bases for those that
+others write.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+INBOUND = "i"
+OUTBOUND = "o"
+BIDIRECTIONAL = "b"
+
+_numbers = itertools.count(1)
+
+
+class Transport:
+    """A connection, as far as its kind does not matter.
+
+    Attributes:
+        transport_type: `TCPROS` for example.
+        direction: `i`, `o` or `b`.
+        name: the topic or service.
+        id: its number in this process.
+        endpoint_id: who is on the other side.
+        local_endpoint, remote_endpoint: addresses and ports.
+        stat_bytes, stat_num_msg: what has passed.
+        done: true once it is closed.
+    """
+
+    transport_type = "UNKNOWN"
+
+    def __init__(self, direction: str, name: str = "unnamed") -> None:
+        self.name = name
+        self.direction = direction
+        self.done = False
+        self.cleanup_cb: Callable[[Any], object] | None = None
+        self.endpoint_id = ""
+        self.id = next(_numbers)
+        self.stat_bytes = 0
+        self.stat_num_msg = 0
+        self.local_endpoint: tuple[Any, int] = (0, 0)
+        self.remote_endpoint: tuple[Any, int] = (0, 0)
+
+    def fileno(self) -> int | None:
+        """The number of its socket; None when it has none."""
+        return None
+
+    def close(self) -> None:
+        """Marks it as closed, and calls the cleanup callback with it. More than once when repeated."""
+        self.done = True
+        if self.cleanup_cb is not None:
+            self.cleanup_cb(self)
+
+    def set_cleanup_callback(self, cleanup_callback: Callable[[Any], object]) -> None:
+        """Has the function called when the connection closes."""
+        self.cleanup_cb = cleanup_callback
+
+    def write_data(self, data: bytes) -> None:
+        """Sends bytes. For derived classes.
+
+        Raises:
+            Exception: this class has nothing to send by.
+        """
+        raise Exception("not implemented")  # the kind that callers of rospy catch
+
+    def get_transport_info(self) -> str:
+        """The connection in words. For derived classes."""
+        raise NotImplementedError
+
+
+class DeadTransport(Transport):
+    """What is left of a connection once it is closed: its numbers."""
+
+    def __init__(self, transport: Transport) -> None:
+        super().__init__(transport.direction, transport.name)
+        self.transport_type = transport.transport_type
+        self.id = transport.id
+        self.endpoint_id = transport.endpoint_id
+        self.stat_bytes = transport.stat_bytes
+        self.stat_num_msg = transport.stat_num_msg
+        self.done = True
+
+
+class ProtocolHandler:
+    """Base of classes that make connections of one protocol."""
+
+    def shutdown(self) -> None:
+        """Ends it."""
+
+    def create_transport(self, topic: str, pub_uri: str, protocol_params: list[Any]) -> Any:
+        """Connects to a publisher. For derived classes."""
+        raise Exception("interface impl")
+
+    def supports(self, protocol: str) -> bool:
+        """Whether it speaks the protocol."""
+        del protocol
+        return False
+
+    def get_supported(self) -> list[list[str]]:
+        """The protocols that it speaks, with their parameters."""
+        return []
+
+    def init_publisher(self, topic: str, protocol: list[Any]) -> Any:
+        """Answers a subscriber that asks for a topic. For derived classes."""
+        raise Exception("interface impl")
+
+
+class InternalOfRospy:
+    """A class of genuine rospy's transport: it can be named, and derived from, but not made.
+
+    Raises:
+        NotImplementedError: when one is made.
+    """
+
+    def __init__(self, *args: object, **kwargs: object) -> None:
+        del args, kwargs
+        raise NotImplementedError(
+            f"{type(self).__name__} is an internal class of genuine rospy that pipros does not have. "
+            "Use rospy.Publisher, rospy.Subscriber, rospy.Service, rospy.ServiceProxy, or pipros.Node"
+        )

@@ -1,0 +1,5 @@
+"""`rospy.impl.validators`: checks of arguments."""
+
+from pipros.net.argument_checks import ParameterInvalid, non_empty
+
+__all__ = ["ParameterInvalid", "non_empty"]

@@ -1,0 +1,231 @@
+"""The topics and services of the node, as `rospy.impl.registration` hands them out."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pipros.node.registration import Entry, PublicationEntry, ServiceEntry, SubscriptionEntry
+from rospy.listeners import RegistrationListeners
+from rospy.session import session
+
+if TYPE_CHECKING:
+    from pipros.msg.base import Message
+    from pipros.node import Node
+    from pipros.node.slave import SlaveApi
+    from rospy.service import Service
+    from rospy.topic_impl import PublisherImpl, SubscriberImpl, TopicImpl
+
+Told = Callable[[str, str, str], object]
+
+
+class TopicManager:
+    """What the node publishes and subscribes to.
+
+    Attributes:
+        lock: for those who change several things at once; the node has its own.
+    """
+
+    def __init__(self) -> None:
+        self.lock = threading.Condition()
+        self._held: list[tuple[str, str, Any]] = []
+
+    @property
+    def closed(self) -> bool:
+        """True once the node is shut down."""
+        return session.is_shutdown
+
+    @property
+    def pubs(self) -> Mapping[str, PublisherImpl]:
+        """The publishing side of each topic."""
+        from rospy.topic_impl import impls
+
+        node = session.node
+        return {one.topic: impls.of_publication(one) for one in (node.endpoints.publications if node else ())}
+
+    @property
+    def subs(self) -> Mapping[str, SubscriberImpl]:
+        """The receiving side of each topic."""
+        from rospy.topic_impl import impls
+
+        node = session.node
+        return {
+            one.topic: impls.of_subscription(one) for one in (node.endpoints.subscriptions if node else ())
+        }
+
+    @property
+    def topics(self) -> set[str]:
+        """The names of all topics."""
+        return {*self.pubs, *self.subs}
+
+    def get_topics(self) -> set[str]:
+        """The names of all topics."""
+        return self.topics
+
+    def get_pub_sub_info(self) -> list[list[Any]]:
+        """The connections, as `getBusInfo` of the slave API describes them."""
+        return list(_slave(session.node).get_bus_info("")[2]) if session.node is not None else []
+
+    def get_pub_sub_stats(self) -> tuple[list[Any], list[Any]]:
+        """What went over the connections, as `getBusStats` of the slave API has it."""
+        if session.node is None:
+            return [], []
+        published, subscribed, _ = _slave(session.node).get_bus_stats("")[2]
+        return published, subscribed
+
+    def get_publications(self) -> list[list[str]]:
+        """`[topic, type]` of each topic that the node publishes."""
+        return [[topic, one.type] for topic, one in self.pubs.items()]
+
+    def get_subscriptions(self) -> list[list[str]]:
+        """`[topic, type]` of each topic that the node subscribes to."""
+        return [[topic, one.type] for topic, one in self.subs.items()]
+
+    def has_publication(self, resolved_name: str) -> bool:
+        return resolved_name in self.pubs
+
+    def has_subscription(self, resolved_name: str) -> bool:
+        return resolved_name in self.subs
+
+    def get_publisher_impl(self, resolved_name: str) -> PublisherImpl | None:
+        return self.pubs.get(resolved_name)
+
+    def get_subscriber_impl(self, resolved_name: str) -> SubscriberImpl | None:
+        return self.subs.get(resolved_name)
+
+    def get_impl(self, reg_type: str, resolved_name: str) -> TopicImpl | None:
+        """The publishing side (`pub`) or the receiving side (`sub`) of a topic; None when there is none.
+
+        Raises:
+            TypeError: `reg_type` is neither.
+        """
+        if reg_type == "pub":
+            return self.get_publisher_impl(resolved_name)
+        if reg_type == "sub":
+            return self.get_subscriber_impl(resolved_name)
+        raise TypeError(f"invalid reg_type: {reg_type}")
+
+    def acquire_impl(self, reg_type: str, resolved_name: str, data_class: type[Message]) -> TopicImpl | None:
+        """As `get_impl`, for a topic that is published or subscribed to from now on, until `release_impl`."""
+        if session.node is not None and not session.is_shutdown:
+            endpoints = session.node.endpoints
+            handle: Any
+            if reg_type == "pub":
+                handle = endpoints.advertise(resolved_name, data_class, queue_size=None, latch=False)
+            else:
+                handle = endpoints.subscribe(
+                    resolved_name, data_class, None, queue_size=None, tcp_nodelay=False
+                )
+            self._held.append((reg_type, resolved_name, handle))
+        return self.get_impl(reg_type, resolved_name)
+
+    def release_impl(self, reg_type: str, resolved_name: str) -> None:
+        """Takes back one `acquire_impl`. Does nothing when there was none."""
+        for held in self._held:
+            if held[:2] == (reg_type, resolved_name):
+                self._held.remove(held)
+                held[2].unregister()
+                return
+
+    def check_all(self) -> None:
+        """Does nothing: links of pipros notice by themselves when a peer is gone."""
+
+    def close_all(self) -> None:
+        """Takes back what was acquired here; the rest ends with the node."""
+        while self._held:
+            self._held.pop()[2].unregister()
+
+
+class ServiceManager:
+    """The services of the node.
+
+    Attributes:
+        map: each service by its name.
+        registration_listeners: those that hear of services that are registered here.
+    """
+
+    def __init__(self, registration_listeners: RegistrationListeners | None = None) -> None:
+        self.lock = threading.RLock()
+        self.registration_listeners = registration_listeners or RegistrationListeners()
+        self._own: dict[str, Service] = {}
+
+    @property
+    def map(self) -> Mapping[str, Service]:
+        return {**session.services, **self._own}
+
+    def get_services(self) -> list[tuple[str, Any]]:
+        """`(name, class)` of each service."""
+        return [(name, service.service_class) for name, service in self.map.items()]
+
+    def get_service(self, resolved_service_name: str) -> Service | None:
+        return self.map.get(resolved_service_name)
+
+    def register(self, resolved_service_name: str, service: Service) -> None:
+        """Lists a service here, which serves by itself.
+
+        Raises:
+            ServiceException: there is one of that name.
+        """
+        from rospy.service import ServiceException
+
+        with self.lock:
+            if resolved_service_name in self.map:
+                raise ServiceException(f"service [{resolved_service_name}] already registered")
+            self._own[resolved_service_name] = service
+        self.registration_listeners.notify_added(resolved_service_name, str(service.uri), "srv")
+
+    def unregister(self, resolved_service_name: str, service: Service) -> None:
+        """Takes a service off the list, if it is that one."""
+        with self.lock:
+            if self._own.get(resolved_service_name) is not service:
+                return
+            del self._own[resolved_service_name]
+        self.registration_listeners.notify_removed(resolved_service_name, str(service.uri), "srv")
+
+    def unregister_all(self, reason: str = "") -> None:
+        """Shuts all services down."""
+        for service in list(self.map.values()):
+            service.shutdown(reason)
+        self._own.clear()
+
+
+class Managers:
+    """The managers of the process, and who is told of registrations."""
+
+    def __init__(self) -> None:
+        self.topics: Any = TopicManager()
+        self.services: Any = ServiceManager()
+        self._is_watching = False
+
+    def watch(self, added: Told, removed: Told) -> None:
+        """Has the functions called with name, type (URI of a service) and kind of each registration."""
+        if self._is_watching:
+            return
+        self._is_watching = True
+
+        def tell(entry: Entry, is_added: bool) -> None:
+            described = _described(entry)
+            if described is not None:
+                (added if is_added else removed)(*described)
+
+        session.when_started(lambda node: node.registrations.observe(tell))
+
+
+def _described(entry: Entry) -> tuple[str, str, str] | None:
+    if isinstance(entry, PublicationEntry):
+        return entry.topic, entry.type, "pub"
+    if isinstance(entry, SubscriptionEntry):
+        return entry.topic, entry.type, "sub"
+    if isinstance(entry, ServiceEntry):
+        return entry.service, entry.service_uri, "srv"
+    return None
+
+
+def _slave(node: Node) -> SlaveApi:
+    from pipros.node.slave import SlaveApi
+
+    return SlaveApi(node, node.environment.master_uri, node.limits)
+
+
+managers = Managers()

@@ -1,0 +1,156 @@
+"""Prints the public names of Python packages as JSON: modules, functions with parameters, classes, constants.
+
+Runs under genuine ROS's Python and under pipros' alike, so it needs nothing but the standard library.
+Usage: dump_python_api.py PACKAGE…
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+import json
+import pkgutil
+import sys
+import textwrap
+import types
+
+ROS = {
+    "catkin",
+    "genmsg",
+    "genpy",
+    "rosclean",
+    "rosgraph",
+    "roslib",
+    "rosmaster",
+    "rosmsg",
+    "rosnode",
+    "rosparam",
+    "rospy",
+    "rosservice",
+    "rostopic",
+}
+"""The packages of which classes are taken apart; what comes from elsewhere is no part of their API."""
+
+PLAIN = (str, int, float, bool, type(None))
+
+
+def described_parameters(function):
+    """`[[name, kind, has_default, default], …]`, the default only if plain; None if unknown."""
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):
+        return None
+    found = []
+    for one in signature.parameters.values():
+        has_default = one.default is not inspect.Parameter.empty
+        default = one.default if has_default and isinstance(one.default, PLAIN) else None
+        found.append([one.name, one.kind.name, has_default, default])
+    return found
+
+
+def is_ours(thing):
+    """Whether a class or function was made in a package of ROS, or in pipros on its behalf."""
+    return str(getattr(thing, "__module__", "")).partition(".")[0] in ROS | {"pipros"}
+
+
+def attributes_set(cls):
+    """Public names that methods of the class assign to `self`, and those of its annotations."""
+    found = set()
+    for base in cls.__mro__:
+        if not is_ours(base):
+            continue
+        found |= {name for name in getattr(base, "__annotations__", {}) if not name.startswith("_")}
+        try:
+            tree = ast.parse(textwrap.dedent(inspect.getsource(base)))
+        except (OSError, TypeError, SyntaxError):
+            continue
+        for node in ast.walk(tree):
+            if (
+                isinstance(node, ast.Attribute)
+                and isinstance(node.ctx, ast.Store)
+                and isinstance(node.value, ast.Name)
+                and node.value.id == "self"
+                and not node.attr.startswith("_")
+            ):
+                found.add(node.attr)
+    return sorted(found)
+
+
+def described_class(cls):
+    members = {}
+    for name in dir(cls):
+        if name.startswith("_"):
+            continue
+        if not any(name in vars(base) for base in cls.__mro__ if is_ours(base)):
+            members[name] = {"kind": "inherited"}  # from the standard library
+            continue
+        value = inspect.getattr_static(cls, name)
+        if isinstance(value, (staticmethod, classmethod)) or inspect.isfunction(value):
+            members[name] = {"kind": "method", "parameters": described_parameters(getattr(cls, name))}
+        else:
+            members[name] = {"kind": "attribute"}
+    for name in attributes_set(cls):
+        members.setdefault(name, {"kind": "attribute"})
+    return {
+        "kind": "class",
+        "parameters": described_parameters(cls),
+        "bases": [base.__name__ for base in cls.__mro__[:-1]],
+        "members": members,
+    }
+
+
+def described(value):
+    """What a name of a module stands for; None for what is no part of its API."""
+    if isinstance(value, types.ModuleType) or type(value).__name__ == "_Feature":
+        return None
+    if isinstance(value, type):
+        return described_class(value) if is_ours(value) else {"kind": "class", "foreign": True}
+    if callable(value):
+        made = {"kind": "function", "parameters": described_parameters(value)}
+        return made if is_ours(value) else {**made, "foreign": True}
+    if isinstance(value, PLAIN):
+        return {"kind": "constant", "value": value}
+    if isinstance(value, (list, tuple)) and all(isinstance(item, PLAIN) for item in value):
+        return {"kind": "constant", "value": list(value)}
+    if type(value).__module__ == "typing":
+        return None
+    return {"kind": "constant"}
+
+
+def dumped(package):
+    """Every module of the package, with its public names."""
+    modules, failed = {}, {}
+    root = importlib.import_module(package)
+    names = [package]
+    names += [
+        found.name for found in pkgutil.walk_packages(root.__path__, package + ".", onerror=lambda _: None)
+    ]
+    for name in names:
+        try:
+            module = importlib.import_module(name)
+        except Exception as error:
+            failed[name] = repr(error)
+            continue
+        public = [one for one in dir(module) if not one.startswith("_")]
+        # `getattr` also for names of a lazy package, which `dir` does not list.
+        listed = {one: described(getattr(module, one)) for one in public}
+        modules[name] = {one: what for one, what in listed.items() if what is not None}
+    return modules, failed
+
+
+def main():
+    modules, failed = {}, {}
+    for package in sys.argv[1:]:
+        try:
+            found, broken = dumped(package)
+        except ImportError as error:
+            failed[package] = repr(error)
+            continue
+        modules.update(found)
+        failed.update(broken)
+    json.dump({"modules": modules, "failed": failed}, sys.stdout, default=repr)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,84 @@
+"""Where the Python API differs from genuine ROS on purpose, and why: one table for test and documentation.
+
+Names are patterns of full names, `module.Name` or `module.Class.member`, in which `*` stands for anything.
+`docs/differences.md` has the same table: `python -m tests.interop.python_api_differences` prints it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Kind(Enum):
+    """What is different."""
+
+    NAMED = "can be imported and named, no more"
+    ABSENT = "does not exist"
+    DIFFERS = "differs"
+
+
+@dataclass(frozen=True)
+class Difference:
+    kind: Kind
+    reason: str
+    names: tuple[str, ...]
+
+
+DIFFERENCES = [
+    Difference(
+        Kind.NAMED,
+        "the insides of genuine rospy's transport: pipros has links of its own (`pipros.net`), and nobody "
+        "can use these without the rest of rospy",
+        (
+            "rospy.*.ConnectionStatisticsLogger",
+            "rospy.*.Poller",
+            "rospy.*.QueuedConnection",
+            "rospy.*.ROSHandler",
+            "rospy.*.RegManager",
+            "rospy.*.SubscriberStatisticsLogger",
+            "rospy.*.TCPROSHandler",
+            "rospy.*.TCPROSPub",
+            "rospy.*.TCPROSServer",
+            "rospy.*.TCPROSServiceClient",
+            "rospy.*.TCPROSSub",
+            "rospy.*.TCPROSTransport",
+            "rospy.*.TCPROSTransportProtocol",
+            "rospy.*.TCPServer",
+            "rospy.*.TCPService",
+        ),
+    ),
+    Difference(
+        Kind.DIFFERS,
+        "the parameter is called `str`, as in the message classes that genuine genpy generates",
+        ("*.Message.deserialize",),
+    ),
+    Difference(
+        Kind.ABSENT,
+        "the command `rosconsole` and what it stands on",
+        ("rospy.logger_level_service_caller.*", "rospy.rosconsole.*"),
+    ),
+    Difference(
+        Kind.DIFFERS,
+        "set by the constructor, as in Python's own server",
+        ("rosgraph.xmlrpc.ThreadingXMLRPCServer.socket",),
+    ),
+    Difference(
+        Kind.DIFFERS,
+        "an attribute that is given to the constructor, no method",
+        ("rospy.*Service.error_handler", "rospy.*ServiceImpl.error_handler"),
+    ),
+]
+
+
+def as_markdown() -> str:
+    """The table of the documentation."""
+    rows = ["| names | what | why |", "| --- | --- | --- |"]
+    for one in DIFFERENCES:
+        names = ", ".join(f"`{name}`" for name in one.names)
+        rows.append(f"| {names} | {one.kind.value} | {one.reason} |")
+    return "\n".join(rows)
+
+
+if __name__ == "__main__":
+    print(as_markdown())

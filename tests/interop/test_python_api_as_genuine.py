@@ -1,0 +1,218 @@
+"""Every public name of genuine ROS's Python packages is here, and can be called as there.
+
+What differs on purpose is listed in `python_api_differences.py`, and nothing else may differ.
+"""
+
+from __future__ import annotations
+
+import difflib
+import fnmatch
+import json
+import re
+import subprocess
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.interop.python_api_differences import DIFFERENCES, Difference, Kind, as_markdown
+from tests.support.environments import REPOSITORY, genuine_environment, make_tool_folder, pipros_environment
+
+#: As far as they are complete.
+PACKAGES = ["rosgraph", "rosmaster", "rospy"]
+
+#: Modules of genuine ROS that cannot be imported there, either.
+BROKEN_IN_GENUINE = {"rospy.impl.udpros"}
+
+#: Private names that published packages use all the same.
+PRIVATE_NAMES = {
+    "rospy.client": ["_init_node_args"],
+    "rospy.core": ["_client_ready", "_in_shutdown", "_shutdown_hooks", "_uri"],
+    "rospy.impl.registration": ["_topic_manager", "_service_manager"],
+    "rospy.names": ["_mappings", "_resolved_mappings"],
+    "rospy.rostime": ["_set_rostime"],
+    "rospy.topics": ["_PublisherImpl", "_SubscriberImpl", "_TopicImpl", "_TopicManager"],
+}
+
+#: Programs that call functions with good and bad arguments: how many calls there are at least.
+SCRIPTS = {"examine_api_nodes.py": 700}
+
+Described = Mapping[str, Any]
+Parameter = tuple[str, str, bool, object]
+
+
+@pytest.fixture(scope="session")
+def both(tmp_path_factory: pytest.TempPathFactory) -> tuple[Described, Described]:
+    """The names of genuine ROS, and those of pipros, by module."""
+    home = tmp_path_factory.mktemp("dump")
+    tools = make_tool_folder(home / "tools")
+    genuine = dump("/usr/bin/python3", genuine_environment(home, "http://127.0.0.1:1"))
+    ours = dump("python3", pipros_environment(home, "http://127.0.0.1:1", tools))
+    assert set(genuine["failed"]) <= BROKEN_IN_GENUINE, genuine["failed"]
+    assert not ours["failed"], ours["failed"]
+    return genuine["modules"], ours["modules"]
+
+
+def dump(python: str, environment: dict[str, str]) -> Described:
+    program = Path(__file__).parent / "programs" / "dump_python_api.py"
+    found = subprocess.run(
+        [python, "-W", "ignore", str(program), *PACKAGES],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    described: Described = json.loads(found.stdout)
+    return described
+
+
+@cache
+def listed(name: str) -> Difference | None:
+    """The entry of the table that covers a name, if one does."""
+    for one in DIFFERENCES:
+        if any(fnmatch.fnmatchcase(name, pattern) for pattern in one.names):
+            return one
+    return None
+
+
+def differences(genuine: Described, ours: Described) -> Iterator[tuple[str, str]]:
+    """What is missing or cannot be called as there: `(full name, what is wrong)`."""
+    for module, names in genuine.items():
+        for name, there in names.items():
+            here = ours.get(module, {}).get(name)
+            if there.get("foreign"):
+                continue
+            if here is None:
+                yield f"{module}.{name}", "missing"
+            else:
+                yield from differences_of(f"{module}.{name}", there, here)
+
+
+def differences_of(name: str, there: Described, here: Described) -> Iterator[tuple[str, str]]:
+    if there["kind"] != here["kind"]:
+        yield name, f"is a {here['kind']}, not a {there['kind']}"
+    elif "value" in there and there["value"] != here.get("value"):
+        yield name, f"is {here.get('value')!r}, not {there['value']!r}"
+    elif "parameters" in there and not takes(here.get("parameters"), there["parameters"]):
+        yield name, f"takes {shown(here.get('parameters'))}, not {shown(there['parameters'])}"
+    if there["kind"] != "class" or "members" not in here:
+        return
+    if {"Exception", "Thread"} & set(there["bases"]) and not set(there["bases"]) <= set(here["bases"]):
+        yield name, f"derives from {here['bases']}, not {there['bases']}"
+    for member, what in there["members"].items():
+        if what["kind"] == "inherited":
+            continue
+        own = here["members"].get(member)
+        if own is None:
+            yield f"{name}.{member}", "missing"
+        elif what["kind"] == "method" and not takes(own.get("parameters"), what["parameters"]):
+            yield f"{name}.{member}", f"takes {shown(own.get('parameters'))}, not {shown(what['parameters'])}"
+
+
+def takes(here: list[Parameter] | None, there: list[Parameter] | None) -> bool:
+    """Whether everything that may be given to a function there may be given to it here."""
+    if there is None:
+        return True
+    if here is None:
+        return False
+    if here[:1] and here[0][0] == "self" and (not there or there[0][0] != "self"):
+        here = here[1:]  # a method that was made by a decorator there
+    for place, (name, kind, has_default, default) in enumerate(there):
+        if kind.startswith("VAR_"):
+            if not any(one[1] == kind for one in here):
+                return False
+            continue
+        found = next((one for one in here if one[0] == name), None)
+        if found is None or (kind != "KEYWORD_ONLY" and here.index(found) != place):
+            return False
+        if found[1] == "POSITIONAL_ONLY" or (has_default and (not found[2] or found[3] != default)):
+            return False
+    names = {one[0] for one in there}
+    return all(one[0] in names or one[2] or one[1].startswith("VAR_") for one in here)
+
+
+def shown(parameters: list[Parameter] | None) -> str:
+    if parameters is None:
+        return "(?)"
+    return "(" + ", ".join(f"{one[0]}={one[3]!r}" if one[2] else one[0] for one in parameters) + ")"
+
+
+@pytest.mark.timeout(240)
+def test_every_public_name_is_here_and_can_be_called_as_there(both: tuple[Described, Described]) -> None:
+    wrong = []
+    for name, what in differences(*both):
+        known = listed(name) or listed(name.rpartition(".")[0])
+        if known is None or (known.kind is Kind.NAMED and what == "missing" and listed(name)):
+            wrong.append(f"{name}: {what}")
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.timeout(240)
+def test_no_difference_is_listed_that_there_is_not(both: tuple[Described, Described]) -> None:
+    found = [name for name, _ in differences(*both)]
+    found += [name.rpartition(".")[0] for name in found]
+    needless = [
+        pattern
+        for one in DIFFERENCES
+        for pattern in one.names
+        if not any(fnmatch.fnmatchcase(name, pattern) for name in found)
+    ]
+    assert not needless
+
+
+@pytest.mark.timeout(240)
+def test_nearly_all_names_are_the_same(both: tuple[Described, Described]) -> None:
+    genuine, _ = both
+    names = {f"{module}.{name}" for module, found in genuine.items() for name in found}
+    missing = {name for name, what in differences(*both) if what == "missing"} & names
+    assert len(names) > 950
+    assert len(missing) < len(names) / 20
+
+
+def test_the_documentation_has_the_same_table() -> None:
+    assert as_markdown() in (REPOSITORY / "docs" / "differences.md").read_text()
+
+
+def test_private_names_that_published_packages_use_are_here(tmp_path: Path) -> None:
+    program = "\n".join(
+        f"import {module}\nfor name in {names}: getattr({module}, name)"
+        for module, names in PRIVATE_NAMES.items()
+    )
+    for python, environment in (
+        ("/usr/bin/python3", genuine_environment(tmp_path, "http://127.0.0.1:1")),
+        ("python3", pipros_environment(tmp_path, "http://127.0.0.1:1", make_tool_folder(tmp_path / "tools"))),
+    ):
+        ran = subprocess.run(
+            [python, "-c", program], env=environment, capture_output=True, text=True, timeout=60
+        )
+        assert ran.returncode == 0, ran.stderr
+
+
+@pytest.mark.timeout(120)
+@pytest.mark.parametrize(("script", "outcomes"), SCRIPTS.items(), ids=list(SCRIPTS))
+def test_functions_that_take_plain_input_do_as_there(script: str, outcomes: int, tmp_path: Path) -> None:
+    uri = "http://127.0.0.1:1"
+    tools = make_tool_folder(tmp_path / "tools")
+    genuine = outcomes_of(script, "/usr/bin/python3", genuine_environment(tmp_path, uri))
+    ours = outcomes_of(script, "python3", pipros_environment(tmp_path, uri, tools))
+    assert len(genuine) >= outcomes
+    different = list(difflib.unified_diff(genuine, ours, "genuine", "pipros", n=0, lineterm=""))
+    assert not different, "\n".join(different)
+
+
+def outcomes_of(script: str, python: str, environment: dict[str, str]) -> list[str]:
+    """What the program printed, one call a line, without addresses of objects."""
+    program = Path(__file__).parent / "programs" / script
+    ran = subprocess.run(
+        [python, str(program)],
+        env={**environment, "ROS_NAMESPACE": "/nsp"},
+        capture_output=True,
+        text=True,
+        timeout=90,
+    )
+    assert ran.returncode == 0, ran.stderr
+    lines = (line for line in ran.stdout.splitlines() if line.startswith("@@"))
+    return [re.sub(r"0x[0-9a-f]+", "…", line) for line in lines]
