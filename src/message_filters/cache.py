@@ -43,7 +43,7 @@ class Cache(SimpleFilter):
         """Their stamps."""
         return self._history.stamps
 
-    def connectInput(self, f: SimpleFilter) -> None:  # noqa: N802
+    def connectInput(self, f: SimpleFilter) -> None:
         """Keeps the messages of this filter, too."""
         self.incoming_connection = f.registerCallback(self.add)
 
@@ -54,7 +54,7 @@ class Cache(SimpleFilter):
             self._history.add(stamp, msg)
             self.signalMessage(msg)
 
-    def getInterval(self, from_stamp: Any, to_stamp: Any) -> list[Any]:  # noqa: N802
+    def getInterval(self, from_stamp: Any, to_stamp: Any) -> list[Any]:
         """The messages from one stamp to another, both included.
 
         Raises AssertionError if the first is later than the second, as Noetic's does.
@@ -63,29 +63,29 @@ class Cache(SimpleFilter):
             raise AssertionError(f"from_stamp must not be after to_stamp, got {from_stamp} and {to_stamp}")
         return self._history.between(from_stamp, to_stamp)
 
-    def getElemAfterTime(self, stamp: Any) -> Any:  # noqa: N802
+    def getElemAfterTime(self, stamp: Any) -> Any:
         """The first message with this stamp or a later one, None without any."""
         return self._history.first_from(stamp)
 
-    def getElemBeforeTime(self, stamp: Any) -> Any:  # noqa: N802
+    def getElemBeforeTime(self, stamp: Any) -> Any:
         """The last message with this stamp or an earlier one, None without any."""
         return self._history.last_until(stamp)
 
-    def getLatestTime(self) -> Any:  # noqa: N802
+    def getLatestTime(self) -> Any:
         """The stamp of the message that arrived last, None without any."""
         stamps = self._history.stamps
         return stamps[-1] if stamps else None
 
-    def getLastestTime(self) -> Any:  # noqa: N802
+    def getLastestTime(self) -> Any:
         """The same as `getLatestTime`: an old name."""
         return self.getLatestTime()
 
-    def getOldestTime(self) -> Any:  # noqa: N802
+    def getOldestTime(self) -> Any:
         """The stamp of the message that arrived first of those that are kept, None without any."""
         stamps = self._history.stamps
         return stamps[0] if stamps else None
 
-    def getLast(self) -> Any:  # noqa: N802
+    def getLast(self) -> Any:
         """The first message with the newest stamp or a later one, None without any."""
         latest = self.getLatestTime()
         return None if latest is None else self.getElemAfterTime(latest)

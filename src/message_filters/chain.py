@@ -15,7 +15,7 @@ class PassThrough(SimpleFilter):
         if f is not None:
             self.connectInput(f)
 
-    def connectInput(self, f: SimpleFilter) -> None:  # noqa: N802
+    def connectInput(self, f: SimpleFilter) -> None:
         """Passes on the messages of this filter."""
         self.incoming_connection = f.registerCallback(self.add)
 
@@ -32,7 +32,7 @@ class Chain(SimpleFilter):
         self._filters: list[Any] = []
         self._input = PassThrough(f)
 
-    def connectInput(self, f: SimpleFilter) -> None:  # noqa: N802
+    def connectInput(self, f: SimpleFilter) -> None:
         """Feeds the first filter with the messages of this one."""
         self._input.connectInput(f)
 
@@ -40,7 +40,7 @@ class Chain(SimpleFilter):
         """Feeds a message to the first filter."""
         self._input.add(*msg)
 
-    def addFilter(self, f: Any) -> int:  # noqa: N802
+    def addFilter(self, f: Any) -> int:
         """Adds a filter, which must have `connectInput`, to the end. Returns its number."""
         f.connectInput(self._filters[-1] if self._filters else self._input)
         self._filters.append(f)
@@ -48,7 +48,7 @@ class Chain(SimpleFilter):
         f.registerCallback(lambda *msg: self._pass_on(number, msg))
         return number
 
-    def getFilter(self, index: int) -> Any:  # noqa: N802
+    def getFilter(self, index: int) -> Any:
         """The filter with this number, None where there is none."""
         return self._filters[index] if 0 <= index < len(self._filters) else None
 

@@ -29,7 +29,7 @@ class TimeSequencer(SimpleFilter):
         self.connectInput(f)
         self._timer = rospy.Timer(update_rate, lambda _: self.dispatch(), reset=True)
 
-    def connectInput(self, f: SimpleFilter) -> None:  # noqa: N802
+    def connectInput(self, f: SimpleFilter) -> None:
         """Puts the messages of this filter in order, too."""
         self.incoming_connection = f.registerCallback(self.add)
 

@@ -14,13 +14,13 @@ class SimpleFilter:
     def __init__(self) -> None:
         self.callbacks: dict[int, tuple[Callable[..., object], tuple[Any, ...]]] = {}
 
-    def registerCallback(self, cb: Callable[..., object], *args: Any) -> int:  # noqa: N802
+    def registerCallback(self, cb: Callable[..., object], *args: Any) -> int:
         """Calls `cb` with each output, followed by `args`. Returns the number of the connection."""
         number = len(self.callbacks)
         self.callbacks[number] = (cb, args)
         return number
 
-    def signalMessage(self, *msg: Any) -> None:  # noqa: N802
+    def signalMessage(self, *msg: Any) -> None:
         """Passes an output to all callbacks, in the order of their connection."""
         for callback, more in tuple(self.callbacks.values()):
             callback(*msg, *more)
@@ -39,7 +39,7 @@ class Subscriber(SimpleFilter):
         """Called with each message of the topic."""
         self.signalMessage(msg)
 
-    def getTopic(self) -> str:  # noqa: N802
+    def getTopic(self) -> str:
         """The name of the topic, as it was given."""
         return str(self.topic)
 

@@ -55,7 +55,7 @@ class TimeSynchronizer(SimpleFilter):
     def enable_reset(self, value: bool) -> None:
         self._matcher.reset = value
 
-    def connectInput(self, fs: Sequence[SimpleFilter]) -> None:  # noqa: N802
+    def connectInput(self, fs: Sequence[SimpleFilter]) -> None:
         """Takes the messages of these filters; what waits of others is forgotten."""
         old = self._matcher
         self._matcher = self._new_matcher(len(fs), old.queue_size, old.reset)

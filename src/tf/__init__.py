@@ -5,6 +5,15 @@
 
 from typing import Any as _Any
 
+from tf.broadcaster import TransformBroadcaster as TransformBroadcaster
+from tf.listener import Transformer as Transformer
+from tf.listener import TransformerROS as TransformerROS
+from tf.listener import TransformListener as TransformListener
+from tf2_ros import ConnectivityException as ConnectivityException
+from tf2_ros import ExtrapolationException as ExtrapolationException
+from tf2_ros import LookupException as LookupException
+from tf2_ros import TransformException as Exception  # noqa: A004, F401 # its name in tf
+
 
 def __getattr__(name: str) -> _Any:
     if name == "transformations":

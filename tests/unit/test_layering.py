@@ -48,6 +48,11 @@ FACADES_BELOW: dict[str, set[str]] = {
     "rosparam": {"rosgraph"},  # get_param_server returns a rosgraph.Master
     "rospy": {"rosgraph"},  # rospy.names has functions of rosgraph.names
     "rostest": {"rospy", "rosunit"},  # rosrun ends rospy's node; unitrun is rosunit's
+    "tf": {"rospy", "tf2_ros"},
+    "tf2_geometry_msgs": {"tf2_ros"},  # registers its types there
+    "tf2_py": {"rospy"},  # gives rospy.Time
+    "tf2_ros": {"rosgraph", "rospy", "tf2_py"},
+    "tf2_sensor_msgs": {"tf2_geometry_msgs", "tf2_ros"},
     "rostopic": {"rospy"},  # its measuring classes go by the clock of rospy's node
 }
 

@@ -1,0 +1,252 @@
+"""A buffer of frames over time, and the questions that tf2's buffer answers, with its errors.
+
+Times are nanoseconds; 0 asks for the newest. All methods may be called from any thread.
+"""
+
+from __future__ import annotations
+
+from threading import Lock
+
+from pipros.transforms.errors import (
+    ConnectivityException,
+    InvalidArgumentException,
+    LookupException,
+    TransformException,
+)
+from pipros.transforms.history import NS_PER_S, MovingFrame, StaticFrame
+from pipros.transforms.listing import frames_as_dot, frames_as_string, frames_as_yaml
+from pipros.transforms.pose import IDENTITY, Pose, composed_exactly
+from pipros.transforms.tree import Frames, find_path, latest_common_time
+
+DEFAULT_LENGTH = 10 * NS_PER_S
+NORM_TOLERANCE = 10e-3
+"""How far the square of a quaternion's length may be from one."""
+
+
+class FrameBuffer:
+    """The transforms of the last `length` nanoseconds, and those that never change."""
+
+    def __init__(self, length: int = DEFAULT_LENGTH) -> None:
+        self.length = length
+        self._lock = Lock()
+        self._frames: Frames = {}
+
+    def insert(
+        self, parent: str, child: str, stamp: int, pose: Pose, authority: str, is_static: bool = False
+    ) -> list[str]:
+        """Takes the pose of a frame in its parent. Returns why not, if it is refused.
+
+        A frame that was static first stays so, and one that moved first, too, as in tf2.
+        """
+        if parent[:1] == "/":
+            parent = parent[1:]
+        if child[:1] == "/":
+            child = child[1:]
+        x, y, z, a, b, c, d = pose
+        norm = a * a + b * b + c * c + d * d
+        # One comparison passes what is right; NaN and infinity fail each comparison.
+        if not (-NORM_TOLERANCE < norm - 1.0 < NORM_TOLERANCE and x == x and y == y and z == z):
+            return _mistakes(parent, child, pose, authority)
+        if parent == child or not parent or not child:
+            return _mistakes(parent, child, pose, authority)
+        with self._lock:
+            frame = self._frames.get(child)
+            if frame is None:
+                frame = StaticFrame() if is_static else MovingFrame(self.length)
+                self._frames[child] = frame
+            if parent not in self._frames:
+                self._frames[parent] = None
+            refusal = frame.insert(stamp, parent, pose)
+            if refusal is None:
+                frame.authority = authority
+                return []
+        return [
+            f"{refusal} for frame {child} at time {stamp / NS_PER_S:.6f} according to authority {authority}"
+        ]
+
+    def clear(self) -> None:
+        """Forgets all transforms but static ones."""
+        with self._lock:
+            for frame in self._frames.values():
+                if frame is not None:
+                    frame.clear()
+
+    def lookup(self, target: str, source: str, time: int) -> tuple[int, Pose]:
+        """The time that counts, and the pose of the frame `source` in the frame `target` then.
+
+        Raises:
+            InvalidArgumentException, LookupException, ConnectivityException, ExtrapolationException.
+        """
+        with self._lock:
+            frames = self._frames
+            if target == source:
+                if time == 0 and (frame := frames.get(target)) is not None:
+                    time = frame.latest()[0]
+                return time, IDENTITY
+            if target not in frames or source not in frames:
+                self._require(target, "lookupTransform argument target_frame")
+                self._require(source, "lookupTransform argument source_frame")
+            path = find_path(frames, target, source, time)
+            return path.time, path.pose()
+
+    def lookup_full(
+        self, target: str, target_time: int, source: str, source_time: int, fixed: str
+    ) -> tuple[int, Pose]:
+        """As `lookup`, of the source at one time in the target at another, where `fixed` does not move.
+
+        The time is that of the target.
+        """
+        with self._lock:
+            self._require(target, "lookupTransform argument target_frame")
+            self._require(source, "lookupTransform argument source_frame")
+            self._require(fixed, "lookupTransform argument fixed_frame")
+        _, in_fixed = self.lookup(fixed, source, source_time)
+        time, in_target = self.lookup(target, fixed, target_time)
+        return time, composed_exactly(in_target, in_fixed)
+
+    def can_transform(self, target: str, source: str, time: int) -> str | None:
+        """None if `lookup` would succeed, otherwise why it would not.
+
+        Raises:
+            InvalidArgumentException: for a name that cannot be one of a frame.
+        """
+        if target == source:
+            return None
+        with self._lock:
+            frames = self._frames
+            if target not in frames or source not in frames:
+                _check(target, "canTransform argument target_frame")
+                _check(source, "canTransform argument source_frame")
+                return " ".join(
+                    f"canTransform: {role} {name} does not exist."
+                    for role, name in (("target_frame", target), ("source_frame", source))
+                    if name not in frames
+                )
+            try:
+                find_path(frames, target, source, time)
+            except TransformException as error:
+                return str(error)
+            return None
+
+    def can_transform_full(
+        self, target: str, target_time: int, source: str, source_time: int, fixed: str
+    ) -> str | None:
+        """None if `lookup_full` would succeed, otherwise why it would not, in tf2's words.
+
+        Raises:
+            InvalidArgumentException: for a name that cannot be one of a frame.
+        """
+        _check(target, "canTransform argument target_frame")
+        _check(source, "canTransform argument source_frame")
+        _check(fixed, "canTransform argument fixed_frame")
+        with self._lock:
+            unknown = {name for name in (target, source, fixed) if name not in self._frames}
+            if unknown:
+                reasons = []
+                if target in unknown:
+                    reasons.append(f"canTransform: target_frame {target} does not exist.")
+                if source in unknown:
+                    reasons.append(f"canTransform: source_frame {source} does not exist.")
+                    reasons.append(f"fixed_frame: {fixed}does not exist.")  # whether it does or not
+                return " ".join(reasons)
+            try:
+                find_path(self._frames, target, fixed, target_time)
+                find_path(self._frames, fixed, source, source_time)
+            except TransformException as error:
+                return str(error)
+            return None
+
+    def latest_common_time(self, target: str, source: str) -> int:
+        """The newest time at which the frames are known in each other; 0 where nothing between them moves.
+
+        Raises:
+            InvalidArgumentException, LookupException, TransformException.
+        """
+        with self._lock:
+            self._require(target, "get_latest_common_time")
+            self._require(source, "get_latest_common_time")
+            try:
+                return latest_common_time(self._frames, target, source)
+            except (ConnectivityException, LookupException) as error:
+                raise TransformException(str(error)) from None
+
+    def chain(self, target: str, target_time: int, source: str, source_time: int, fixed: str) -> list[str]:
+        """The frames on the way from source to fixed, and on to target.
+
+        Raises:
+            LookupException, ConnectivityException, ExtrapolationException.
+        """
+        with self._lock:
+            if not {target, source, fixed} <= self._frames.keys():
+                raise LookupException("")
+            first = find_path(self._frames, fixed, source, source_time).frame_names()
+            second = find_path(self._frames, target, fixed, target_time).frame_names()
+        return first + second[1:] if first else second
+
+    def frame_exists(self, name: str) -> bool:
+        """Whether the frame was heard of."""
+        with self._lock:
+            return name in self._frames
+
+    def frame_names(self) -> list[str]:
+        """All frames, in the order in which they were heard of."""
+        with self._lock:
+            return list(self._frames)
+
+    def parent(self, name: str, time: int) -> str | None:
+        """The parent of a frame at a time, None where it is not known."""
+        with self._lock:
+            frame = self._frames.get(name)
+            number = -1 if frame is None else frame.locate(time)
+            return None if frame is None or number < 0 else frame.parents[number]
+
+    def as_string(self) -> str:
+        """A line for each frame with its parent."""
+        with self._lock:
+            return frames_as_string(self._frames)
+
+    def as_yaml(self) -> str:
+        """All frames as YAML, as the service `tf2_frames` tells them."""
+        with self._lock:
+            return frames_as_yaml(self._frames)
+
+    def as_dot(self, now: float | None = None) -> str:
+        """All frames as a graph for Graphviz; with the time, in seconds, each tells its age."""
+        with self._lock:
+            return frames_as_dot(self._frames, now)
+
+    def _require(self, name: str, what: str) -> None:
+        """Raises LookupException for a frame that was never heard of."""
+        if name not in self._frames:
+            _check(name, what)
+            raise LookupException(f'"{name}" passed to {what} does not exist. ')
+
+
+def _check(name: str, what: str) -> None:
+    """Raises InvalidArgumentException for a name that cannot be one of a frame."""
+    if not name:
+        raise InvalidArgumentException(f"Invalid argument passed to {what} in tf2 frame_ids cannot be empty")
+    if name[0] == "/":
+        raise InvalidArgumentException(
+            f"Invalid argument \"{name}\" passed to {what} in tf2 frame_ids cannot start with a '/' like: "
+        )
+
+
+def _mistakes(parent: str, child: str, pose: Pose, authority: str) -> list[str]:
+    """All that is wrong with a transform."""
+    found = []
+    if parent == child:
+        found.append(f"TF_SELF_TRANSFORM: frame_id and child_frame_id must differ, both are {child!r}")
+    if not child:
+        found.append("TF_NO_CHILD_FRAME_ID: child_frame_id must be set")
+    if not parent:
+        found.append(f"TF_NO_FRAME_ID: frame_id must be set for child_frame_id {child!r}")
+    numbers = " ".join(f"{number:.6f}" for number in pose)
+    if any(number != number for number in pose):
+        found.append(f"TF_NAN_INPUT: numbers of the frame {child!r} must not be NaN, got ({numbers})")
+    norm = sum(number * number for number in pose[3:])
+    if not abs(norm - 1.0) < NORM_TOLERANCE:
+        found.append(
+            f"TF_DENORMALIZED_QUATERNION: the rotation of {child!r} must have the length 1, got ({numbers})"
+        )
+    return [f'{mistake}; ignored, from authority "{authority}"' for mistake in found]

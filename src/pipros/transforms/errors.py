@@ -1,0 +1,29 @@
+"""Why there is no transform, in tf's own words."""
+
+from __future__ import annotations
+
+from pipros.errors import PiprosError
+
+
+class TransformException(PiprosError):
+    """There is no such transform."""
+
+
+class LookupException(TransformException):
+    """A frame does not exist, or the frames go round in a circle."""
+
+
+class ConnectivityException(TransformException):
+    """The frames are not part of one tree."""
+
+
+class ExtrapolationException(TransformException):
+    """The time is before or after what is known."""
+
+
+class InvalidArgumentException(TransformException):
+    """The name of a frame cannot be one."""
+
+
+class TimeoutException(TransformException):
+    """A transform did not come in time."""

@@ -1,0 +1,72 @@
+"""All frames of a tree as text, YAML and for Graphviz, as tf2 writes them.
+
+`view_frames` and others read it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from pipros.transforms.history import NS_PER_S, FrameHistory, MovingFrame
+
+Frames = Mapping[str, FrameHistory | None]
+
+
+def frames_as_string(frames: Frames) -> str:
+    """A line for each frame with its parent."""
+    lines = []
+    for name, frame in frames.items():
+        if frame is not None:
+            parent = frame.latest()[1] or "NO_PARENT"
+            lines.append(f"Frame {name} exists with parent {parent}.\n")
+    return "".join(lines)
+
+
+def frames_as_yaml(frames: Frames) -> str:
+    """A mapping of frames to parent, sender, rate in Hz, and times in seconds."""
+    return (
+        "{}"
+        if not frames
+        else "".join(
+            f"{name}: \n  parent: '{parent}'\n  broadcaster: '{sender}'\n  rate: {rate:.3f}\n"
+            f"  most_recent_transform: {newest:.3f}\n  oldest_transform: {oldest:.3f}\n"
+            f"  buffer_length: {newest - oldest:.3f}\n"
+            for name, parent, sender, rate, newest, oldest in _known(frames)
+        )
+    )
+
+
+def frames_as_dot(frames: Frames, now: float | None = None) -> str:
+    """A graph for Graphviz. With the time, in seconds, each frame tells its age."""
+    if not frames:
+        return 'digraph G {\n"no tf data recieved"}'
+    lines = []
+    for name, parent, sender, rate, newest, oldest in _known(frames):
+        age = "" if now is None else f"( {now - newest:.3f} sec old)"
+        lines.append(
+            f'"{parent}" -> "{name}"[label="Broadcaster: {sender}\\nAverage rate: {rate:.3f} Hz\\n'
+            f'Most recent transform: {newest:.3f} {age}\\nBuffer length: {newest - oldest:.3f} sec\\n"];\n'
+        )
+    recorded = "" if now is None else f'"Recorded at time: {now:.3f}"[ shape=plaintext ] ;\n '
+    legend = (
+        "edge [style=invis];\n"
+        f' subgraph cluster_legend {{ style=bold; color=black; label ="view_frames Result";\n{recorded}}}->'
+    )
+    for name, frame in frames.items():
+        # Roots, where there is a time to tell, and frames of which everything was forgotten.
+        if (now is not None) if frame is None else (frame.latest()[1] is None):
+            lines.append(f'{legend}"{name}";\n')
+    return f"digraph G {{\n{''.join(lines)}}}"
+
+
+def _known(frames: Frames) -> Iterator[tuple[str, str, str, float, float, float]]:
+    """Name, parent, sender, rate, newest and oldest time of each frame of which something is known."""
+    for name, frame in frames.items():
+        if frame is None:
+            continue
+        stamp, parent = frame.latest()
+        if parent is None:
+            continue
+        newest, oldest = stamp / NS_PER_S, frame.oldest_stamp() / NS_PER_S
+        count = len(frame.stamps) if isinstance(frame, MovingFrame) else 1
+        yield name, parent, frame.authority, count / max(newest - oldest, 0.0001), newest, oldest

@@ -1,0 +1,197 @@
+"""The tree of frames, and the way through it from one frame to another at a time.
+
+A frame is known by its history; frames without one are roots. The walks, and what is an error when, are those
+of tf2.
+"""
+
+from __future__ import annotations
+
+from pipros.transforms.errors import ConnectivityException, ExtrapolationException, LookupException
+from pipros.transforms.history import FrameHistory
+from pipros.transforms.listing import frames_as_string
+from pipros.transforms.pose import IDENTITY, Pose, composed, inverted
+
+MAX_DEPTH = 1000
+"""A way through more frames than this is taken for a circle, as in tf2."""
+
+Step = tuple[FrameHistory, int]
+"""A frame on the way, and the number of its pose (`FrameHistory.locate`)."""
+
+Frames = dict[str, FrameHistory | None]
+"""All frames in the order in which they became known; None for a root."""
+
+
+class Path:
+    """The way from a frame up to another one, or to the root, and down to it from there.
+
+    Attributes:
+        time: the time that it is for; where the newest was asked for, that.
+        up, down: the steps from the source and from the target.
+        names: the frames from source to target.
+    """
+
+    __slots__ = ("down", "names", "time", "up")
+
+    def __init__(
+        self, time: int, up: list[Step], down: list[Step], names: tuple[list[str], list[str]]
+    ) -> None:
+        self.time = time
+        self.up = up
+        self.down = down
+        self.names = names
+
+    def pose(self) -> Pose:
+        """The pose of the source in the target."""
+        time = self.time
+        found: Pose | None = None
+        for frame, number in self.up:
+            step = frame.pose(number, time)
+            found = step if found is None else composed(step, found)
+        if not self.down:
+            return IDENTITY if found is None else found
+        target: Pose | None = None
+        for frame, number in self.down:
+            step = frame.pose(number, time)
+            target = step if target is None else composed(step, target)
+        back = inverted(target or IDENTITY)
+        return back if found is None else composed(back, found)
+
+    def frame_names(self) -> list[str]:
+        """The frames from source to target, both included; none where they are the same."""
+        up, down = self.names
+        if not down:
+            return up
+        if not up:
+            return down[::-1]
+        # Both ways may go further up than to the first common frame.
+        while len(up) > 1 and len(down) > 1 and up[-2] == down[-2]:
+            up, down = up[:-1], down[:-1]
+        return up + down[-2::-1]
+
+
+def find_path(frames: Frames, target: str, source: str, time: int) -> Path:
+    """The way from source to target at a time in nanoseconds, 0 for the newest that all frames have.
+
+    Raises:
+        LookupException: the frames go in a circle.
+        ConnectivityException: there is no way.
+        ExtrapolationException: there is none at this time.
+    """
+    if source == target:
+        return Path(time, [], [], ([], []))
+    if time == 0:
+        time = latest_common_time(frames, target, source)
+    up: list[Step] = []
+    up_names: list[str] = []
+    interrupted: FrameHistory | None = None
+    name = source
+    while True:
+        frame = frames[name]
+        up_names.append(name)
+        if frame is None:
+            break
+        number = frame.locate(time)
+        if number < 0:
+            interrupted = frame
+            break
+        if name == target:
+            return Path(time, up, [], (up_names, []))
+        up.append((frame, number))
+        if len(up) > MAX_DEPTH:
+            raise _circle(frames)
+        name = frame.parents[number]
+    top = name
+
+    down: list[Step] = []
+    down_names: list[str] = []
+    name = target
+    while name != top:
+        frame = frames[name]
+        down_names.append(name)
+        if frame is None:
+            break
+        number = frame.locate(time)
+        if number < 0:
+            raise ExtrapolationException(f"{frame.why_not(time)}{_between(source, target)}")
+        if name == source:
+            return Path(time, [], down, ([], down_names))
+        down.append((frame, number))
+        if len(down) > MAX_DEPTH:
+            raise _circle(frames)
+        name = frame.parents[number]
+    if name != top:
+        if interrupted is not None:
+            raise ExtrapolationException(f"{interrupted.why_not(time)}{_between(source, target)}")
+        raise _not_connected(target, source)
+    return Path(time, up, down, (up_names, [*down_names, top]))
+
+
+def latest_common_time(frames: Frames, target: str, source: str) -> int:
+    """The newest time at which both frames are known in each other; 0 where nothing on the way moves.
+
+    Raises:
+        LookupException: the frames go in a circle.
+        ConnectivityException: there is no way.
+    """
+    if source == target:
+        frame = frames[source]
+        return 0 if frame is None else frame.latest()[0]
+    common: int | None = None
+    seen: list[tuple[int, str]] = []
+    name = source
+    while (frame := frames[name]) is not None:
+        stamp, parent = frame.latest()
+        if parent is None:
+            break
+        if stamp and (common is None or stamp < common):
+            common = stamp
+        seen.append((stamp, parent))
+        name = parent
+        if name == target:
+            return common or 0
+        if len(seen) > MAX_DEPTH:
+            raise _circle(frames)
+
+    above_source = {parent for _, parent in seen}
+    common = None
+    meeting: str | None = None
+    name, depth = target, 0
+    while (frame := frames[name]) is not None:
+        stamp, parent = frame.latest()
+        if parent is None:
+            break
+        if stamp and (common is None or stamp < common):
+            common = stamp
+        if parent in above_source:
+            meeting = parent
+            break
+        name = parent
+        if name == source:
+            return common or 0
+        depth += 1
+        if depth > MAX_DEPTH:
+            raise _circle(frames)
+    if meeting is None:
+        raise _not_connected(target, source)
+    for stamp, parent in seen:
+        if stamp and (common is None or stamp < common):
+            common = stamp
+        if parent == meeting:
+            break
+    return common or 0
+
+
+def _between(source: str, target: str) -> str:
+    return f", when looking up transform from frame [{source}] to frame [{target}]"
+
+
+def _not_connected(target: str, source: str) -> ConnectivityException:
+    return ConnectivityException(
+        f"Could not find a connection between '{target}' and '{source}' because they are not part of the "
+        "same tree.Tf has two or more unconnected trees."
+    )
+
+
+def _circle(frames: Frames) -> LookupException:
+    listing = frames_as_string(frames)
+    return LookupException(f"The tf tree is invalid because it contains a loop.\n{listing}\n")

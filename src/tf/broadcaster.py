@@ -1,0 +1,31 @@
+"""`TransformBroadcaster` of tf: sends transforms given by their numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from std_msgs.msg import Header
+
+from tf2_ros.transform_broadcaster import TransformBroadcaster as Tf2Broadcaster
+
+
+class TransformBroadcaster:
+    """Sends transforms on `/tf`. `queue_size` has no meaning, as with Noetic's."""
+
+    def __init__(self, queue_size: int = 100) -> None:  # noqa: ARG002
+        self.tf2_broadcaster = Tf2Broadcaster()
+
+    def sendTransform(
+        self, translation: Sequence[float], rotation: Sequence[float], time: Any, child: str, parent: str
+    ) -> None:
+        """Sends where `child` is in `parent`: a position (x, y, z) and a quaternion (x, y, z, w)."""
+        x, y, z = translation[0], translation[1], translation[2]
+        turned = Quaternion(rotation[0], rotation[1], rotation[2], rotation[3])
+        header = Header(stamp=time, frame_id=parent)
+        self.sendTransformMessage(TransformStamped(header, child, Transform(Vector3(x, y, z), turned)))
+
+    def sendTransformMessage(self, transform: TransformStamped) -> None:
+        """Sends a TransformStamped."""
+        self.tf2_broadcaster.sendTransform([transform])

@@ -1,0 +1,238 @@
+"""`Transformer` of tf: a buffer of transforms that is asked for positions and quaternions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import rospy
+import tf2_ros
+from pipros.transforms.pose import IDENTITY, Pose, composed, inverted, normalized
+
+PositionAndRotation = tuple[list[float], list[float]]
+Vector = tuple[float, float, float]
+
+
+def strip_leading_slash(s: str) -> str:
+    """The name of a frame without the slash that tf once put in front."""
+    return s[1:] if s.startswith("/") else s
+
+
+class Transformer:
+    """The transforms of the last `cache_time` (10 s unless given).
+
+    `interpolate` has no meaning, as with Noetic's.
+    """
+
+    def __init__(self, interpolate: bool = True, cache_time: Any = None) -> None:  # noqa: ARG002
+        self._buffer = tf2_ros.Buffer(cache_time, debug=False)
+        self._using_dedicated_thread = False
+
+    def allFramesAsDot(self, current_time: Any = None) -> str:
+        """All frames as a graph for Graphviz."""
+        return self._buffer._allFramesAsDot(current_time or None)
+
+    def allFramesAsString(self) -> str:
+        """A line for each frame with its parent."""
+        return self._buffer.all_frames_as_string()
+
+    def setTransform(self, transform: Any, authority: str = "default_authority") -> None:
+        """Takes a TransformStamped."""
+        self._buffer.set_transform(transform, authority)
+
+    def canTransform(self, target_frame: str, source_frame: str, time: Any) -> Any:
+        """Whether `lookupTransform` would succeed."""
+        target, source = strip_leading_slash(target_frame), strip_leading_slash(source_frame)
+        return self._buffer.can_transform(target, source, time)
+
+    def canTransformFull(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> Any:
+        """Whether `lookupTransformFull` would succeed."""
+        asked = _stripped(target_frame, target_time, source_frame, source_time, fixed_frame)
+        return self._buffer.can_transform_full(*asked)
+
+    def waitForTransform(
+        self,
+        target_frame: str,
+        source_frame: str,
+        time: Any,
+        timeout: Any,
+        polling_sleep_duration: Any = None,  # noqa: ARG002 # nothing is polled
+    ) -> None:
+        """Waits until `lookupTransform` would succeed.
+
+        Raises:
+            tf.Exception: it does not in that time, or nobody listens for transforms.
+        """
+        self._require_listener()
+        target, source = strip_leading_slash(target_frame), strip_leading_slash(source_frame)
+        answer = self._buffer.can_transform(target, source, time, timeout, return_debug_tuple=True)
+        _require(answer, source_frame, target_frame)
+
+    def waitForTransformFull(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+        timeout: Any,
+        polling_sleep_duration: Any = None,  # noqa: ARG002
+    ) -> None:
+        """Waits until `lookupTransformFull` would succeed.
+
+        Raises:
+            tf.Exception: it does not in that time, or nobody listens for transforms.
+        """
+        self._require_listener()
+        asked = _stripped(target_frame, target_time, source_frame, source_time, fixed_frame)
+        answer = self._buffer.can_transform_full(*asked, timeout, return_debug_tuple=True)
+        _require(answer, source_frame, target_frame)
+
+    def chain(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> list[str]:
+        """The frames on the way from the source to the fixed frame, and on to the target."""
+        return self._buffer._chain(target_frame, target_time, source_frame, source_time, fixed_frame)
+
+    def clear(self) -> None:
+        """Forgets all transforms but static ones."""
+        self._buffer.clear()
+
+    def frameExists(self, frame_id: str) -> bool:
+        """Whether the frame has a parent."""
+        return frame_id in self.getFrameStrings()
+
+    def getFrameStrings(self) -> list[str]:
+        """The frames that have a parent."""
+        lines = self._buffer.all_frames_as_yaml().splitlines()
+        return [line.rpartition(":")[0] for line in lines if line[:1] not in (" ", "{", "")]
+
+    def getLatestCommonTime(self, source_frame: str, dest_frame: str) -> rospy.Time:
+        """The newest time at which the frames are known in each other."""
+        source, target = strip_leading_slash(source_frame), strip_leading_slash(dest_frame)
+        return self._buffer.get_latest_common_time(source, target)
+
+    def lookupTransform(self, target_frame: str, source_frame: str, time: Any) -> PositionAndRotation:
+        """Where the source is in the target: position (x, y, z) and quaternion (x, y, z, w).
+
+        Raises:
+            tf.LookupException, tf.ConnectivityException, tf.ExtrapolationException, tf.Exception.
+        """
+        target, source = strip_leading_slash(target_frame), strip_leading_slash(source_frame)
+        return _lists(self._buffer.lookup_transform(target, source, time))
+
+    def lookupTransformFull(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> PositionAndRotation:
+        """As `lookupTransform`, of the source at one time in the target at another."""
+        asked = _stripped(target_frame, target_time, source_frame, source_time, fixed_frame)
+        return _lists(self._buffer.lookup_transform_full(*asked))
+
+    def lookupTwist(
+        self, tracking_frame: str, observation_frame: str, time: Any, averaging_interval: Any
+    ) -> tuple[Vector, Vector]:
+        """How quickly a frame moves and turns in another: linear and angular velocity around `time`."""
+        return self.lookupTwistFull(
+            tracking_frame,
+            observation_frame,
+            observation_frame,
+            (0, 0, 0),
+            tracking_frame,
+            time,
+            averaging_interval,
+        )
+
+    def lookupTwistFull(
+        self,
+        tracking_frame: str,
+        observation_frame: str,
+        reference_frame: str,
+        ref_point: Sequence[float],  # noqa: ARG002 # Noetic's does not look at it either
+        reference_point_frame: str,
+        time: Any,
+        averaging_interval: Any,
+    ) -> tuple[Vector, Vector]:
+        """As `lookupTwist`, told in `reference_frame` and for the origin of `reference_point_frame`."""
+        latest = self.getLatestCommonTime(observation_frame, tracking_frame)
+        target_time = time or latest
+        end = min(target_time + rospy.Duration(0.5 * averaging_interval.to_sec()), latest)
+        start = max(rospy.Time(0.0001) + averaging_interval, end) - averaging_interval
+        seconds = (end - start).to_sec()
+        before = self._pose(observation_frame, tracking_frame, start)
+        after = self._pose(observation_frame, tracking_frame, end)
+        turned_by = _rotation_vector(composed(inverted(before), after))
+        tracked = self._pose(reference_frame, tracking_frame, target_time)
+        point = self._pose(reference_frame, reference_point_frame, target_time)
+
+        turn = (*IDENTITY[:3], *tracked[3:])
+        moved = tuple(
+            (later - earlier) / seconds for later, earlier in zip(after[:3], before[:3], strict=True)
+        )
+        linear = composed(turn, (*moved, *IDENTITY[3:]))[:3]
+        angular = composed(turn, (*(part / seconds for part in turned_by), *IDENTITY[3:]))[:3]
+        origin = tracked[:3]
+        # The point that the twist is told for turns with the frame.
+        moved_point = composed(point, (*origin, *IDENTITY[3:]))[:3]
+        around = _cross(origin, angular)
+        share = sum(a * (p - o) for a, p, o in zip(angular, moved_point, origin, strict=True))
+        x, y, z = (v + a + share for v, a in zip(linear, around, strict=True))
+        return (x, y, z), angular
+
+    def setUsingDedicatedThread(self, value: bool) -> None:
+        """Whether somebody fills the buffer, so that waiting makes sense."""
+        self._using_dedicated_thread = value
+
+    def getTFPrefix(self) -> str:
+        """Nothing: tf2 has no prefixes."""
+        return ""
+
+    def _pose(self, target: str, source: str, time: Any) -> Pose:
+        (x, y, z), (a, b, c, d) = self.lookupTransform(target, source, time)
+        return normalized((x, y, z, a, b, c, d))
+
+    def _require_listener(self) -> None:
+        if not self._using_dedicated_thread:
+            raise tf2_ros.TransformException(
+                "cannot wait for transform without a dedicated thread that listens to incoming TF messages"
+            )
+
+
+def _stripped(
+    target: str, target_time: Any, source: str, source_time: Any, fixed: str
+) -> tuple[str, Any, str, Any, str]:
+    return (
+        strip_leading_slash(target),
+        target_time,
+        strip_leading_slash(source),
+        source_time,
+        strip_leading_slash(fixed),
+    )
+
+
+def _require(answer: tuple[int, str], source: str, target: str) -> None:
+    if not answer[0]:
+        raise tf2_ros.TransformException(answer[1] or f'no such transformation: "{source}" -> "{target}"')
+
+
+def _lists(message: Any) -> PositionAndRotation:
+    position, rotation = message.transform.translation, message.transform.rotation
+    return [position.x, position.y, position.z], [rotation.x, rotation.y, rotation.z, rotation.w]
+
+
+def _cross(one: Vector, other: Vector) -> Vector:
+    a, b, c = one
+    x, y, z = other
+    return b * z - c * y, c * x - a * z, a * y - b * x
+
+
+def _rotation_vector(pose: Pose) -> Vector:
+    """The axis of the pose's rotation, as long as its angle, which is at most half a turn."""
+    x, y, z, w = pose[3:]
+    if w < 0.0:
+        x, y, z, w = -x, -y, -z, -w
+    length = math.sqrt(x * x + y * y + z * z)
+    factor = 2.0 * math.atan2(length, w) / length if length else 2.0
+    return x * factor, y * factor, z * factor

@@ -1,0 +1,9 @@
+"""tf2_py, as Noetic has it, on pipros: the buffer of transforms without topics."""
+
+from pipros.transforms.errors import ConnectivityException as ConnectivityException
+from pipros.transforms.errors import ExtrapolationException as ExtrapolationException
+from pipros.transforms.errors import InvalidArgumentException as InvalidArgumentException
+from pipros.transforms.errors import LookupException as LookupException
+from pipros.transforms.errors import TimeoutException as TimeoutException
+from pipros.transforms.errors import TransformException as TransformException
+from tf2_py.buffer_core import BufferCore as BufferCore

@@ -1,0 +1,175 @@
+"""`BufferCore`: the buffer of transforms, with messages in and out."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from std_msgs.msg import Header
+
+import rospy
+from pipros.transforms.buffer import DEFAULT_LENGTH, FrameBuffer
+from pipros.transforms.errors import InvalidArgumentException
+from pipros.transforms.pose import Pose
+
+NS_PER_S = 1_000_000_000
+
+
+class BufferCore:
+    """Transforms of the last `cache_time` (10 s unless given), and static ones, which are kept for ever.
+
+    What is wrong with a transform that is refused is written to standard error, as genuine tf2 does.
+    """
+
+    _refused_on: Any = None
+    """Where that is written; standard error for None."""
+
+    def __init__(self, cache_time: Any = None) -> None:
+        self._buffer = FrameBuffer(DEFAULT_LENGTH if cache_time is None else in_ns(cache_time))
+
+    def set_transform(self, transform: Any, authority: str) -> None:
+        """Takes a TransformStamped. `authority` says whose it is."""
+        self._insert(transform, authority, False)
+
+    def set_transform_static(self, transform: Any, authority: str) -> None:
+        """Takes a TransformStamped that never changes."""
+        self._insert(transform, authority, True)
+
+    def _insert(self, transform: Any, authority: str, is_static: bool) -> None:
+        header = transform.header
+        position, rotation = transform.transform.translation, transform.transform.rotation
+        pose = (
+            float(position.x),
+            float(position.y),
+            float(position.z),
+            float(rotation.x),
+            float(rotation.y),
+            float(rotation.z),
+            float(rotation.w),
+        )
+        stamp = in_ns(header.stamp)
+        if authority.__class__ is not str and not isinstance(authority, str):
+            raise TypeError(f"argument 2 must be str, not {type(authority).__name__}")
+        refused = self._buffer.insert(
+            header.frame_id, transform.child_frame_id, stamp, pose, authority, is_static
+        )
+        for text in refused:
+            self._warn(text)
+
+    def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> TransformStamped:
+        """The transform that brings data of the source into the target, at a time or at the newest (zero).
+
+        Raises:
+            LookupException, ConnectivityException, ExtrapolationException, InvalidArgumentException.
+        """
+        stamp, pose = self._buffer.lookup(_text(target_frame, 1), _text(source_frame, 2), in_ns(time))
+        return stamped(stamp, target_frame, source_frame, pose)
+
+    def lookup_transform_full_core(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> TransformStamped:
+        """As `lookup_transform_core`, of the source at one time in the target at another.
+
+        `fixed_frame` is one that does not move between these times.
+        """
+        stamp, pose = self._buffer.lookup_full(
+            _text(target_frame, 1),
+            in_ns(target_time),
+            _text(source_frame, 3),
+            in_ns(source_time),
+            _text(fixed_frame, 5),
+        )
+        return stamped(stamp, target_frame, source_frame, pose)
+
+    def can_transform_core(self, target_frame: str, source_frame: str, time: Any) -> tuple[int, str]:
+        """(1, "") where `lookup_transform_core` would succeed, otherwise 0 and why it would not."""
+        _text(target_frame, 1), _text(source_frame, 2)
+        try:
+            reason = self._buffer.can_transform(target_frame, source_frame, in_ns(time))
+        except InvalidArgumentException as error:
+            self._warn(str(error))
+            return (0, "")
+        return (1, "") if reason is None else (0, reason)
+
+    def can_transform_full_core(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> tuple[int, str]:
+        """(1, "") where `lookup_transform_full_core` would succeed, otherwise 0 and why it would not."""
+        _text(target_frame, 1), _text(source_frame, 3), _text(fixed_frame, 5)
+        times = in_ns(target_time), in_ns(source_time)
+        try:
+            reason = self._buffer.can_transform_full(
+                target_frame, times[0], source_frame, times[1], fixed_frame
+            )
+        except InvalidArgumentException as error:
+            self._warn(str(error))
+            return (0, "")
+        return (1, "") if reason is None else (0, reason)
+
+    def get_latest_common_time(self, target_frame: str, source_frame: str) -> rospy.Time:
+        """The newest time at which the frames are known in each other."""
+        return in_time(self._buffer.latest_common_time(_text(target_frame, 1), _text(source_frame, 2)))
+
+    def clear(self) -> None:
+        """Forgets all transforms but static ones."""
+        self._buffer.clear()
+
+    def all_frames_as_yaml(self, *_: Any) -> str:
+        """All frames as YAML: parent, sender, rate, times."""
+        return self._buffer.as_yaml()
+
+    def all_frames_as_string(self, *_: Any) -> str:
+        """A line for each frame with its parent."""
+        return self._buffer.as_string()
+
+    def _allFramesAsDot(self, current_time: Any = None) -> str:  # noqa: N802
+        return self._buffer.as_dot(None if current_time is None else in_ns(current_time) / NS_PER_S)
+
+    def _frameExists(self, frame_id: str) -> bool:  # noqa: N802
+        return self._buffer.frame_exists(_text(frame_id, 1))
+
+    def _getFrameStrings(self) -> list[str]:  # noqa: N802
+        return self._buffer.frame_names()
+
+    def _chain(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> list[str]:
+        return self._buffer.chain(
+            target_frame, in_ns(target_time), source_frame, in_ns(source_time), fixed_frame
+        )
+
+    def _warn(self, text: str) -> None:
+        print(f"Warning: {text}", file=self._refused_on or sys.stderr, flush=True)
+
+
+def stamped(stamp: int, parent: str, child: str, pose: Pose) -> TransformStamped:
+    """A pose as a message."""
+    x, y, z, a, b, c, d = pose
+    header = Header(0, in_time(stamp), parent)
+    return TransformStamped(header, child, Transform(Vector3(x, y, z), Quaternion(a, b, c, d)))
+
+
+def in_time(ns: int) -> rospy.Time:
+    """Nanoseconds as a point in time."""
+    return rospy.Time(ns // NS_PER_S, ns % NS_PER_S)
+
+
+def in_ns(time: Any) -> int:
+    """A time or a duration in nanoseconds.
+
+    Raises:
+        TypeError: for anything else.
+    """
+    try:
+        return int(time.secs * NS_PER_S + time.nsecs)
+    except AttributeError:
+        if hasattr(time, "to_sec"):
+            return round(float(time.to_sec()) * NS_PER_S)
+        raise TypeError("time must have a to_sec method, e.g. rospy.Time or rospy.Duration") from None
+
+
+def _text(value: Any, number: int) -> str:
+    if isinstance(value, str):
+        return value
+    raise TypeError(f"argument {number} must be str, not {type(value).__name__}")

@@ -1,0 +1,20 @@
+"""`TransformBroadcaster`: sends transforms."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tf2_msgs.msg import TFMessage
+
+import rospy
+
+
+class TransformBroadcaster:
+    """Sends transforms on `/tf`."""
+
+    def __init__(self) -> None:
+        self.pub_tf = rospy.Publisher("/tf", TFMessage, queue_size=100)
+
+    def sendTransform(self, transform: Any) -> None:
+        """Sends a TransformStamped, or a list of them."""
+        self.pub_tf.publish(TFMessage(transform if isinstance(transform, list) else [transform]))

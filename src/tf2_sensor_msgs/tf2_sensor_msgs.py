@@ -1,0 +1,40 @@
+"""Point clouds in other frames."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sensor_msgs.msg import PointCloud2
+from sensor_msgs.point_cloud2 import create_cloud as create_cloud
+from sensor_msgs.point_cloud2 import read_points as read_points
+
+import tf2_ros
+from pipros.transforms.pose import IDENTITY, composed
+from tf2_geometry_msgs import from_msg_msg as from_msg_msg
+from tf2_geometry_msgs import to_msg_msg as to_msg_msg
+from tf2_geometry_msgs import transform_to_kdl as transform_to_kdl
+
+
+def do_transform_cloud(cloud: PointCloud2, transform: Any) -> PointCloud2:
+    """The cloud in the frame that the transform leads to; its first three fields must be x, y and z.
+
+    Other fields keep their values. The points come in one row, as `create_cloud` makes them.
+    """
+    position, rotation = transform.transform.translation, transform.transform.rotation
+    frame = (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
+    # Where the origin and the ends of the axes come to, is where everything else comes to.
+    origin, *ends = (
+        composed(frame, (*at, *IDENTITY[3:]))[:3] for at in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
+    )
+    ox, oy, oz = origin
+    (a, d, g), (b, e, h), (c, f, i) = ((end[0] - ox, end[1] - oy, end[2] - oz) for end in ends)
+    points = (
+        (a * x + b * y + c * z + ox, d * x + e * y + f * z + oy, g * x + h * y + i * z + oz, *more)
+        for x, y, z, *more in read_points(cloud)
+    )
+    return create_cloud(transform.header, cloud.fields, list(points))
+
+
+tf2_ros.ConvertRegistration().add_to_msg(PointCloud2, to_msg_msg)
+tf2_ros.ConvertRegistration().add_from_msg(PointCloud2, from_msg_msg)
+tf2_ros.TransformRegistration().add(PointCloud2, do_transform_cloud)

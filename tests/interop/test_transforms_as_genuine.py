@@ -1,0 +1,74 @@
+"""Transforms of both sides: the same answers to the same questions, and on one graph."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.interop.programs.examine_buffer import __file__ as buffer_script
+from tests.interop.programs.examine_geometry import __file__ as geometry_script
+from tests.support.ros import RosSystem
+
+PROGRAMS = Path(__file__).parent / "programs"
+
+
+def asked(python: str, script: str, seed: int, count: int) -> list[Any]:
+    ended = subprocess.run(
+        [python, script, str(seed), str(count)],
+        env={"PATH": "/usr/bin:/bin"},
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    return list(json.loads(ended.stdout))
+
+
+def is_near(one: Any, other: Any) -> bool:
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(is_near, one, other))
+    if isinstance(one, float) and isinstance(other, float):
+        return (math.isnan(one) and math.isnan(other)) or math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9)
+    return type(one) is type(other) and bool(one == other)
+
+
+def differing(script: str, seed: int, count: int) -> list[Any]:
+    genuine = asked("/usr/bin/python3", script, seed, count)
+    ours = asked(sys.executable, script, seed, count)
+    assert len(genuine) == len(ours) >= count
+    return [(one, other) for one, other in zip(genuine, ours, strict=True) if not is_near(one, other)]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_ten_thousand_questions_have_the_same_answers(seed: int) -> None:
+    assert differing(buffer_script, seed, 50) == []
+
+
+def test_messages_are_transformed_alike() -> None:
+    assert differing(geometry_script, 1, 50) == []
+
+
+@pytest.mark.parametrize(
+    ("sender", "asker"), [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros")]
+)
+def test_nodes_of_both_sides_know_each_others_frames(ros: RosSystem, sender: str, asker: str) -> None:
+    ros.pipros.start_master()
+    sides = {"pipros": ros.pipros, "genuine": ros.genuine}
+    sending = sides[sender].start("python3", PROGRAMS / "send_frames.py")
+
+    ended = sides[asker].run("python3", PROGRAMS / "ask_frames.py", timeout_s=90)
+    sending.press_ctrl_c()
+
+    assert ended.stdout == [
+        "1.0 2.0 3.0 1.0",
+        "True 3.0",
+        "0.0",
+        '"nowhere" passed to lookupTransform argument source_frame does not exist. ',
+        "[1.0, 2.0, 3.0]",
+        "[('arm', 'base', '/sender'), ('base', 'map', '/sender'), ('hand', 'arm', '/sender')]",
+    ], ended.output

@@ -1,0 +1,121 @@
+"""tf2_py, tf2_ros and tf without topics."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from geometry_msgs.msg import PointStamped, PoseStamped, TransformStamped
+
+import rospy
+import tf
+import tf2_geometry_msgs
+import tf2_py
+import tf2_ros
+
+
+@pytest.fixture(autouse=True)
+def time() -> Iterator[None]:
+    rospy.rostime.set_rostime_initialized(True)
+    yield
+    rospy.rostime.switch_to_wallclock()
+    rospy.rostime.set_rostime_initialized(False)
+
+
+def stamped(parent: str, child: str, second: float, x: float) -> TransformStamped:
+    message = TransformStamped()
+    message.header.frame_id, message.child_frame_id = parent, child
+    message.header.stamp = rospy.Time.from_sec(second)
+    message.transform.translation.x = x
+    message.transform.rotation.w = 1.0
+    return message
+
+
+def test_a_transform_comes_out_as_it_went_in() -> None:
+    core = tf2_py.BufferCore(rospy.Duration(5))
+    core.set_transform(stamped("a", "b", 10, 4), "me")
+
+    found = core.lookup_transform_core("a", "b", rospy.Time(10))
+
+    assert (found.header.frame_id, found.child_frame_id, found.header.stamp) == ("a", "b", rospy.Time(10))
+    assert found.transform == stamped("a", "b", 10, 4).transform
+    assert core.can_transform_core("a", "c", rospy.Time(0)) == (
+        0,
+        "canTransform: source_frame c does not exist.",
+    )
+
+
+def test_a_wait_ends_when_the_transform_comes() -> None:
+    buffer = tf2_ros.Buffer(debug=False)
+    sender = threading.Timer(0.05, lambda: buffer.set_transform(stamped("a", "b", 10, 4), "me"))
+    sender.start()
+
+    found = buffer.lookup_transform("a", "b", rospy.Time(10), rospy.Duration(60))
+
+    sender.join()
+    assert found.transform.translation.x == 4
+
+
+def test_a_wait_for_nothing_ends_with_the_reason() -> None:
+    buffer = tf2_ros.Buffer(debug=False)
+    answer = buffer.can_transform("a", "b", rospy.Time(0), rospy.Duration(0.01), return_debug_tuple=True)
+
+    assert answer[0] == 0
+    assert "target_frame a does not exist" in answer[1]
+    with pytest.raises(tf2_ros.LookupException):
+        buffer.lookup_transform_full("a", rospy.Time(1), "b", rospy.Time(1), "c", rospy.Duration(0.01))
+
+
+def test_a_wait_ends_when_simulated_time_began_again() -> None:
+    rospy.rostime._set_rostime(rospy.Time(100))
+    buffer = tf2_ros.Buffer(debug=False)
+    back = threading.Timer(0.05, lambda: rospy.rostime._set_rostime(rospy.Time(1)))
+    back.start()
+
+    assert not buffer.can_transform("a", "b", rospy.Time(0), rospy.Duration(1000))
+    back.join()
+
+
+def test_registered_types_are_transformed_and_converted() -> None:
+    buffer = tf2_ros.Buffer(debug=False)
+    buffer.set_transform_static(stamped("a", "b", 0, 4), "me")
+    point = PointStamped()
+    point.header.frame_id = "b"
+    point.point.x = 1.0
+
+    assert buffer.transform(point, "a").point.x == 5.0
+    full = buffer.transform_full(point, "a", rospy.Time(3), "b", new_type=PointStamped)
+    assert (full.point.x, full.header.frame_id) == (5.0, "a")
+    with pytest.raises(tf2_ros.TypeException, match="is registered for"):
+        buffer.transform(stamped("a", "b", 0, 4), "a")
+
+
+def test_a_pose_whose_rotation_nobody_set_is_not_turned() -> None:
+    moved = tf2_geometry_msgs.do_transform_pose(PoseStamped(), stamped("a", "b", 0, 4))
+
+    assert (moved.pose.position.x, moved.pose.orientation.w) == (4.0, 1.0)
+
+
+def test_an_interface_that_looks_nothing_up_says_so() -> None:
+    with pytest.raises(tf2_ros.NotImplementedException):
+        tf2_ros.BufferInterface().can_transform("a", "b", rospy.Time(0))
+
+
+def test_tf_takes_names_with_a_slash() -> None:
+    transformer = tf.TransformerROS(cache_time=rospy.Duration(5))
+    transformer.setTransform(stamped("a", "b", 10, 4))
+
+    assert transformer.lookupTransform("/a", "/b", rospy.Time(0)) == ([4, 0, 0], [0, 0, 0, 1])
+    assert transformer.getFrameStrings() == ["b"]
+    with pytest.raises(tf.Exception, match="dedicated thread"):
+        transformer.waitForTransform("a", "b", rospy.Time(0), rospy.Duration(1))
+    with pytest.raises(tf.LookupException):
+        transformer.lookupTransform("a", "c", rospy.Time(0))
+
+
+@pytest.mark.parametrize("wrong", [None, 5, "now"])
+def test_a_time_must_be_one(wrong: Any) -> None:
+    with pytest.raises(TypeError, match="to_sec"):
+        tf2_py.BufferCore().lookup_transform_core("a", "b", wrong)
