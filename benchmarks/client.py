@@ -183,7 +183,7 @@ def worker_many():
     publishers = [rospy.Publisher(f"topic_{n}", String, queue_size=1) for n in range(200)]
     for n in range(200):
         rospy.Subscriber(f"topic_{n}", String, lambda _: None)
-    while not all(one.get_num_connections() for one in publishers):
+    while not all(publisher.get_num_connections() for publisher in publishers):
         time.sleep(0.05)
     time.sleep(0.5)
     say(**status())

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How long the master lets others wait while somebody does his worst.
+"""How long other clients wait for the master during attacks.
 
     benchmarks/master_attacks.py [--only NAME,…] [--rounds 3]
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How long a node lets others wait while somebody does his worst.
+"""How long other clients wait for a node during attacks.
 
     benchmarks/node_attacks.py [--only NAME,…] [--rounds 3] [--python /usr/bin/python3]
 

@@ -105,10 +105,11 @@ class Tally:
     def sums(self) -> dict[str, int]:
         told = list(self.told.values())
         return {
-            "received": sum(one[0] for one in told) + sum(one.received for one in list(self.echoes.values())),
-            "lost": sum(one[1] for one in told) + sum(one.lost for one in list(self.echoes.values())),
-            "calls": sum(one[2] for one in told),
-            "failed calls": sum(one[3] for one in told),
+            "received": sum(item[0] for item in told)
+            + sum(echo.received for echo in list(self.echoes.values())),
+            "lost": sum(item[1] for item in told) + sum(echo.lost for echo in list(self.echoes.values())),
+            "calls": sum(item[2] for item in told),
+            "failed calls": sum(item[3] for item in told),
         }
 
 

@@ -45,10 +45,10 @@ class _PortTaken(Exception):
 
 
 def _describe(uri: str, host: str, port: int) -> str:
-    """The one line about what runs and how to look at it.
+    """The line that says what runs and how to see more.
 
     Raises:
-        _PortTaken: when a program that is no ROS master listens at the master's address.
+        _PortTaken: a program other than a ROS master listens at the master's address.
     """
     look = "rostopic echo /battery_topic"
     if uri != DEFAULT_MASTER_URI:
@@ -63,7 +63,7 @@ def _describe(uri: str, host: str, port: int) -> str:
         return line
     if not _is_master(uri):
         raise _PortTaken(
-            f"port {port} is in use by a program that is no ROS master. End that program, or take another "
+            f"port {port} is in use by a program that is not a ROS master. End that program, or take another "
             f"port: ROS_MASTER_URI=http://localhost:{port + 1} script/demo"
         )
     return f"{line}\nA ROS master already runs at {uri}: the demo joins it, and leaves it running."

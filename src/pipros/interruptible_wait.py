@@ -40,7 +40,7 @@ class OnceEvent:
         return self._is_set
 
     def set(self) -> None:
-        """Ends all waits. Harmless when repeated."""
+        """Ends all waits. May be repeated."""
         self._is_set = True
         self._release()
 
@@ -50,7 +50,7 @@ class OnceEvent:
 
     def _wait_once(self, timeout_s: float) -> bool:
         if not self._is_set and self._lock.acquire(timeout=timeout_s):
-            self._release()  # for the next who waits; whom an exception just here forgets ends after a slice
+            self._release()  # for the next waiting thread; after an exception here it wakes a slice later
         return self._is_set
 
     def _release(self) -> None:

@@ -82,7 +82,7 @@ class Bag:
 
     Raises:
         ValueError: an argument is invalid.
-        ROSBagException: the file is no bag.
+        ROSBagException: the file is not a bag.
         ROSBagUnindexedException: it has no index.
     """
 

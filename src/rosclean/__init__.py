@@ -20,7 +20,7 @@ class CleanupException(Exception):
 
 
 def get_disk_usage(d: str) -> int:
-    """The bytes in all files and folders below `d`. Raises CleanupException when there is no such folder."""
+    """The bytes in all files and folders below `d`. Raises CleanupException without the folder."""
     return _logs.size_of(_folder(d))
 
 

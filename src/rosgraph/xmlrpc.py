@@ -95,7 +95,7 @@ class XmlRpcNode:
         self.uri = uri
 
     def shutdown(self, reason: str) -> None:
-        """Ends the server. Harmless when repeated."""
+        """Ends the server. May be repeated."""
         server, self.server = self.server, None
         self.is_shutdown = True
         self._ended.set()

@@ -105,7 +105,7 @@ class ROSLaunchParent:
             self.shutdown()
 
     def shutdown(self) -> None:
-        """Ends everything that was started. Harmless when repeated."""
+        """Ends everything that was started. May be repeated."""
         if not self._is_over:
             self._is_over = True
             self.session.stop()

@@ -64,7 +64,7 @@ def list_types(package: str, mode: str = MODE_MSG, rospack: object = None) -> li
     """The types of a package, `package/Name` each, sorted.
 
     Raises:
-        ROSMsgException: there is no such package.
+        ROSMsgException: the package does not exist.
     """
     try:
         return [f"{package}/{name}" for name in _KINDS[mode].names(package)]
@@ -99,7 +99,7 @@ def rosmsg_md5(mode: str, type_: str) -> str:
     """The md5 of a type.
 
     Raises:
-        ROSMsgException: there is no such type.
+        ROSMsgException: the type does not exist.
     """
     try:
         return _KINDS[mode].md5(type_)

@@ -118,7 +118,7 @@ def on_shutdown(h: Callable[[], object]) -> None:
 
 def myargv(argv: Sequence[str] | None = None) -> list[str]:
     """The command line without remapping arguments."""
-    return [one for one in (sys.argv if argv is None else argv) if not is_legal_remapping(one)]
+    return [item for item in (sys.argv if argv is None else argv) if not is_legal_remapping(item)]
 
 
 def load_command_line_node_params(argv: Sequence[str]) -> dict[str, Any]:
@@ -130,7 +130,7 @@ def load_command_line_node_params(argv: Sequence[str]) -> dict[str, Any]:
 
 @_interruptible
 def get_published_topics(namespace: str = "/") -> list[list[str]]:
-    """`[topic, type]` of every topic below the namespace that somebody publishes."""
+    """`[topic, type]` of every published topic below the namespace."""
     return session.master.get_published_topics(namespace)
 
 

@@ -92,7 +92,7 @@ def is_shutdown_requested() -> bool:
 def signal_shutdown(reason: str) -> None:
     """Shuts the node down: hooks first, then its entries at the master, then its links.
 
-    Returns when it is done. Harmless when repeated.
+    Returns when it is done. May be repeated.
     """
     session.end(reason)
 

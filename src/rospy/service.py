@@ -121,7 +121,7 @@ class Service:
         raise NotImplementedError(f"the node of pipros answers {transport} itself")
 
     def shutdown(self, reason: str = "") -> None:
-        """Takes the service back. Harmless when repeated."""
+        """Takes the service back. May be repeated."""
         del reason
         self._is_shut_down = True
         session.release_service(self.resolved_name)

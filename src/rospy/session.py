@@ -207,7 +207,7 @@ class Session:
                 self._early_services.add(name)
 
     def release_service(self, name: str) -> None:
-        """Gives up what `claim_service` claimed. Harmless when repeated."""
+        """Gives up what `claim_service` claimed. May be repeated."""
         self._early_services.discard(name)
 
     def _early(self) -> tuple[str, MasterClient, Parameters]:

@@ -61,7 +61,7 @@ class TopicImpl:
 
     def has_connection(self, endpoint_id: str) -> bool:
         """Whether the peer is connected: a subscriber by its caller id, a publisher by its URI."""
-        return any(one.endpoint_id == endpoint_id for one in self.connections)
+        return any(connection.endpoint_id == endpoint_id for connection in self.connections)
 
 
 class PublisherImpl(TopicImpl):
@@ -75,7 +75,7 @@ class PublisherImpl(TopicImpl):
     def connections(self) -> list[TopicConnection]:
         """The current connections, in a new list."""
         links = self._publication.links
-        return [TopicConnection(one.number, "o", one.caller_id, session.name) for one in links]
+        return [TopicConnection(link.number, "o", link.caller_id, session.name) for link in links]
 
     @property
     def is_latch(self) -> bool:
@@ -101,13 +101,17 @@ class SubscriberImpl(TopicImpl):
     @property
     def connections(self) -> list[TopicConnection]:
         """The current connections, in a new list."""
-        return [TopicConnection(one.number, "i", one.uri, one.caller_id) for one in self._subscription.links]
+        return [
+            TopicConnection(link.number, "i", link.uri, link.caller_id) for link in self._subscription.links
+        ]
 
     @property
     def callbacks(self) -> list[tuple[Callback, Any]]:
         """`(function, args)` of each callback, in a new list; `args` is None for one that gets none."""
-        listeners = [one.stands_for or one for one in self._subscription.listeners]
-        return [(one.callback, None if one.args is NO_ARGS else one.args) for one in listeners]
+        listeners = [listener.stands_for or listener for listener in self._subscription.listeners]
+        return [
+            (listener.callback, None if listener.args is NO_ARGS else listener.args) for listener in listeners
+        ]
 
     def add_callback(self, cb: Callback, cb_args: Any) -> None:
         """Has `cb` called with each message, and with `cb_args` unless that is None.
@@ -120,10 +124,10 @@ class SubscriberImpl(TopicImpl):
         """Takes back the first callback of this function and these arguments.
 
         Raises:
-            KeyError: there is no such callback.
+            KeyError: the callback is not registered.
         """
         args = NO_ARGS if cb_args is None else cb_args
-        listeners = [one.stands_for or one for one in self._subscription.listeners]
+        listeners = [item.stands_for or item for item in self._subscription.listeners]
         for listener in listeners:
             if listener.callback == cb and listener.args == args:
                 self._subscription.remove(listener)

@@ -177,7 +177,7 @@ class Publisher(Topic[AnyMessage]):
         return self._handle.connection_count if self._handle is not None else 0
 
     def unregister(self) -> None:
-        """Gives up this publisher. The topic is unregistered with the last one. Harmless when repeated."""
+        """Gives up this publisher. The topic is unregistered with the last one. May be repeated."""
         self._is_unregistered = True
         self._publish = self._refuse
         handle, self._handle, self._impl = self._handle, None, None
@@ -281,7 +281,7 @@ class Subscriber(Topic[AnyMessage]):
         return self._handle.connection_count if self._handle is not None else 0
 
     def unregister(self) -> None:
-        """Ends the callback. The topic is unregistered with the last one. Harmless when repeated."""
+        """Ends the callback. The topic is unregistered with the last one. May be repeated."""
         self._is_unregistered = True
         handle, self._handle, self._impl = self._handle, None, None
         if handle is not None:

@@ -94,7 +94,7 @@ def get_service_class_by_name(service_name: str) -> Any:
     """The class of a service.
 
     Raises:
-        ROSServiceException: there is no such service, or its type is not on the path.
+        ROSServiceException: the service does not exist, or its type is not on the path.
     """
     with _graph() as graph:
         return _services.service_class_of(graph.master, graph.resolve(service_name))

@@ -62,8 +62,8 @@ class TestCaseResult:
         if self.passed:
             return f"[{self.name}][passed]\n"
         return "".join(
-            f"{f'[{self.name}][{one.tag.upper()}]':-<80}\n{one.text}\n{_DASHES}\n\n"
-            for one in (*self.failures, *self.errors)
+            f"{f'[{self.name}][{item.tag.upper()}]':-<80}\n{item.text}\n{_DASHES}\n\n"
+            for item in (*self.failures, *self.errors)
         )
 
     def add_failure(self, failure: TestFailure) -> None:
@@ -76,7 +76,7 @@ class TestCaseResult:
         element = ElementTree.Element(
             "testcase", classname=self.classname, name=self.name, time=str(self.time)
         )
-        element.extend([one.xml_element() for one in (*self.failures, *self.errors)])
+        element.extend([item.xml_element() for item in (*self.failures, *self.errors)])
         return element
 
     def xml(self) -> bytes:
@@ -131,7 +131,7 @@ class Result:
             errors=str(self.num_errors),
             name=self.name,
         )
-        element.extend([one.xml_element() for one in self.test_case_results])
+        element.extend([test_case_result.xml_element() for test_case_result in self.test_case_results])
         for tag, text in (("system-out", self.system_out), ("system-err", self.system_err)):
             ElementTree.SubElement(element, tag).text = _cdata(text)
         return ElementTree.tostring(element)
@@ -222,7 +222,9 @@ def _one_case(
 
 def print_summary(junit_results: Result, runner_name: str = "ROSUNIT") -> None:
     """Prints all cases, and the numbers of tests, errors and failures."""
-    cases = "".join(one.description for one in junit_results.test_case_results).splitlines()
+    cases = "".join(
+        test_case_result.description for test_case_result in junit_results.test_case_results
+    ).splitlines()
     numbers = junit_results.num_tests, junit_results.num_errors, junit_results.num_failures
     print("\n".join(case_summary(cases, *numbers, runner_name)))
 

@@ -151,7 +151,7 @@ def test_headers_are_numbered_by_the_publisher(make_node: MakeNode) -> None:
     message.header.seq, message.header.frame_id = 77, "map"
     publisher.publish(message)
     publisher.publish(message)
-    assert [(one.header.seq, one.header.frame_id) for one in inbox.wait(2)] == [(1, "map"), (2, "map")]
+    assert [(item.header.seq, item.header.frame_id) for item in inbox.wait(2)] == [(1, "map"), (2, "map")]
 
 
 def test_large_messages_arrive_whole(make_node: MakeNode) -> None:

@@ -106,7 +106,7 @@ def wait_often(times):
     for _ in range(times):
         rospy.wait_for_message("chat", String, 10)
     gc.collect()
-    return sum(isinstance(one, threading.Event) for one in gc.get_objects())
+    return sum(isinstance(thing, threading.Event) for thing in gc.get_objects())
 few = wait_often(3)
 print(wait_often(20) < few + 10)
 """

@@ -178,7 +178,7 @@ int main(int argc, char** argv) {
 def add_package(source: Path, name: str, depends: str, cmake: str) -> Path:
     folder = source / name
     folder.mkdir(parents=True)
-    needed = "".join(f"<depend>{one}</depend>" for one in depends.split())
+    needed = "".join(f"<depend>{item}</depend>" for item in depends.split())
     (folder / "package.xml").write_text(
         f'<package format="2"><name>{name}</name><version>0.0.1</version><description>d</description>'
         '<maintainer email="a@example.org">A</maintainer><license>Apache-2.0</license>'

@@ -29,7 +29,7 @@ class Workspace:
     def add(self, name: str, cmake: str = "catkin_package()", depends: str = "", **files: str) -> Path:
         folder = self.base / "src" / name
         folder.mkdir(parents=True)
-        needed = "".join(f"  <depend>{one}</depend>\n" for one in depends.split())
+        needed = "".join(f"  <depend>{item}</depend>\n" for item in depends.split())
         (folder / "package.xml").write_text(MANIFEST.format(name=name, more=needed))
         head = f"cmake_minimum_required(VERSION 3.0.2)\nproject({name})\n"
         (folder / "CMakeLists.txt").write_text(head + cmake + "\n")

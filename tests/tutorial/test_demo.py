@@ -92,7 +92,7 @@ def test_a_port_that_another_program_uses_is_named_with_a_way_out(ros: RosSystem
         assert demo.wait() == 1
 
     assert demo.output.splitlines()[-1] == (
-        f"script/demo: port {ros.port} is in use by a program that is no ROS master. End that program, or "
+        f"script/demo: port {ros.port} is in use by a program that is not a ROS master. End that program, or "
         f"take another port: ROS_MASTER_URI=http://localhost:{ros.port + 1} script/demo"
     )
 

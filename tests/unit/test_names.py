@@ -38,4 +38,4 @@ def test_remappings_are_resolved_on_both_sides_for_the_node() -> None:
 def test_only_an_argument_whose_key_could_be_a_name_is_kept_from_programs() -> None:
     legal = ["a:=b", "_rate:=5", "__name:=x", "/robot/chat:=talk", "a:="]
     others = ["-a:=b", "a b:=c", ":=b", "a=b"]
-    assert [one for one in [*legal, *others] if names.is_legal_remapping(one)] == legal
+    assert [item for item in [*legal, *others] if names.is_legal_remapping(item)] == legal

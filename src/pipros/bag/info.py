@@ -257,7 +257,7 @@ def info_value(info: Info, key: str) -> str:
     """The text of `rosbag info --yaml --key`: a part of the tree by a dotted path, `topics[0].messages`.
 
     Raises:
-        BagError: there is no such part.
+        BagError: the part does not exist.
     """
     value: Any = info_tree(info)
     for part in key.replace("[", ".[").split("."):

@@ -37,7 +37,7 @@ def _frame(data: bytes, limit: int) -> bytes:
     if flags & 1:
         raise ValueError("it needs a dictionary")
     if not 4 <= block_byte >> 4 & 7 <= 7:
-        raise ValueError("its block size is none of the defined ones")
+        raise ValueError("its block size is not a defined one")
     block_limit = 1 << (8 + 2 * (block_byte >> 4 & 7))
     position = 6 + (8 if flags & 8 else 0)
     if xxh32(data[4:position]) >> 8 & 0xFF != data[position]:

@@ -57,7 +57,7 @@ class BagReader:
         limits: those of the process, if not given.
 
     Raises:
-        BagError: the file is no bag, or encrypted.
+        BagError: the file is not a bag, or is encrypted.
         NotIndexed: it has no index.
         OSError: it cannot be read.
 

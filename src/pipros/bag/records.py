@@ -49,7 +49,7 @@ class Version:
 
 
 def parse_version(line: bytes) -> Version | None:
-    """The version that the first line of a file tells, or None if it is no bag.
+    """The version in the first line of a file, or None if it is not a bag.
 
     >>> parse_version(b"#ROSBAG V2.0")
     Version(major=2, minor=0)

@@ -32,7 +32,7 @@ def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = No
         file: open for reading and writing bytes.
 
     Raises:
-        BagError: the file is no bag.
+        BagError: the file is not a bag.
     """
     source = Source(file, name, limits)
     version, start = read_version(source)

@@ -31,7 +31,7 @@ class TopicWriter:
         """Adds a message. Values of the header may be text or bytes.
 
         Raises:
-            AttributeError: it is no message.
+            AttributeError: it is not a message.
             SerializationError: a field of the message does not fit.
             OSError: see `BagWriter`.
         """
@@ -39,7 +39,7 @@ class TopicWriter:
         key = (topic, cls, None if header is None else tuple(header.items()))
         connection = self._known.get(key)
         if connection is None:
-            _ = message.serialize  # what is no message has none, nor a type
+            _ = message.serialize  # raises for objects that are not messages
             connection = self._known[key] = self._connection(topic, (cls._type, cls._md5sum), header, cls)
         self._writer.write_message(connection, seconds, nanoseconds, message)
 

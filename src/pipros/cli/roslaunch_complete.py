@@ -24,7 +24,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         launch = load(files, {}, context=LoadContext.of_process(index), unset_as="")
     except PiprosError:
         return 1
-    settable = [one.name for one in launch.arguments if one.is_required or one.default is not None]
+    settable = [
+        argument.name for argument in launch.arguments if argument.is_required or argument.default is not None
+    ]
     print(" ".join(sorted(settable)))
     return 0
 

@@ -36,7 +36,7 @@ USAGE: rosstack [options] <command> [stack]
 
 _VALUE_OPTIONS = ("--target", "--length", "--attrib", "--top", "--lang")
 
-# Noetic has three ways to say that there is no such stack.
+# Noetic has three texts for an unknown stack.
 _UNKNOWN = {
     **dict.fromkeys(("depends", "depends1", "depends-on", "depends-on1"), "no such package {}"),
     **dict.fromkeys(("contains", "contains-path"), "stack containing package {} not found"),
@@ -148,7 +148,7 @@ def _complain(text: str, options: Mapping[str, str]) -> int:
 
 
 def _contents(question: _Question) -> list[str]:
-    """The packages of a stack: itself; none of a metapackage. To Noetic, an unknown stack is no failure."""
+    """The packages of a stack: itself; none of a metapackage. Noetic does not fail for an unknown stack."""
     try:
         name = question.stack
     except _Failed as error:

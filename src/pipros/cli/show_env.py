@@ -61,4 +61,6 @@ def built_space(folder: Path) -> Path:
     for space in (folder, folder / "devel", folder / "install"):
         if (space / MARKER).is_file():
             return space
-    raise CommandError(f"[{folder}] is no built workspace; run catkin_make there, or name its devel folder")
+    raise CommandError(
+        f"[{folder}] is not a built workspace; run catkin_make there, or name its devel folder"
+    )

@@ -31,7 +31,7 @@ def mistakes(
         )
     except PiprosError as error:
         return [str(error)]
-    unset = [] if ignore_unset else [one.name for one in launch.arguments if one.is_required]
+    unset = [] if ignore_unset else [argument.name for argument in launch.arguments if argument.is_required]
     return [
         *(f"No value for arg [{name}]" for name in unset),
         *_undeclared(launch, index, (*_RUN_KINDS, *(("test_depends",) if with_test_depends else ()))),

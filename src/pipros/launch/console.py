@@ -51,7 +51,7 @@ class Console:
         return self._log is not None
 
     def close(self) -> None:
-        """Closes the log file. Harmless when repeated."""
+        """Closes the log file. May be repeated."""
         with self._lock:
             log, self._log = self._log, None
             if log is not None:

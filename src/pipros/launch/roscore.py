@@ -123,14 +123,14 @@ class Core:
         self._rosout = rosout
 
     def stop_rosout(self) -> None:
-        """Ends the `/rosout` node. Harmless when repeated."""
+        """Ends the `/rosout` node. May be repeated."""
         rosout, self._rosout = self._rosout, None
         if rosout is not None:
             with suppress(OSError):
                 rosout.stop()
 
     def stop(self) -> None:
-        """Ends everything. Harmless when repeated."""
+        """Ends everything. May be repeated."""
         self.stop_rosout()
         master, self._master = self._master, None
         if master is not None:

@@ -235,7 +235,7 @@ class Run:
         for managed in reversed(self._managed):
             managed.restart_at = None
             if not managed.is_done:
-                processes += [one for one in (managed.process, managed.left_behind) if one is not None]
+                processes += [item for item in (managed.process, managed.left_behind) if item is not None]
         end(
             processes,
             self._console,
@@ -285,7 +285,7 @@ class Run:
 
     def _handle(self, event: NodeProcess | _StopRequest | None) -> None:
         if isinstance(event, NodeProcess):
-            managed = next((one for one in self._managed if one.process is event), None)
+            managed = next((item for item in self._managed if item.process is event), None)
             if managed is not None:
                 self._handle_end(managed, event)
         self._restart_those_due()

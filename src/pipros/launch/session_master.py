@@ -45,7 +45,7 @@ class SessionMaster:
             options: of a master that is started; `port`, `known_as` and `on_shutdown` are set here.
             is_core: whether a running master is an error, as for `roscore`.
             port: as of `master_environment`.
-            on_shutdown: called from another thread when somebody on this computer shuts the master down.
+            on_shutdown: called from another thread when a process on this computer shuts the master down.
         """
         self._requested_uri = environment.master_uri
         self.environment = master_environment(environment, is_core=is_core, port=port, bind=options.host)

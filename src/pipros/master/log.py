@@ -1,6 +1,6 @@
 """The log file of a master: registrations, parameter changes, refused peers and nodes that have gone.
 
-It records Python's loggers `rosmaster.…` and, for refused peers, `pipros.rpc`, in the words of Noetic's
+It records Python's loggers `rosmaster.…` and, for refused peers, `pipros.rpc`, with the texts of Noetic's
 `master.log`. Single calls and notices are logged at level DEBUG.
 """
 
@@ -77,7 +77,7 @@ class MasterLog(logging.Handler):
         self._pending.put(record)
 
     def close(self) -> None:
-        """Writes all pending lines and closes the file. Harmless when repeated."""
+        """Writes all pending lines and closes the file. May be repeated."""
         for logger in self._loggers:
             logger.removeHandler(self)
         if not self._closing.is_set():

@@ -113,7 +113,7 @@ class Master:
         self._is_running = True
 
     def stop(self) -> None:
-        """Closes the port and all connections. Harmless when repeated."""
+        """Closes the port and all connections. May be repeated."""
         if not self._is_running:
             return
         self._is_running = False

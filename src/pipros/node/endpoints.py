@@ -107,12 +107,12 @@ class Endpoints:
         """For each topic, a dictionary of its links by peer: frames, bytes, and what was dropped."""
         return {
             "publications": {
-                one.topic: {peer.caller_id: peer.link.statistics for peer in one.links}
-                for one in self.publications
+                publication.topic: {peer.caller_id: peer.link.statistics for peer in publication.links}
+                for publication in self.publications
             },
             "subscriptions": {
-                one.topic: {peer.caller_id: peer.link.statistics for peer in one.links}
-                for one in self.subscriptions
+                subscription.topic: {peer.caller_id: peer.link.statistics for peer in subscription.links}
+                for subscription in self.subscriptions
             },
         }
 
@@ -260,7 +260,7 @@ class Endpoints:
         return server
 
     def stop_serving(self, server: ServiceServer) -> None:
-        """Takes a service back and ends its connections. Harmless when repeated."""
+        """Takes a service back and ends its connections. May be repeated."""
         with self._lock:
             found = self._services.get(server.name)
             if found is not None and found[0] is server:

@@ -45,7 +45,7 @@ class Identity:
         elif anonymous:
             name = names.anonymous(name)
         if not name or "/" in name:
-            raise InvalidName(f"[{name}] is no node name: it must be a name without a namespace")
+            raise InvalidName(f"[{name}] is not a node name: it must be a name without a namespace")
         namespace = names.make_global_namespace(special.get("__ns", environment.namespace))
         full_name = names.canonicalize(namespace + name)
         if "__hostname" in special or "__ip" in special:

@@ -76,7 +76,7 @@ def open_rosout(node: Node, logger: logging.Logger) -> RosoutHandler:
     )
 
     def topics() -> list[str]:
-        return [one.topic for one in node.endpoints.publications]
+        return [publication.topic for publication in node.endpoints.publications]
 
     names_topics = True
     with contextlib.suppress(LookupError, Unreachable, Refused):

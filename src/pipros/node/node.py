@@ -275,7 +275,7 @@ class Node:
 
         From the beginning on, only the hooks may publish: their last message (a robot's "stop") is not
         followed by one of another thread. An exception in a hook is logged.
-        Harmless when repeated; a second caller waits for the first.
+        May be repeated; a second caller waits for the first.
         """
         with self._lock:
             is_first, self._ending_thread = self._ending_thread is None, self._ending_thread or get_ident()

@@ -292,7 +292,7 @@ class Publisher(Generic[AnyMessage]):
         }
 
     def unregister(self) -> None:
-        """Gives the handle up; with the last one the topic is unregistered. Harmless when repeated."""
+        """Gives the handle up; with the last one the topic is unregistered. May be repeated."""
         release, self._release = self._release, None
         if release is not None:
             release(self.publication)

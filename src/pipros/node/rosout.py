@@ -23,7 +23,7 @@ _NAMES = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
 class RosoutAggregator:
     """Runs the `/rosout` node inside this process. Use it as a context manager, or start and stop it.
 
-    In the file every message is one line and what stands behind tabs below it: no sender can forge a
+    In the file every message is one line and the rest follows after tabs below it: no sender can forge a
     line of another. Control characters are escaped.
     """
 
@@ -56,7 +56,7 @@ class RosoutAggregator:
         serve_loggers(self.node)
 
     def stop(self) -> None:
-        """Ends the node and closes the file. Harmless when repeated."""
+        """Ends the node and closes the file. May be repeated."""
         self.node.shutdown("the end of rosout")
         if self._handler is not None:
             self._handler.close()

@@ -46,7 +46,7 @@ class CallTimeout(ServiceFailed):
 
 
 class Interruptible(Protocol):
-    """What waits for a peer, and can be told to stop."""
+    """A wait for a peer that can be interrupted."""
 
     def interrupt(self) -> None: ...
 

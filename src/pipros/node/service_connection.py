@@ -96,7 +96,7 @@ class Server(Protocol):
         """Has a worker thread call `serve` when one is free; False when there is and will be none."""
 
     def answer(self, frame: memoryview, fields: Mapping[str, str]) -> Reply | None:
-        """Answers one call; None when the request was no request, and the link is to end."""
+        """Answers one call; None when the request was malformed, and the link must end."""
 
     def forget(self, connection: ServiceConnection) -> None:
         """The connection is closed."""
@@ -149,7 +149,7 @@ class ServiceConnection:
             self._go_on()
 
     def abort(self) -> None:
-        """Ends the connection; whoever has it closes it. From any thread, harmless when repeated."""
+        """Ends the connection; whoever has it closes it. From any thread, may be repeated."""
         sockets.abort(self._sock)
 
     # -- in a worker thread -------------------------------------------------------

@@ -130,7 +130,7 @@ class ServiceServer:
         return True
 
     def answer(self, frame: memoryview, fields: Mapping[str, str]) -> Reply | None:
-        """Handles one call; None when the request was no request, and the link is to end."""
+        """Handles one call; None when the request was malformed, and the link must end."""
         try:
             request = self._decode(frame)
         except Exception as error:

@@ -90,24 +90,24 @@ class SlaveApi:
         del caller_id
         publications = [
             [
-                one.topic,
-                sum(peer.link.statistics.bytes for peer in one.links),
+                publication.topic,
+                sum(peer.link.statistics.bytes for peer in publication.links),
                 [
                     [peer.number, peer.link.statistics.bytes, peer.link.statistics.frames, True]
-                    for peer in one.links
+                    for peer in publication.links
                 ],
             ]
-            for one in self._node.endpoints.publications
+            for publication in self._node.endpoints.publications
         ]
         subscriptions = [
             [
-                one.topic,
+                subscription.topic,
                 [
                     [peer.number, peer.link.statistics.bytes, peer.link.statistics.dropped, True]
-                    for peer in one.links
+                    for peer in subscription.links
                 ],
             ]
-            for one in self._node.endpoints.subscriptions
+            for subscription in self._node.endpoints.subscriptions
         ]
         return [1, "", [publications, subscriptions, []]]
 
@@ -120,12 +120,12 @@ class SlaveApi:
                 peer.caller_id,
                 "o",
                 "TCPROS",
-                one.topic,
+                publication.topic,
                 True,
                 f"TCPROS connection on port {port} to [{peer.link.peer}]",
             ]
-            for one in self._node.endpoints.publications
-            for peer in one.links
+            for publication in self._node.endpoints.publications
+            for peer in publication.links
         ]
         incoming = [
             [
@@ -133,12 +133,12 @@ class SlaveApi:
                 peer.uri,
                 "i",
                 "TCPROS",
-                one.topic,
+                subscription.topic,
                 True,
                 f"TCPROS connection to [{peer.link.peer}]",
             ]
-            for one in self._node.endpoints.subscriptions
-            for peer in one.links
+            for subscription in self._node.endpoints.subscriptions
+            for peer in subscription.links
         ]
         return [1, "bus info", outgoing + incoming]
 
@@ -159,7 +159,10 @@ class SlaveApi:
         return [
             1,
             "publications",
-            [[one.topic, one.interface.type] for one in self._node.endpoints.publications],
+            [
+                [publication.topic, publication.interface.type]
+                for publication in self._node.endpoints.publications
+            ],
         ]
 
     def get_subscriptions(self, caller_id: str) -> Answer:
@@ -167,7 +170,10 @@ class SlaveApi:
         return [
             1,
             "subscriptions",
-            [[one.topic, one.interface.type] for one in self._node.endpoints.subscriptions],
+            [
+                [subscription.topic, subscription.interface.type]
+                for subscription in self._node.endpoints.subscriptions
+            ],
         ]
 
     def param_update(self, caller_id: str, parameter_key: str, parameter_value: Any) -> Answer:

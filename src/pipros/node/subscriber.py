@@ -106,13 +106,13 @@ class Subscription:
         def give_latched() -> None:
             first.give()
             with self._lock:
-                self.listeners = tuple(listener if one is stand_in else one for one in self.listeners)
+                self.listeners = tuple(listener if item is stand_in else item for item in self.listeners)
 
         return give_latched
 
     def remove(self, listener: SubscriberCallback) -> None:
         with self._lock:
-            self.listeners = tuple(one for one in self.listeners if listener not in (one, one.stands_for))
+            self.listeners = tuple(item for item in self.listeners if listener not in (item, item.stands_for))
 
     def set_queue_size(self, queue_size: int | None) -> None:
         self.queue_size = queue_size
@@ -240,7 +240,7 @@ class Subscription:
         try:
             message: Any = self._decode(frame)
         except Exception as error:
-            raise ProtocolError(f"{len(frame)} bytes are no {self.interface.type}: {error}") from error
+            raise ProtocolError(f"{len(frame)} bytes are not a {self.interface.type}: {error}") from error
         message._connection_header = header
         self.received += 1
         if last is None:
@@ -326,7 +326,7 @@ class Subscriber(Generic[AnyMessage]):
         }
 
     def unregister(self) -> None:
-        """Ends the callback; with the last one the topic is unregistered. Harmless when repeated."""
+        """Ends the callback; with the last one the topic is unregistered. May be repeated."""
         release, self._release = self._release, None
         if release is not None:
             release(self.subscription, self._listener)

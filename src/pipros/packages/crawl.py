@@ -192,7 +192,7 @@ def dump(found: Crawl) -> str | None:
     """A crawl as text for a cache file; None if a path or name contains a tab or a line end."""
     lines = [found.root]
     lines += [f"{changed_ns}\t{path}" for path, changed_ns in found.folders]
-    lines += [f"{one.manifest_ns}\t{one.path}\t{one.name}\t{one.kind}" for one in found.packages]
+    lines += [f"{item.manifest_ns}\t{item.path}\t{item.name}\t{item.kind}" for item in found.packages]
     if any("\t" in path or "\n" in path for path, _ in found.folders):
         return None
     if any("\n" in package.path or "\t" in package.path for package in found.packages):

@@ -253,7 +253,7 @@ class _Walk:
     def call(self, node: ast.Call) -> Any:
         function = self._called(node.func)
         by_name = node.args[:1] if _name_of(node.func) in _TAKE_A_FUNCTION else []
-        arguments = [self._function_named(one) for one in by_name]
+        arguments = [self._function_named(item) for item in by_name]
         arguments += [self.value(argument) for argument in node.args[len(by_name) :]]
         keywords = {}
         for keyword in node.keywords:

@@ -236,9 +236,9 @@ def _file_response(path: str, more: Mapping[str, str]) -> Response:
             next((child for child in file.iterdir() if child.name == part), file) if file.is_dir() else file
         )
         if file.name != part:
-            return _response(HTTPStatus.NOT_FOUND, b"There is no such file.", "text/plain; charset=utf-8")
+            return _response(HTTPStatus.NOT_FOUND, b"This file does not exist.", "text/plain; charset=utf-8")
     if not file.is_file():
-        return _response(HTTPStatus.NOT_FOUND, b"There is no such file.", "text/plain; charset=utf-8")
+        return _response(HTTPStatus.NOT_FOUND, b"This file does not exist.", "text/plain; charset=utf-8")
     kind = mimetypes.guess_type(name)[0] or "application/octet-stream"
     if name.endswith(".js"):
         kind = "text/javascript"

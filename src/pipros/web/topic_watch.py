@@ -106,7 +106,7 @@ class TopicWatches:
 
     @contextlib.contextmanager
     def watch(self, topic: str) -> Iterator[TopicWatch]:
-        """Subscribes to a topic for as long as somebody is in the context."""
+        """Subscribes to a topic as long as one context is open."""
         with self._lock:
             watch, subscriber, users = self._watches.get(topic) or (*self._subscribe(topic), 0)
             self._watches[topic] = watch, subscriber, users + 1

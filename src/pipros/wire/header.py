@@ -21,7 +21,7 @@ def encode_header(fields: Mapping[str, str]) -> bytes:
     b'\\x0c\\x00\\x00\\x00\\x08\\x00\\x00\\x00type=a/B'
     """
     encoded = [f"{key}={value}".encode() for key, value in fields.items()]
-    body = b"".join(_LENGTH.pack(len(one)) + one for one in encoded)
+    body = b"".join(_LENGTH.pack(len(item)) + item for item in encoded)
     return _LENGTH.pack(len(body)) + body
 
 

@@ -211,7 +211,7 @@ class _Build:
 
     def _check_reconfigure_options(self, natives: Sequence[SourcePackage]) -> None:
         """Fails packages with `.cfg` files if there is no dynamic_reconfigure: CMake would fail for all."""
-        users = [one for one in natives if self._result.projects[one.name].has_reconfigure_options]
+        users = [native for native in natives if self._result.projects[native.name].has_reconfigure_options]
         if not users or "dynamic_reconfigure" in self._result.projects:
             return
         with suppress(genuine_catkin.MissingTools):  # reported when packages are built
@@ -289,7 +289,7 @@ class _Build:
         natives = [package for package in natives if package.name not in self._failed]
         if not natives:
             return
-        chosen = [one for one in packages if one.name in names and one.name not in self._failed]
+        chosen = [item for item in packages if item.name in names and item.name not in self._failed]
         try:
             tools = genuine_catkin.find_tools(self._variables)
             genuine_catkin.build(tools, chosen, self._layout, self._options, self._say)

@@ -156,7 +156,7 @@ def set_loggers(server):
     logger = ("ros." if server == "roscpp" else "rosout.") + ME
     for level in ("warn", "error"):
         set_level(logger, level.upper())
-        if level not in [one.level.lower() for one in get_loggers().loggers if one.name == logger]:
+        if level not in [item.level.lower() for item in get_loggers().loggers if item.name == logger]:
             report("loggers", server, level + " was not set")
     report("loggers", server, "followed")
 

@@ -168,7 +168,7 @@ def services():
     examine("twice", lambda: rospy.Service("keep", SetLoggerLevel, keep))
     examine("wait_for_service", lambda: rospy.wait_for_service("/nobody", 0.1))
     loggers = rospy.ServiceProxy("~get_loggers", GetLoggers)().loggers
-    examine("loggers", lambda: [(one.name, one.level) for one in loggers if one.name == "rosout"])
+    examine("loggers", lambda: [(logger.name, logger.level) for logger in loggers if logger.name == "rosout"])
 
 
 def parameters():

@@ -51,7 +51,7 @@ def services():
     examine("after a call", lambda: (proxy.uri == service.uri, proxy.transport))
     persistent = rospy.ServiceProxy("s", Trigger, persistent=True)
     responses = persistent(), persistent()
-    examine("persistent", lambda: [one._connection_header["callerid"] for one in responses])
+    examine("persistent", lambda: [item._connection_header["callerid"] for item in responses])
     examine("kept", lambda: (persistent.uri == service.uri, persistent.transport is not None))
     persistent.close()
 
@@ -92,7 +92,7 @@ def logs():
 
     wait_for(arrived)
     examine("file", lambda: arrived()[0].file)
-    loggers = [one.name for one in rospy.ServiceProxy("~get_loggers", GetLoggers)().loggers]
+    loggers = [logger.name for logger in rospy.ServiceProxy("~get_loggers", GetLoggers)().loggers]
     names = ("rospy", "rospy.client", "rospy.core", "rospy.internal", "rospy.topics", "rosgraph", "xmlrpc")
     examine("loggers", lambda: [name in loggers for name in (*names, "rosout")])
 

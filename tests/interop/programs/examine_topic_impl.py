@@ -71,7 +71,7 @@ def impls():
         examine(f"{side} connections", lambda: (type(impl.connections).__name__, len(impl.connections)))
         examine(f"{side} direction", lambda: impl.connections[0].direction)
     examine("endpoint", lambda: publisher.impl.connections[0].endpoint_id)
-    examine("callerid_pub", lambda: [one.callerid_pub for one in subscriber.impl.connections])
+    examine("callerid_pub", lambda: [connection.callerid_pub for connection in subscriber.impl.connections])
     examine("shared", lambda: subscriber.impl is other.impl)
     examine("shared by publishers", lambda: publisher.impl is rospy.Publisher("t", String, queue_size=5).impl)
     examine("callbacks", lambda: [(callable(function), args) for function, args in other.impl.callbacks])

@@ -93,7 +93,7 @@ def test_env_without_a_workspace_is_that_of_pipros(
 
 def test_env_says_when_nothing_was_built(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["env", str(tmp_path)]) == 1
-    assert "is no built workspace; run catkin_make" in capsys.readouterr().err
+    assert "is not a built workspace; run catkin_make" in capsys.readouterr().err
 
 
 def test_stubs_are_written_where_editors_look(

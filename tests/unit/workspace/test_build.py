@@ -239,7 +239,7 @@ def test_the_language_of_cmake_is_carried_out(workspace: Workspace) -> None:
     )
     result = workspace.build()
     assert result.errors == []
-    assert [one.name for one in result.projects["talkers"].interfaces] == ["A", "C"]
+    assert [interface.name for interface in result.projects["talkers"].interfaces] == ["A", "C"]
 
 
 def test_install_copies_what_is_to_be_installed(workspace: Workspace) -> None:

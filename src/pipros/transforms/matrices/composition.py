@@ -1,4 +1,4 @@
-"""Matrices put together of scale, shear, rotation, translation and perspective, and taken apart."""
+"""Matrices composed of scale, shear, rotation, translation and perspective, and decomposed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def decompose_matrix(matrix: ArrayLike) -> Parts:
     """Scale (x, y, z), shear (x-y, x-z, y-z), angles (static x, y, z), translation, perspective of a matrix.
 
     `compose_matrix` puts them together again. Method: S. W. Thomas, "Decomposing a matrix into simple
-    transformations", Graphics Gems II. Raises ValueError if the matrix cannot be taken apart.
+    transformations", Graphics Gems II. Raises ValueError if the matrix cannot be decomposed.
     """
     whole = np.array(matrix, dtype=np.float64)
     if abs(whole[3, 3]) < EPSILON:

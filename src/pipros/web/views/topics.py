@@ -32,7 +32,7 @@ class TopicViews:
             yield {"topics": list(_rows(observation)), "error": observation.error}
 
     async def topic(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """One topic while somebody looks at it: its newest message, rate and bandwidth."""
+        """One topic while a browser shows it: its newest message, rate and bandwidth."""
         name = topic_name(arguments)
         with self._system.topics.watch(name) as watch:
             number = -1

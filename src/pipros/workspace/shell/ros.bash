@@ -137,7 +137,7 @@ _pipros_complete() {
   mapfile -t COMPREPLY < <(printf '%s' "$offers")
   [ ${#COMPREPLY[@]} -gt 0 ] || return
   case "${COMPREPLY[0]}" in */ | *:=) compopt -o nospace ;; esac
-  mapfile -t COMPREPLY < <(printf '%q\n' "${COMPREPLY[@]}")  # what stands in names is not to be run
+  mapfile -t COMPREPLY < <(printf '%q\n' "${COMPREPLY[@]}")  # names must not be run
 }
 
 complete -F _pipros_complete -o default roscd rospd rosls rosed roscat roscp rosmv rosrun roslaunch rostest rospack
