@@ -5,6 +5,10 @@ Facade of `pipros.bag`; see http://wiki.ros.org/rosbag/Code%20API.
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Sequence
+
+from pipros.cli.rosbag import main as _main
 from rosbag.bag import (
     Bag,
     BagMessage,
@@ -27,4 +31,10 @@ __all__ = [
     "ROSBagException",
     "ROSBagFormatException",
     "ROSBagUnindexedException",
+    "rosbagmain",
 ]
+
+
+def rosbagmain(argv: Sequence[str] | None = None) -> None:
+    """The command `rosbag`; `argv` has its name first. Ends the process with its exit code."""
+    sys.exit(_main(list(sys.argv if argv is None else argv)[1:]))

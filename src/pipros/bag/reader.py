@@ -138,6 +138,11 @@ class BagReader:
         return self._source.name
 
     @property
+    def source(self) -> Source:
+        """The file."""
+        return self._source
+
+    @property
     def size(self) -> int:
         """Bytes of the file."""
         return self._source.size

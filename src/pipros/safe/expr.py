@@ -23,6 +23,9 @@ from pipros.limits import Limits, process_limits
 from pipros.safe import guarded, operators
 from pipros.safe.methods import find_method
 
+TYPE_NAMES = ("_type", "_md5sum")
+"""Names with an underscore that `fields` is asked for: the type of a message."""
+
 DEPTH_LIMIT = 50
 """Nesting, well below what would exhaust the interpreter's stack."""
 
@@ -82,17 +85,48 @@ def evaluate(
     >>> evaluate("rate * 2 if fast else max(rate, 1)", names={"rate": 5, "fast": True})
     10
     """
-    limits = limits or process_limits()
-    tree = _parse(text, limits)
-    budget = guarded.Budget(limits)
-    walk = _Walk(
-        text,
-        {**guarded.CONSTANTS, **(names or {})},
-        {**guarded.FUNCTIONS, **budget.functions, **(functions or {})},
-        fields,
-        budget,
-    )
-    return walk.value(tree)
+    return Expression(text, functions=functions, fields=fields, limits=limits).value(names or {})
+
+
+class Expression:
+    """An expression that is parsed once and evaluated many times; arguments as those of `evaluate`.
+
+    Raises:
+        ExpressionError: the text is malformed.
+
+    >>> Expression("a + b").value({"a": 1, "b": 2})
+    3
+    """
+
+    def __init__(
+        self,
+        text: str,
+        *,
+        functions: Mapping[str, Function] | None = None,
+        fields: FieldAccess | None = None,
+        limits: Limits | None = None,
+    ) -> None:
+        self._text = text
+        self._limits = limits or process_limits()
+        self._tree = _parse(text, self._limits)
+        self._functions = functions or {}
+        self._fields = fields
+
+    def names(self) -> set[str]:
+        """All names in it."""
+        return {node.id for node in ast.walk(self._tree) if isinstance(node, ast.Name)}
+
+    def value(self, names: Mapping[str, Any]) -> Any:
+        """Its value for these names. Raises `ExpressionError`, as `evaluate`."""
+        budget = guarded.Budget(self._limits)
+        walk = _Walk(
+            self._text,
+            {**guarded.CONSTANTS, **names},
+            {**guarded.FUNCTIONS, **budget.functions, **self._functions},
+            self._fields,
+            budget,
+        )
+        return walk.value(self._tree)
 
 
 def arithmetic(text: str) -> float:
@@ -306,7 +340,7 @@ class _Walk:
         return charged
 
     def attribute(self, node: ast.Attribute) -> Any:
-        if self._fields is None or node.attr.startswith("_"):
+        if self._fields is None or (node.attr.startswith("_") and node.attr not in TYPE_NAMES):
             raise self._error(node, f"attributes such as .{node.attr} are not allowed here")
         found = self._fields(self.value(node.value), node.attr)
         if callable(found):

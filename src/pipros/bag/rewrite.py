@@ -1,0 +1,112 @@
+"""Writes a bag anew: with another compression, or with some of its messages only."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from pipros.bag.chunk_data import read_chunk_data
+from pipros.bag.compression import compress
+from pipros.bag.connection import Connection
+from pipros.bag.index import ChunkInfo, chunk_header_bytes, index_record
+from pipros.bag.reader import BagReader
+from pipros.bag.writer import BagWriter
+from pipros.limits import Limits
+from pipros.msg.time import Time
+
+Told = Callable[[int], None]
+"""Is told how many uncompressed bytes are done."""
+
+Choice = Callable[[Connection, Callable[[], Any], Time], bool]
+"""Says whether a message is wanted: its connection, what decodes it, and its time."""
+
+
+@contextmanager
+def replaced_file(path: Path) -> Iterator[Any]:
+    """A new file for reading and writing bytes, which takes the place of `path` when all went well.
+
+    If not, it is removed, and what was at `path` stays.
+    """
+    unfinished = path.with_name(path.name + ".active")
+    try:
+        with unfinished.open("w+b") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        unfinished.replace(path)
+    except BaseException:
+        unfinished.unlink(missing_ok=True)
+        raise
+
+
+def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, told: Told) -> None:
+    """Writes a bag with the same chunks in another compression; several are compressed at a time.
+
+    Raises:
+        BagError: it is damaged, or the compression is not there.
+    """
+    writer = BagWriter(file, compression=compression)
+    if bag.layout.version.number != 200:
+        copy_chosen(bag, writer, None, told)
+        return
+    layout = writer.layout
+    layout.connections.update(bag.layout.connections)
+    workers = os.cpu_count() or 1
+    done = 0
+    with ThreadPoolExecutor(workers) as threads:
+        numbers = iter(range(len(bag.chunks)))
+        under_way: deque[tuple[int, int, Future[bytes | memoryview]]] = deque()
+
+        def start(number: int) -> None:
+            data = read_chunk_data(bag.source, bag.chunk_header(number), limits)
+            under_way.append((number, len(data), threads.submit(compress, compression, data)))
+
+        for number in islice(numbers, workers):
+            start(number)
+        while under_way:
+            number, size, job = under_way.popleft()
+            data = job.result()
+            for following in islice(numbers, 1):
+                start(following)
+            chunk = bag.chunks[number]
+            index = b"".join(index_record(key, entries) for key, entries in bag.chunk_index(number).items())
+            layout.chunks.append(ChunkInfo(layout.end, chunk.start, chunk.end, chunk.counts))
+            for part in (chunk_header_bytes(compression, size, len(data)), data, index):
+                layout.end += file.write(part)
+            done += size
+            told(done)
+    writer.finish()
+
+
+def copy_chosen(bag: BagReader, writer: BagWriter, choice: Choice | None, told: Told) -> int:
+    """Adds the messages that are wanted to a writer, in time order, each with the connection that it had.
+
+    Returns how many they are. The writer is finished.
+    """
+    connections: dict[int, Connection] = {}
+    done = count = 0
+    for connection, seconds, nanoseconds, data, _, _ in bag.raw_messages():
+        done += len(data)
+        told(done)
+        if choice is not None:
+            decode = partial(_decode, bag, connection, data)
+            if not choice(connection, decode, Time(seconds, nanoseconds)):
+                continue
+        new = connections.get(connection.id)
+        if new is None:
+            new = connections[connection.id] = writer.add_connection(connection.topic, connection.header)
+        writer.write(new, seconds, nanoseconds, data)
+        count += 1
+    writer.finish()
+    return count
+
+
+def _decode(bag: BagReader, connection: Connection, data: bytes) -> Any:
+    return bag.class_of(connection)().deserialize(data)

@@ -1,0 +1,73 @@
+"""`rosbag`: recorded messages in files."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from functools import partial
+from importlib import import_module
+
+from pipros.cli.program import Subcommand, run
+from pipros.cli.streams import command
+
+_DESCRIPTIONS = {
+    "check": "Determine whether a bag is playable in the current system, or if it can be migrated.",
+    "compress": "Compress one or more bag files.",
+    "decompress": "Decompress one or more bag files.",
+    "decrypt": "Decrypt one or more bag files.",
+    "encrypt": "Encrypt one or more bag files.",
+    "filter": "Filter the contents of the bag.",
+    "fix": "Repair the messages in a bag file so that it can be played in the current system.",
+    "help": "",
+    "info": "Summarize the contents of one or more bag files.",
+    "play": "Play back the contents of one or more bag files in a time-synchronized fashion.",
+    "record": "Record a bag file with the contents of specified topics.",
+    "reindex": "Reindexes one or more bag files.",
+}
+_HOMES = {
+    "compress": "rewriting",
+    "decompress": "rewriting",
+    "reindex": "rewriting",
+    "decrypt": "encryption",
+    "encrypt": "encryption",
+    "filter": "filtering",
+    "info": "info",
+}
+_SUBCOMMANDS = "Available subcommands:\n" + "".join(
+    f"   {name}  " + (f"\t{text}\n" if text else "\n")
+    for name, text in _DESCRIPTIONS.items()
+    if name == "help" or name in _HOMES
+)
+_USAGE = f"""\
+Usage: rosbag <subcommand> [options] [args]
+
+A bag is a file format in ROS for storing ROS message data. The rosbag command can record, replay and manipulate bags.
+
+{_SUBCOMMANDS}
+For additional information, see http://wiki.ros.org/rosbag
+"""  # noqa: E501
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs a subcommand and returns its exit code."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    name = arguments[0] if arguments else "help"
+    if name in ("help", "-h", "--help"):
+        return _help(arguments[1:])
+    if name not in _HOMES:
+        print(f"Unknown command: '{name}'\n{_SUBCOMMANDS}", file=sys.stderr)
+        return 0
+    return run(partial(_subcommand(name), arguments[1:]))
+
+
+def _help(arguments: Sequence[str]) -> int:
+    if arguments and arguments[0] in _HOMES:
+        return run(partial(_subcommand(arguments[0]), ["--help"]))
+    print(_USAGE)
+    return 0
+
+
+def _subcommand(name: str) -> Subcommand:
+    found: Subcommand = getattr(import_module(f"pipros.cli.rosbag.{_HOMES[name]}"), name)
+    return found

@@ -1,0 +1,82 @@
+"""`rosbag filter`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from pipros.bag.connection import Connection
+from pipros.bag.filter_expression import MessageExpression
+from pipros.bag.reader import BagReader
+from pipros.bag.rewrite import copy_chosen, replaced_file
+from pipros.bag.writer import BagWriter
+from pipros.cli.program import CommandError, option_parser
+from pipros.cli.rosbag.progress import Progress
+from pipros.msg.time import Time
+from pipros.safe.expr import ExpressionError
+
+_USAGE = """rosbag filter [options] INBAG OUTBAG EXPRESSION
+
+EXPRESSION can be any Python-legal expression.
+
+The following variables are available:
+ * topic: name of topic
+ * m: message
+ * t: time of message (t.secs, t.nsecs)"""
+
+
+def filter(argv: Sequence[str]) -> int:  # noqa: A001 # the name of the subcommand
+    parser = option_parser("rosbag", "", "Filter the contents of the bag.")
+    parser.usage = _USAGE
+    parser.add_option(
+        "-p",
+        "--print",
+        dest="verbose_pattern",
+        metavar="PRINT-EXPRESSION",
+        help="Python expression to print for verbose debugging. Uses same variables as filter-expression",
+    )
+    options, arguments = parser.parse_args(list(argv))
+    if not arguments:
+        parser.error("You must specify an in bag, an out bag, and an expression.")
+    if len(arguments) < 3:
+        parser.error("You must specify an out bag and an expression.")
+    if len(arguments) > 3:
+        parser.error("Too many arguments.")
+    source, target, text = Path(arguments[0]), Path(arguments[1]), arguments[2]
+    if not source.is_file():
+        print(f"Cannot locate input bag file [{source}]", file=sys.stderr)
+        return 2
+    if target.exists() and source.samefile(target):
+        print(f"Cannot use same file as input and output [{source}]", file=sys.stderr)
+        return 3
+    try:
+        wanted = MessageExpression(text)
+        shown = None if options.verbose_pattern is None else MessageExpression(options.verbose_pattern)
+        _write(source, target, _choice(wanted, shown))
+    except ExpressionError as error:
+        raise CommandError(str(error)) from error
+    return 0
+
+
+def _choice(
+    wanted: MessageExpression, shown: MessageExpression | None
+) -> Callable[[Connection, Callable[[], Any], Time], bool]:
+    needs_message = wanted.needs_message or (shown is not None and shown.needs_message)
+
+    def choose(connection: Connection, decode: Callable[[], Any], time: Time) -> bool:
+        message = decode() if needs_message else None
+        is_wanted = bool(wanted.value(connection.topic, message, time))
+        if shown is not None:
+            print(f"{'MATCH' if is_wanted else 'NO MATCH'} {shown.value(connection.topic, message, time)}")
+        return is_wanted
+
+    return choose
+
+
+def _write(source: Path, target: Path, choice: Callable[[Connection, Callable[[], Any], Time], bool]) -> None:
+    with BagReader(source) as bag, replaced_file(target) as file:
+        progress = Progress(str(target), sum(bag.chunk_header(n).size for n in range(len(bag.chunks))))
+        copy_chosen(bag, BagWriter(file), choice, progress)
+        progress.finish()

@@ -1,0 +1,56 @@
+"""`rosbag info`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from pipros.bag.errors import BagError, NotIndexed
+from pipros.bag.info import bag_info, info_text, info_value, info_yaml
+from pipros.bag.reader import BagReader
+from pipros.cli.program import option_parser
+
+
+def info(argv: Sequence[str]) -> int:
+    parser = option_parser(
+        "rosbag",
+        "rosbag info [options] BAGFILE1 [BAGFILE2 BAGFILE3 ...]",
+        "Summarize the contents of one or more bag files.",
+    )
+    parser.usage = "rosbag info [options] BAGFILE1 [BAGFILE2 BAGFILE3 ...]"
+    parser.add_option(
+        "-y", "--yaml", dest="yaml", action="store_true", help="print information in YAML format"
+    )
+    parser.add_option("-k", "--key", dest="key", help="print information on the given key")
+    parser.add_option(
+        "--freq", dest="freq", action="store_true", help="display topic message frequency statistics"
+    )
+    options, paths = parser.parse_args(list(argv))
+    if not paths:
+        parser.error("You must specify at least 1 bag file.")
+    if options.key and not options.yaml:
+        parser.error("You can only specify key when printing in YAML format.")
+    for number, path in enumerate(paths):
+        if number:
+            print("---")
+        try:
+            _print(path, options.yaml, options.key, with_frequencies=bool(options.freq))
+        except NotIndexed:
+            print(f"ERROR bag unindexed: {path}.  Run rosbag reindex.", file=sys.stderr)
+            return 1
+        except (OSError, BagError) as error:
+            print(f"ERROR reading {path}: {error}", file=sys.stderr)
+            return 1
+    return 0
+
+
+def _print(path: str, is_yaml: bool, key: str | None, *, with_frequencies: bool) -> None:
+    with BagReader(path) as bag:
+        told = bag_info(bag, path, with_frequencies=with_frequencies)
+    if not is_yaml:
+        print(info_text(told))
+        return
+    try:
+        print(info_yaml(told) if key is None else info_value(told, key))
+    except BagError as error:
+        print(error, file=sys.stderr)

@@ -1,0 +1,127 @@
+"""`rosbag compress`, `decompress` and `reindex`: bags written anew, the old ones kept beside them."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Callable, Sequence
+from optparse import OptionParser, Values
+from pathlib import Path
+
+from pipros.bag.compression import BZ2, LZ4, NONE
+from pipros.bag.errors import BagError, NotIndexed
+from pipros.bag.reader import BagReader
+from pipros.bag.repair import reindex as reindex_file
+from pipros.bag.rewrite import recompress, replaced_file
+from pipros.cli.program import option_parser
+from pipros.cli.rosbag.progress import Progress
+from pipros.limits import process_limits
+
+Work = Callable[[Path, Path, Values], None]
+"""Writes the second path from the first."""
+
+
+def compress(argv: Sequence[str]) -> int:
+    parser = _parser("compress", "Compress one or more bag files.")
+    parser.add_option(
+        "-j",
+        "--bz2",
+        action="store_const",
+        dest="compression",
+        const=BZ2,
+        default=BZ2,
+        help="use BZ2 compression",
+    )
+    parser.add_option(
+        "--lz4", action="store_const", dest="compression", const=LZ4, help="use lz4 compression"
+    )
+    return _for_each(parser, argv, _recompress)
+
+
+def decompress(argv: Sequence[str]) -> int:
+    parser = _parser("decompress", "Decompress one or more bag files.")
+    parser.set_defaults(compression=NONE)
+    return _for_each(parser, argv, _recompress)
+
+
+def reindex(argv: Sequence[str]) -> int:
+    return _for_each(_parser("reindex", "Reindexes one or more bag files."), argv, _reindex)
+
+
+def _parser(name: str, description: str) -> OptionParser:
+    parser = option_parser("rosbag", "", description)
+    parser.usage = f"rosbag {name} [options] BAGFILE1 [BAGFILE2 ...]"
+    parser.add_option("--output-dir", dest="output_dir", metavar="DIR", help="write to directory DIR")
+    parser.add_option(
+        "-f",
+        "--force",
+        dest="force",
+        action="store_true",
+        help="force overwriting of backup file if it exists",
+    )
+    parser.add_option(
+        "-q", "--quiet", dest="quiet", action="store_true", help="suppress noncritical messages"
+    )
+    return parser
+
+
+def _for_each(parser: OptionParser, argv: Sequence[str], work: Work) -> int:
+    options, names = parser.parse_args(list(argv))
+    if not names:
+        parser.error("You must specify at least one bag file.")
+    status = 0
+    for name in names:
+        path = Path(name)
+        try:
+            if options.output_dir:
+                work(path, Path(options.output_dir) / path.name, options)
+            else:
+                _with_backup(path, options, work)
+        except NotIndexed:
+            print(f"ERROR bag unindexed: {name}.  Run rosbag reindex.", file=sys.stderr)
+            status = 1
+        except (OSError, BagError) as error:
+            print(f"ERROR reading {name}: {error}", file=sys.stderr)
+            status = 1
+    return status
+
+
+def _with_backup(path: Path, options: Values, work: Work) -> None:
+    """Keeps the old bag as `name.orig.bag`, which the new one is written from."""
+    backup = path.with_name(f"{path.stem}.orig{path.suffix}")
+    if backup.exists() and not options.force:
+        if not options.quiet:
+            print(f"Skipping {path}. Backup path {backup} already exists.", file=sys.stderr)
+        return
+    unfinished = path.with_name(f"{path.stem}.new{path.suffix}")
+    try:
+        work(path, unfinished, options)
+        path.replace(backup)
+        unfinished.replace(path)
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+def _recompress(source: Path, target: Path, options: Values) -> None:
+    if target.exists() and source.samefile(target):
+        raise BagError(f"the output would be the input itself: {target}")
+    with BagReader(source) as bag:
+        total = sum(bag.chunk_header(number).size for number in range(len(bag.chunks)))
+        progress = Progress(str(source), total, is_quiet=options.quiet)
+        with replaced_file(target) as file:
+            recompress(bag, file, options.compression, process_limits(), progress)
+    progress.finish()
+
+
+def _reindex(source: Path, target: Path, options: Values) -> None:
+    progress = Progress(str(source), source.stat().st_size, is_quiet=options.quiet)
+    if target.exists() and source.samefile(target):
+        raise BagError(f"the output would be the input itself: {target}")
+    with replaced_file(target) as file:
+        with source.open("rb") as old:
+            shutil.copyfileobj(old, file, 1024 * 1024)
+        writer = reindex_file(file, str(source), process_limits(), progress)
+        writer.finish()
+    progress.finish()
+    for damage in () if options.quiet else writer.layout.damage:
+        print(f"WARNING: {damage}", file=sys.stderr)

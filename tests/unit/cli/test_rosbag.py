@@ -1,0 +1,219 @@
+from __future__ import annotations
+
+import io
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+from std_msgs.msg import Header, Int32
+
+from pipros.bag import BagReader
+from pipros.cli.rosbag import main
+from pipros.cli.rosbag.progress import Progress
+from tests.support.bags import bag_bytes, old_bag_bytes, rows_of, some_rows, values
+
+ROWS = some_rows()
+
+
+@pytest.fixture
+def bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A bag of several chunks in the working folder."""
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "run.bag"
+    path.write_bytes(bag_bytes(ROWS, chunk_bytes=300))
+    return path
+
+
+def contents(path: str | Path) -> list[Any]:
+    with BagReader(path) as reader:
+        return rows_of(reader)
+
+
+def compression_of(path: str | Path) -> set[str]:
+    with BagReader(path) as reader:
+        return {reader.chunk_header(number).compression for number in range(len(reader.chunks))}
+
+
+def test_info_tells_what_is_in_a_bag(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", "run.bag"]) == 0
+
+    out = capsys.readouterr().out
+    assert out.startswith("path:        run.bag\nversion:     2.0\nduration:    2.0s\n")
+    assert "messages:    30\n" in out
+    assert out.endswith("/b   15 msgs    : std_msgs/String\n")
+
+
+def test_info_tells_frequencies_keys_and_several_bags(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["info", "--freq", "run.bag"])
+    assert "15 msgs @ 500.0 kHz : std_msgs/Int32" in capsys.readouterr().out
+    assert main(["info", "-y", "-k", "messages", "run.bag", "run.bag"]) == 0
+    assert capsys.readouterr().out == "30\n---\n30\n"
+    main(["info", "-y", "-k", "topics[1].type", "run.bag"])
+    assert capsys.readouterr().out == "std_msgs/String\n"
+    assert main(["info", "-y", "-k", "topics[7]", "run.bag"]) == 0
+    assert capsys.readouterr().err == 'Error getting key "topics[7]"\n'
+
+
+def test_info_of_what_cannot_be_read_ends_with_1(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("cut.bag").write_bytes(bag.read_bytes()[:4300])
+
+    assert main(["info", "cut.bag"]) == 1
+    assert capsys.readouterr().err == "ERROR bag unindexed: cut.bag.  Run rosbag reindex.\n"
+    assert main(["info", "none.bag"]) == 1
+    assert "ERROR reading none.bag: [Errno 2] No such file or directory" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("options", "name"), [([], "bz2"), (["-j"], "bz2"), (["--lz4"], "lz4")])
+def test_compress_keeps_the_old_bag_and_all_messages(options: list[str], name: str, bag: Path) -> None:
+    old = bag.read_bytes()
+
+    assert main(["compress", *options, "run.bag"]) == 0
+
+    assert Path("run.orig.bag").read_bytes() == old
+    assert (contents("run.bag"), compression_of("run.bag")) == (values(ROWS), {name})
+    assert main(["decompress", "-f", "run.bag"]) == 0
+    assert (contents("run.bag"), compression_of("run.bag")) == (values(ROWS), {"none"})
+    assert sorted(os.listdir()) == ["run.bag", "run.orig.bag"]
+
+
+def test_a_backup_is_not_overwritten_unless_forced(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("run.orig.bag").write_bytes(b"precious")
+
+    assert main(["compress", "run.bag"]) == 0
+
+    assert Path("run.orig.bag").read_bytes() == b"precious"
+    assert capsys.readouterr().err == "Skipping run.bag. Backup path run.orig.bag already exists.\n"
+
+
+def test_an_output_folder_takes_the_new_bags(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("out").mkdir()
+    assert main(["compress", "--output-dir=out", "run.bag"]) == 0
+    assert (contents("out/run.bag"), compression_of("run.bag")) == (values(ROWS), {"none"})
+    assert main(["compress", "--output-dir=.", "run.bag"]) == 1
+    assert "the output would be the input itself" in capsys.readouterr().err
+    assert contents("run.bag") == values(ROWS)
+
+
+def test_bags_of_format_1_2_can_be_compressed_too(bag: Path) -> None:
+    Path("old.bag").write_bytes(old_bag_bytes(ROWS))
+
+    assert main(["compress", "old.bag"]) == 0
+
+    assert (contents("old.bag"), compression_of("old.bag")) == (values(ROWS), {"bz2"})
+
+
+@pytest.mark.parametrize("compression", ["none", "lz4"])
+def test_reindex_restores_what_is_complete(
+    compression: str, bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = bag_bytes(ROWS, chunk_bytes=300, compression=compression)
+    end = BagReader(io.BytesIO(whole)).layout.chunks[-1].position
+    Path("cut.bag").write_bytes(whole[: end + 100])
+
+    assert main(["reindex", "cut.bag"]) == 0
+
+    found = contents("cut.bag")
+    assert found == values(ROWS)[: len(found)]
+    assert len(found) > 20
+    assert Path("cut.orig.bag").read_bytes() == whole[: end + 100]
+    assert "WARNING: cut.bag, byte" in capsys.readouterr().err
+    main(["reindex", "-q", "-f", "cut.bag"])
+    assert contents("cut.bag") == found
+    assert capsys.readouterr().err == ""
+
+
+def test_reindex_of_a_damaged_bag_keeps_the_chunks_behind_the_damage(bag: Path) -> None:
+    whole = bytearray(bag.read_bytes())
+    with BagReader(bag) as reader:
+        damaged = reader.chunks[1]
+        lost = sum(damaged.counts.values())
+    whole[damaged.position + 4 : damaged.position + 20] = bytes(16)
+    bag.write_bytes(whole)
+
+    main(["reindex", "-q", "run.bag"])
+
+    assert len(contents("run.bag")) == len(ROWS) - lost
+
+
+@pytest.mark.parametrize(
+    ("expression", "chosen"),
+    [
+        ("topic == '/a'", lambda row: row[0] == "/a"),
+        ('topic in ["/b", "/c"]', lambda row: row[0] == "/b"),
+        ("t.secs <= 10", lambda row: row[2] <= 10),
+        ("t.to_sec() >= 11.000005", lambda row: row[2:] >= (11, 5000)),
+        ("m._type == 'std_msgs/String' and m.data.endswith('3')", lambda row: str(row[1]).endswith("3")),
+        ("topic != '/a' or (m.data > 5 and m.data < 9)", lambda row: row[0] != "/a" or 5 < row[1] < 9),
+        ("any(topic.startswith(x) for x in ('/b', '/z'))", lambda row: row[0] == "/b"),
+        ("True", lambda row: True),
+    ],
+)
+def test_filter_takes_the_messages_of_an_expression(expression: str, chosen: Any, bag: Path) -> None:
+    assert main(["filter", "run.bag", "out.bag", expression]) == 0
+
+    assert contents("out.bag") == [row for row in values(ROWS) if chosen(row)]
+
+
+def test_filter_prints_and_leaves_nothing_after_an_error(
+    bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["filter", "run.bag", "out.bag", "m.data == 2 and topic == '/a'", "--print", "m.data"])
+    assert capsys.readouterr().out.splitlines()[:3] == ["NO MATCH 0", "NO MATCH text 1", "MATCH 2"]
+    Path("out.bag").unlink()
+
+    for wrong in ("m.none", "topic ==", "__import__('os')", "m.__class__", "().__class__"):
+        assert main(["filter", "run.bag", "out.bag", wrong]) == 1
+        assert "in the expression" in capsys.readouterr().err
+    assert os.listdir() == ["run.bag"]
+    assert main(["filter", "none.bag", "out.bag", "True"]) == 2
+    assert main(["filter", "run.bag", "run.bag", "True"]) == 3
+
+
+def test_filter_keeps_connection_headers_and_times(bag: Path) -> None:
+    bag.write_bytes(bag_bytes([("/h", Header(frame_id="x"), 7, 8), ("/i", Int32(1), 7, 9)]))
+
+    main(["filter", "run.bag", "out.bag", "m._type == 'std_msgs/Header'"])
+
+    with BagReader("run.bag") as before, BagReader("out.bag") as after:
+        assert after.connections[0].header == before.connections[0].header
+        assert [message[1:4] for message in after.raw_messages()] == [
+            message[1:4] for message in before.raw_messages()
+        ][:1]
+
+
+def test_encryption_says_what_it_cannot(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["decrypt", "run.bag"]) == 1
+    assert "is not encrypted, so there is nothing to decrypt" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["info", "compress", "decompress", "reindex", "filter", "decrypt"])
+def test_every_subcommand_needs_a_bag_and_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([command])
+    assert ended.value.code == 2
+    with pytest.raises(SystemExit) as ended:
+        main([command, "--help"])
+    assert ended.value.code == 0
+    assert f"Usage: rosbag {command} " in capsys.readouterr().out
+
+
+def test_an_unknown_subcommand_lists_those_that_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["frobnicate"]) == 0
+    assert capsys.readouterr().err.startswith("Unknown command: 'frobnicate'\nAvailable subcommands:\n")
+    assert main([]) == 0
+    assert capsys.readouterr().out.startswith("Usage: rosbag <subcommand> [options] [args]\n")
+
+
+def test_progress_is_shown_on_a_terminal_only(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Progress("run.bag", 1000).finish()
+    assert capsys.readouterr().out == ""
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    progress = Progress("run.bag", 2048)
+    progress(1024)
+    progress.finish()
+    out = capsys.readouterr().out
+    assert " 50%     1.0 KB /    2.0 KB" in out
+    assert out.endswith("\n")
