@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import subprocess
 import sys
@@ -50,8 +51,8 @@ def test_documents_and_examples_use_only_the_public_names() -> None:
     allowed = [
         line
         for line in used
-        if (names := re.search(r"from pipros import (.*)", line)) is not None
-        and {name.strip() for name in names[1].split(",")} <= set(pipros.__all__)
+        if (names := re.search(r"from (pipros|pipros\.bag) import (.*)", line)) is not None
+        and {name.strip() for name in names[2].split(",")} <= set(importlib.import_module(names[1]).__all__)
     ]
 
     assert used == allowed
