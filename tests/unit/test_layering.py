@@ -29,7 +29,7 @@ FLOORS: list[list[set[str]]] = [
     [{"startup", "net", "workspace"}],
     [{"master", "node"}],
     [{"launch", "graph", "transforms", "filters", "bag"}],
-    [{"testing", "web"}],
+    [{"testing", "web", "health"}],
     [{"cli"}],
 ]
 # Small rooms that may know each other.

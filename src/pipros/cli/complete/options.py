@@ -12,7 +12,7 @@ from importlib import import_module
 SUBCOMMANDS = {
     "rosaction": "info list md5 package packages show",
     "rosbag": "check compress decompress filter fix help info play record reindex",
-    "pipros": "env stubs version",
+    "pipros": "doctor env stubs version",
     "rosclean": "check purge",
     "rosconsole": "echo get list set",
     "rosmsg": "info list md5 package packages show",

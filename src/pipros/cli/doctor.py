@@ -1,0 +1,150 @@
+"""`pipros doctor`: why nodes do not talk to each other, and what to do about it."""
+
+from __future__ import annotations
+
+import os
+import sys
+from argparse import ArgumentParser
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from pipros.cli.program import run
+from pipros.cli.streams import command
+
+if TYPE_CHECKING:
+    from pipros.health.examine import Examination
+    from pipros.health.finding import Finding
+    from pipros.health.self_test import SelfTest
+
+_COLOURS = {"error": 31, "warning": 33}
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    parser = ArgumentParser(
+        prog="pipros doctor",
+        description="Examine the setup of this machine and the running system: every registered node, topic "
+        "and service is asked. For each thing that is wrong it says what to do. Ends with 1 when it found an "
+        "error.",
+    )
+    parser.add_argument("--offline", action="store_true", help="examine the setup of this machine only")
+    parser.add_argument(
+        "--both-ways",
+        action="store_true",
+        help="find out for every subscriber whether it reaches this machine: each subscribed topic is "
+        "advertised for some seconds, and nothing is published (default: only for those that lack a "
+        "connection)",
+    )
+    parser.add_argument(
+        "--timeout",
+        type=float,
+        default=3.0,
+        metavar="SECONDS",
+        help="how long a node may take to answer (default: %(default)s)",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument(
+        "--self-test",
+        action="store_true",
+        help="run a master, a talker and a listener for a second and examine those",
+    )
+    options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
+    if not 0 < options.timeout < float("inf"):
+        parser.error(f"--timeout must be a positive number of seconds, got {options.timeout}")
+    if options.self_test:
+        return run(lambda: _test_itself(as_json=options.json))
+
+    def body() -> int:
+        from pipros.health.examine import examine
+
+        examination = examine(
+            is_offline=options.offline, both_ways=options.both_ways, timeout_s=options.timeout
+        )
+        if options.json:
+            _print_json(_examination_as_json(examination))
+        else:
+            _print_findings(examination.findings)
+            print(_summary(examination))
+        return 0 if examination.is_healthy else 1
+
+    return run(body)
+
+
+def _test_itself(*, as_json: bool) -> int:
+    from pipros.health.self_test import run_self_test
+
+    outcome: SelfTest = run_self_test()
+    if as_json:
+        findings = [finding.as_json() for finding in outcome.findings]
+        _print_json(
+            {
+                "findings": findings,
+                "heard": outcome.heard,
+                "first_message_s": round(outcome.first_message_s, 6),
+            }
+        )
+    else:
+        _print_findings(outcome.findings)
+        if not outcome.findings:
+            print(
+                f"A master, a talker and a listener ran in this process: {outcome.heard} messages were "
+                "heard, the "
+                f"first after {outcome.first_message_s * 1000:.0f} ms. Nothing is wrong with them."
+            )
+    return 1 if outcome.findings else 0
+
+
+def _print_findings(findings: Iterable[Finding]) -> None:
+    from pipros.printable import listed
+
+    is_coloured = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
+    for finding in findings:
+        kind = finding.severity.value
+        label = f"\x1b[{_COLOURS[kind]};1m{kind.upper()}\x1b[0m" if is_coloured else kind.upper()
+        print(f"{label} {listed(finding.summary)}.")
+        print(f"  What to do: {listed(finding.cure)}")
+        print(f"  [{finding.rule}]\n")
+
+
+def _summary(examination: Examination) -> str:
+    kinds = [finding.severity.value for finding in examination.findings]
+    if kinds:
+        counted = (f"{kinds.count(kind)} {kind}(s)" for kind in ("error", "warning") if kind in kinds)
+        verdict = f"Found {', '.join(counted)}."
+    else:
+        verdict = "Nothing is wrong."
+    return f"{verdict} Examined: {_scope(examination)}."
+
+
+def _scope(examination: Examination) -> str:
+    system = examination.system
+    if system is None:
+        return "the setup of this machine"
+    return (
+        f"the setup of this machine, the master at {examination.master_uri}, {len(system.nodes)} nodes, "
+        f"{len(system.state.topics())} topics with {len(system.pairs())} connections, "
+        f"{len(system.services)} services"
+    )
+
+
+def _examination_as_json(examination: Examination) -> dict[str, Any]:
+    system = examination.system
+    return {
+        "ok": examination.is_healthy,
+        "master_uri": examination.master_uri,
+        "findings": [finding.as_json() for finding in examination.findings],
+        "examined": None
+        if system is None
+        else {
+            "nodes": sorted(system.nodes),
+            "topics": system.state.topics(),
+            "services": sorted(system.services),
+            "connections": len(system.pairs()),
+        },
+    }
+
+
+def _print_json(value: object) -> None:
+    import json
+
+    print(json.dumps(value, indent=2))

@@ -1,0 +1,93 @@
+"""The whole examination: this machine, then the system that runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from pipros.env import Environment
+from pipros.errors import PiprosError
+from pipros.health.finding import Finding, error, has_errors
+from pipros.health.gather_machine import gather_machine
+from pipros.health.gather_system import gather_system
+from pipros.health.graph_checks import check_graph
+from pipros.health.machine_checks import check_machine
+from pipros.health.system import System
+
+CONNECTION_RULES = {"not-connected", "one-sided-connection"}
+
+
+@dataclass(frozen=True, slots=True)
+class Examination:
+    """What was looked at and what was found.
+
+    Attributes:
+        master_uri: the master in question.
+        findings: those of the machine first.
+        system: the running system; None when it was not examined, or no master answers.
+    """
+
+    master_uri: str
+    findings: tuple[Finding, ...]
+    system: System | None = None
+
+    @property
+    def is_healthy(self) -> bool:
+        """True without errors; there may be warnings."""
+        return not has_errors(self.findings)
+
+
+def examine(
+    environment: Environment | None = None,
+    *,
+    is_offline: bool = False,
+    both_ways: bool = False,
+    timeout_s: float = 3.0,
+) -> Examination:
+    """Examines this machine and, unless `is_offline`, the running system.
+
+    No message is sent. Where a subscriber lacks a connection (with `both_ways`: for every subscriber), its
+    topic is advertised for some seconds to see whether it reaches this machine.
+    """
+    environment = environment or Environment.from_os()
+    machine = gather_machine(timeout_s=timeout_s)
+    if is_offline:
+        machine = replace(machine, master_error=None)
+    findings = check_machine(machine)
+    if is_offline or machine.master_error is None or machine.master_error:
+        return Examination(environment.master_uri, tuple(findings))
+    try:
+        system = _settled_system(environment, timeout_s)
+        pairs = _to_try_back(system, both_ways=both_ways)
+        if pairs:
+            from pipros.health.reach_back import reach_back
+
+            reached = reach_back(pairs, environment, wait_s=timeout_s)
+            system = replace(system, reached_back=reached, tried_back=pairs)
+    except PiprosError as problem:
+        findings.append(
+            error(
+                "master-lost",
+                f"The master at [{environment.master_uri}] answered first and then no more: {problem}",
+                "Look at its output and log, and at the load of its machine; then examine again.",
+            )
+        )
+        return Examination(environment.master_uri, tuple(findings))
+    return Examination(environment.master_uri, (*findings, *check_graph(system)), system)
+
+
+def _settled_system(environment: Environment, timeout_s: float) -> System:
+    """The system; gathered once more when nodes may just be connecting."""
+    system = gather_system(environment.master_uri, timeout_s=timeout_s)
+    if any(finding.rule in CONNECTION_RULES for finding in check_graph(system)):
+        system = gather_system(environment.master_uri, timeout_s=timeout_s)
+    return system
+
+
+def _to_try_back(system: System, *, both_ways: bool) -> frozenset[tuple[str, str]]:
+    if both_ways:
+        subscribers = system.state.subscribers.items()
+        return frozenset(
+            (topic, node) for topic, names in subscribers for node in names if system.is_alive(node)
+        )
+    wanting = (finding for finding in check_graph(system) if finding.rule == "not-connected")
+    return frozenset((finding.subjects[0], finding.subjects[2]) for finding in wanting)

@@ -1,0 +1,55 @@
+"""What a check found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+
+class Severity(Enum):
+    """An error keeps something from working; a warning may be meant so."""
+
+    ERROR = "error"
+    WARNING = "warning"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that is wrong.
+
+    Attributes:
+        rule: the name of the check, for programs: `ghost-node`.
+        severity: how bad it is.
+        summary: what is wrong, with the names and values in question, in one sentence.
+        cure: what to do.
+        subjects: the nodes, topics, services or variables that it is about.
+    """
+
+    rule: str
+    severity: Severity
+    summary: str
+    cure: str
+    subjects: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "rule": self.rule,
+            "severity": self.severity.value,
+            "summary": self.summary,
+            "cure": self.cure,
+            "subjects": list(self.subjects),
+        }
+
+
+def error(rule: str, summary: str, cure: str, *subjects: str) -> Finding:
+    return Finding(rule, Severity.ERROR, summary, cure, subjects)
+
+
+def warning(rule: str, summary: str, cure: str, *subjects: str) -> Finding:
+    return Finding(rule, Severity.WARNING, summary, cure, subjects)
+
+
+def has_errors(findings: Iterable[Finding]) -> bool:
+    return any(finding.severity is Severity.ERROR for finding in findings)

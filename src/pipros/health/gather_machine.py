@@ -1,0 +1,137 @@
+"""Reads the setup of this machine and this shell into a `Machine`."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import socket
+import sys
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pipros
+from pipros.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
+from pipros.errors import PiprosError
+from pipros.health.machine import Machine, PathKind
+from pipros.net.address import LOOPBACK, address_towards
+from pipros.net.master_client import MasterClient
+from pipros.net.this_machine import addresses_of, is_this_machine
+from pipros.workspace.overlays import MARKER
+
+COMMANDS = ("roscore", "roslaunch", "rosrun", "rosnode", "rostopic", "rosparam", "rosservice", "rosmsg")
+PACKAGES = ("rospy", "roslib", "rosgraph", "roslaunch", "genpy")
+
+CALLER_ID = "/pipros_doctor"
+
+
+def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: float = 3.0) -> Machine:
+    """The setup as programs that are started now would find it.
+
+    `variables` are by default those of this process. Blocks for look-ups of host
+    names, and up to `timeout_s` for the master.
+    """
+    values = dict(os.environ if variables is None else variables)
+    environment = Environment.from_os(values)
+    hostname = socket.gethostname()
+    try:
+        master_host, _ = split_master_uri(environment.master_uri)
+    except InvalidEnvironment:
+        master_host = ""
+    hosts = {one for one in (hostname, master_host, environment.hostname) if one}
+    resolved = _resolve(hosts)
+    questioned = {*hosts, *(one for one in (environment.ip,) if one)}
+    own_programs = Path(sys.executable).parent
+    own_packages = Path(pipros.__file__).parent.parent
+    master_error = _error_of_master(environment.master_uri, timeout_s) if master_host else None
+    is_default = environment.master_uri.rstrip("/") == DEFAULT_MASTER_URI
+    return Machine(
+        variables=values,
+        hostname=hostname,
+        addresses=own_addresses(hostname),
+        resolved=resolved,
+        own_hosts=frozenset(host for host in questioned if is_this_machine(host)),
+        address_towards_master=address_towards(environment.master_uri) if resolved.get(master_host) else "",
+        paths=_kinds(environment, values),
+        commands=_programs(values),
+        own_programs=own_programs,
+        python_packages=_python_packages(values, own_packages),
+        own_packages=own_packages,
+        master_error=master_error,
+        has_local_master=bool(master_error)
+        and not is_default
+        and not _error_of_master(DEFAULT_MASTER_URI, timeout_s),
+        workspace=_workspace_around(Path.cwd()),
+    )
+
+
+def own_addresses(hostname: str) -> tuple[str, ...]:
+    """The IP addresses of this machine, as far as they are found without its interfaces; loopback first."""
+    found = [one for one in addresses_of(hostname) if is_this_machine(one)]
+    return tuple(dict.fromkeys([LOOPBACK, *found, address_towards("http://192.0.2.1:9/")]))
+
+
+def _resolve(hosts: Iterable[str]) -> dict[str, tuple[str, ...]]:
+    names = sorted(hosts)
+    with ThreadPoolExecutor(max(len(names), 1)) as pool:
+        return dict(zip(names, pool.map(addresses_of, names), strict=True))
+
+
+def _error_of_master(uri: str, timeout_s: float) -> str:
+    """Why no master answers at a URI; empty when one does."""
+    client = MasterClient(uri, CALLER_ID, timeout_s=timeout_s)
+    try:
+        client.get_pid()
+    except PiprosError as problem:
+        return getattr(problem, "reason", "") or str(problem)
+    finally:
+        client.close()
+    return ""
+
+
+def _kinds(environment: Environment, variables: Mapping[str, str]) -> dict[str, PathKind]:
+    entries = [
+        entry
+        for name in ("ROS_PACKAGE_PATH", "CMAKE_PREFIX_PATH", "PYTHONPATH")
+        for entry in variables.get(name, "").split(os.pathsep)
+        if entry
+    ]
+    written = [environment.ros_home, environment.log_dir, environment.test_results_dir]
+    kinds = {entry: _kind(Path(entry), is_written=False) for entry in entries}
+    return kinds | {str(folder): _kind(folder, is_written=True) for folder in written}
+
+
+def _kind(path: Path, *, is_written: bool) -> PathKind:
+    if path.is_file():
+        return PathKind.FILE
+    if not path.is_dir():
+        return PathKind.MISSING
+    return PathKind.FOLDER if not is_written or os.access(path, os.W_OK | os.X_OK) else PathKind.READ_ONLY
+
+
+def _programs(variables: Mapping[str, str]) -> dict[str, Path]:
+    path = variables.get("PATH", os.defpath)
+    found = {name: shutil.which(name, path=path) for name in COMMANDS}
+    return {name: Path(program) for name, program in found.items() if program}
+
+
+def _python_packages(variables: Mapping[str, str], own: Path) -> dict[str, Path]:
+    """Where Python takes the packages of ROS from: the folders of PYTHONPATH come before pipros."""
+    places: dict[str, Path] = {}
+    for name in PACKAGES:
+        for entry in filter(None, variables.get("PYTHONPATH", "").split(os.pathsep)):
+            if Path(entry, name, "__init__.py").is_file() and not Path(entry, name).samefile(own / name):
+                places[name] = Path(entry)
+                break
+        else:
+            if importlib.util.find_spec(name) is not None:
+                places[name] = own
+    return places
+
+
+def _workspace_around(folder: Path) -> Path | None:
+    for above in (folder, *folder.parents):
+        if (above / "devel" / MARKER).is_file() and (above / "src").is_dir():
+            return above / "devel"
+    return None

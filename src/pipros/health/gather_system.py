@@ -1,0 +1,265 @@
+"""Asks the master and every registered node, publisher and service of a running system. Changes nothing."""
+
+from __future__ import annotations
+
+import socket
+import struct
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import Any, TypeVar
+
+from pipros.errors import PiprosError, Refused, Unreachable
+from pipros.graph.errors import GraphError
+from pipros.graph.services import header_of
+from pipros.graph.system_state import SystemState
+from pipros.health.system import Connection, Failure, NodeReport, PublisherReport, ServiceReport, System
+from pipros.net.connect import Connector
+from pipros.net.master_client import MasterClient
+from pipros.net.rpc_client import RpcClient, reason_of
+from pipros.printable import printable
+from pipros.wire.handshake import WireType, request_topic_link
+from pipros.wire.header import HeaderReader, encode_header
+from pipros.wire.uri import split_uri
+from pipros.wire.xmlrpc import encode_call
+
+CALLER_ID = "/pipros_doctor"
+AT_ONCE = 16
+"""How many nodes are asked at the same time."""
+
+STAMP_WAIT_S = 0.5
+"""How long a message with a stamp is waited for."""
+
+_FIRST_BYTES = struct.Struct("<IIII")  # the length of the frame; seq, secs and nsecs of its header
+_CHUNK_BYTES = 16 * 1024
+
+_Key = TypeVar("_Key")
+_Value = TypeVar("_Value")
+
+
+def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> System:
+    """What the system at a master looks like now.
+
+    Takes `timeout_s` for each node that does not answer, for many of them at a time.
+
+    Raises:
+        Unreachable: the master does not answer.
+    """
+    master = MasterClient(master_uri, CALLER_ID, timeout_s=max(timeout_s, 10.0))
+    try:
+        state = SystemState.from_state(master.get_system_state())
+        types = dict(master.get_topic_types())
+        system = System(master_uri, state, types, is_time_simulated=_is_simulated(master))
+        nodes = _in_parallel(state.nodes(), lambda node: _ask_node(master, node, timeout_s))
+        ends = [
+            (topic, node)
+            for topic, names in state.publishers.items()
+            for node in names
+            if nodes[node].failure is None
+        ]
+        publishers = _in_parallel(ends, lambda end: _ask_publisher(end[0], nodes[end[1]].api, timeout_s))
+        servers = {name: names[0] for name, names in state.services.items() if names}
+        clock_offset_s = _clock_offset(master_uri, timeout_s)
+        services = _in_parallel(servers, lambda name: _ask_service(master, name, servers[name]))
+    finally:
+        master.close()
+    named = {*types.values(), *(one.type for one in publishers.values() if one.type)} - {"*", ""}
+    return replace(
+        system,
+        nodes=nodes,
+        publishers=publishers,
+        services=services,
+        clock_offset_s=clock_offset_s,
+        installed={type_name: _installed_md5(type_name) for type_name in sorted(named)},
+    )
+
+
+def _in_parallel(keys: Iterable[_Key], ask: Callable[[_Key], _Value]) -> dict[_Key, _Value]:
+    wanted = list(keys)
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        return dict(zip(wanted, pool.map(ask, wanted), strict=True))
+
+
+def _is_simulated(master: MasterClient) -> bool:
+    try:
+        return bool(master.get_param("/use_sim_time"))
+    except Refused:
+        return False
+
+
+def _ask_node(master: MasterClient, node: str, timeout_s: float) -> NodeReport:
+    try:
+        api = master.lookup_node(node)
+    except PiprosError as problem:
+        return NodeReport("", Failure(str(problem)))
+    try:
+        with RpcClient(api, timeout_s=timeout_s) as client:
+            client.call("getPid", CALLER_ID)
+            return NodeReport(
+                api,
+                master_uri=_text(_value(client, "getMasterUri")),
+                connections=_connections(_value(client, "getBusInfo")),
+                subscriptions=_pairs(_value(client, "getSubscriptions")),
+                publications=_pairs(_value(client, "getPublications")),
+            )
+    except (PiprosError, ValueError) as problem:
+        return NodeReport(api, failure_of(problem))
+
+
+def _value(client: RpcClient, method: str) -> Any:
+    """The value that a node answers; None when it refuses or does not know the method."""
+    try:
+        answer = client.call(method, CALLER_ID)
+    except Unreachable:
+        raise
+    except PiprosError:
+        return None
+    is_good = isinstance(answer, list) and len(answer) == 3 and answer[0] == 1
+    return answer[2] if is_good else None
+
+
+def _text(value: Any) -> str:
+    return value if isinstance(value, str) else ""
+
+
+def _pairs(value: Any) -> dict[str, str]:
+    rows = value if isinstance(value, list) else []
+    return {str(row[0]): str(row[1]) for row in rows if isinstance(row, list) and len(row) == 2}
+
+
+def _connections(value: Any) -> tuple[Connection, ...]:
+    rows = value if isinstance(value, list) else []
+    return tuple(
+        Connection(peer=str(row[1]), direction=str(row[2]), topic=str(row[4]))
+        for row in rows
+        if isinstance(row, list) and len(row) >= 5 and row[5:6] != [False] and row[5:6] != [0]
+    )
+
+
+def failure_of(problem: Exception) -> Failure:
+    """A problem with a peer, for the checks."""
+    cause: BaseException | None = problem if isinstance(problem, OSError) else problem.__context__
+    if isinstance(problem, Unreachable):
+        reason, cause = problem.reason, problem.__cause__ or problem.__context__
+    elif isinstance(problem, OSError):
+        reason = reason_of(problem)
+    else:
+        reason = printable(problem)
+    return Failure(
+        reason,
+        is_unknown_host=isinstance(cause, socket.gaierror),
+        is_refused=isinstance(cause, ConnectionRefusedError),
+    )
+
+
+def _ask_publisher(topic: str, api: str, timeout_s: float) -> PublisherReport:
+    """Connects to a publisher as a subscriber does, without registering, and reads its connection header."""
+    try:
+        with RpcClient(api, timeout_s=timeout_s) as client:
+            answer = client.call("requestTopic", CALLER_ID, topic, [["TCPROS"]])
+    except (PiprosError, ValueError) as problem:
+        return PublisherReport(failure=failure_of(problem))
+    try:
+        code, text, (_, host, port) = answer
+        host, port = str(host), int(port)
+    except (TypeError, ValueError):
+        text = answer[1] if isinstance(answer, list) and len(answer) > 1 else answer
+        return PublisherReport(failure=Failure(printable(text)))
+    if code != 1:
+        return PublisherReport(failure=Failure(printable(text)))
+    address = f"{host}:{port}"
+    try:
+        return _shake_hands(topic, host, port, timeout_s)
+    except (OSError, PiprosError) as problem:
+        return PublisherReport(address, failure_of(problem))
+
+
+def _shake_hands(topic: str, host: str, port: int, timeout_s: float) -> PublisherReport:
+    deadline = time.monotonic() + timeout_s
+    with Connector().connect(host, port, deadline) as sock:
+        sock.settimeout(timeout_s)
+        request = request_topic_link(topic, CALLER_ID, WireType("*", "*"), tcp_nodelay=True)
+        sock.sendall(encode_header(request))
+        reader = HeaderReader()
+        fields = None
+        while fields is None:
+            sock.settimeout(max(deadline - time.monotonic(), 0.001))
+            data = sock.recv(_CHUNK_BYTES)
+            if not data:
+                raise ConnectionResetError("it closed the connection without an answer")
+            fields = reader.feed(data)
+        if "error" in fields:
+            return PublisherReport(f"{host}:{port}", Failure(printable(fields["error"])))
+        stamp = _stamp_offset(sock, reader.rest) if _has_stamp(fields) else None
+    return PublisherReport(
+        f"{host}:{port}", None, printable(fields.get("type", "")), printable(fields.get("md5sum", "")), stamp
+    )
+
+
+def _has_stamp(fields: Any) -> bool:
+    """True when the first field of the messages is a std_msgs/Header."""
+    for line in str(fields.get("message_definition", "")).splitlines():
+        words = line.partition("#")[0].split()
+        if words and "=" not in line.partition("#")[0]:
+            return words[0] in ("Header", "std_msgs/Header", "roslib/Header")
+    return False
+
+
+def _stamp_offset(sock: socket.socket, begun: bytes) -> float | None:
+    """How far the stamp of the next message is ahead of this machine's clock; None when there is none."""
+    data = begun
+    until = time.monotonic() + STAMP_WAIT_S
+    while len(data) < _FIRST_BYTES.size:
+        left = until - time.monotonic()
+        if left <= 0:
+            return None
+        sock.settimeout(left)
+        try:
+            more = sock.recv(_FIRST_BYTES.size - len(data))
+        except OSError:
+            return None
+        if not more:
+            return None
+        data += more
+    _, _, secs, nsecs = _FIRST_BYTES.unpack_from(data)
+    return secs + nsecs / 1e9 - time.time() if secs or nsecs else None
+
+
+def _clock_offset(uri: str, timeout_s: float) -> float | None:
+    """How far the clock of a genuine master is ahead, by the date of its answer; None if it gives none."""
+    from email.utils import parsedate_to_datetime
+    from http.client import HTTPConnection, HTTPException
+
+    host, port, path = split_uri(uri)
+    connection = HTTPConnection(host, port, timeout=timeout_s)
+    try:
+        body = encode_call("getPid", (CALLER_ID,))
+        before = time.time()
+        connection.request("POST", path, body, {"Content-Type": "text/xml"})
+        date = connection.getresponse().getheader("Date")
+        now = (before + time.time()) / 2
+        return parsedate_to_datetime(date).timestamp() + 0.5 - now if date else None  # of whole seconds
+    except (OSError, HTTPException, ValueError):
+        return None
+    finally:
+        connection.close()
+
+
+def _ask_service(master: MasterClient, service: str, node: str) -> ServiceReport:
+    uri = ""
+    try:
+        uri = master.lookup_service(service)
+        header_of(master, service)
+    except GraphError as problem:
+        return ServiceReport(node, uri, Failure(printable(problem)))
+    except (PiprosError, ValueError) as problem:
+        return ServiceReport(node, uri, failure_of(problem))
+    return ServiceReport(node, uri)
+
+
+def _installed_md5(type_name: str) -> str | None:
+    from pipros.graph.message_classes import installed_class
+
+    found = installed_class(type_name)
+    return None if found is None else found._md5sum

@@ -1,0 +1,383 @@
+"""What is wrong with a running system. Pure: a `System` in, findings out."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterator
+
+from pipros.health.finding import Finding, error, warning
+from pipros.health.system import Failure, System
+from pipros.net.address import is_loopback
+from pipros.printable import listed
+from pipros.wire.uri import split_uri
+
+Findings = Iterator[Finding]
+
+CLOCK_TOLERANCE_S = 2.0
+STAMP_TOLERANCE_S = 10.0
+"""Sensors and planners stamp with the moment that data is for, so some seconds are no fault."""
+
+_CLOSE_NAMES = 0.75  # how much alike two names must be for one to be taken for a misspelling of the other
+
+
+def check_graph(system: System) -> list[Finding]:
+    """All findings, errors and warnings, in the order of the checks."""
+    return [finding for check in CHECKS for finding in check(system)]
+
+
+def unreachable_nodes(system: System) -> Findings:
+    """Nodes that are registered and do not answer."""
+    for node, report in sorted(system.nodes.items()):
+        failure = report.failure
+        if failure is None:
+            continue
+        rule, cure = _why_node(report.api, failure)
+        yield error(
+            rule,
+            f"Node [{listed(node)}] is registered, but does not answer at [{listed(report.api)}]: "
+            f"{failure.reason}",
+            cure,
+            node,
+        )
+
+
+def _why_node(api: str, failure: Failure) -> tuple[str, str]:
+    host = _host(api)
+    if failure.is_unknown_host:
+        return "unknown-host", (
+            f"The name [{host}] means nothing here: set ROS_IP to an address on the machine of the node "
+            "and start it "
+            f"again, or add a line 'ADDRESS {host}' to /etc/hosts of this machine."
+        )
+    if failure.is_refused:
+        return "ghost-node", (
+            "It has ended without saying so, or another machine is meant: `rosnode cleanup` removes it; "
+            "start it "
+            "again if it is needed."
+            + (
+                " If it runs on another machine, set ROS_IP there: its address means every machine itself."
+                if is_loopback(host)
+                else ""
+            )
+        )
+    return "silent-node", (
+        f"It hangs, or a firewall or a wrong address is between: check the way there (ping {host}), set "
+        "ROS_IP on its "
+        "machine to an address that can be reached from here, or end and restart it."
+    )
+
+
+def nodes_of_other_masters(system: System) -> Findings:
+    """Nodes that are registered here and believe in another master."""
+    port = _port(system.master_uri)
+    for node, report in sorted(system.nodes.items()):
+        theirs = _port(report.master_uri)
+        if report.failure is None and theirs and port and theirs != port:
+            yield warning(
+                "other-master",
+                f"Node [{listed(node)}] is registered here, but says that its master is "
+                f"[{listed(report.master_uri)}]",
+                "An older registration was left over, or ports are forwarded: `rosnode cleanup`, or "
+                "restart the node.",
+                node,
+            )
+
+
+def unreachable_publishers(system: System) -> Findings:
+    """Publishers whose node answers, but whose data cannot be had."""
+    for (topic, node), report in sorted(system.publishers.items()):
+        failure = report.failure
+        if failure is None:
+            continue
+        what = f"Node [{listed(node)}] publishes [{listed(topic)}]"
+        if not report.address:
+            yield error(
+                "no-publisher",
+                f"{what} by its registration, but refuses subscribers: {failure.reason}",
+                "The registration is left over from an earlier run: restart the node, or `rosnode cleanup`.",
+                topic,
+                node,
+            )
+            continue
+        host = report.address.rpartition(":")[0]
+        cure = (
+            f"The name [{host}] means nothing here: set ROS_IP on the machine of the node, or add it to "
+            "/etc/hosts."
+            if failure.is_unknown_host
+            else "A firewall, a container or a wrong ROS_IP is between: nodes choose any free port for "
+            "data, so all "
+            f"ports of [{host}] have to be open; in a container use the network of the host."
+        )
+        yield error(
+            "unreachable-publisher",
+            f"{what}, but no data can be had at [{listed(report.address)}]: {failure.reason}",
+            cure,
+            topic,
+            node,
+        )
+
+
+def connections(system: System) -> Findings:
+    """Pairs that should be connected, and are not, or only by what one of them says."""
+    for topic, publisher, subscriber in system.pairs():
+        by_publisher, by_subscriber = system.is_connected(topic, publisher, subscriber)
+        if by_publisher and by_subscriber:
+            continue
+        pair = f"[{listed(publisher)}] to [{listed(subscriber)}] on [{listed(topic)}]"
+        subjects = topic, publisher, subscriber
+        if by_publisher or by_subscriber:
+            one, other = (publisher, subscriber) if by_publisher else (subscriber, publisher)
+            yield error(
+                "one-sided-connection",
+                f"Only one side knows of the connection {pair}: {listed(one)} has it, {listed(other)} does "
+                "not",
+                "The network was cut, or a machine was switched off, in the middle: restart "
+                f"[{listed(other)}]; if it "
+                "happens again, check the network between their machines.",
+                *subjects,
+            )
+        elif _types_differ(system, topic, publisher, subscriber) is None:
+            yield _not_connected(system, topic, publisher, subscriber)
+
+
+def _not_connected(system: System, topic: str, publisher: str, subscriber: str) -> Finding:
+    summary = (
+        f"[{listed(subscriber)}] does not receive [{listed(topic)}] from [{listed(publisher)}], though "
+        "both answer"
+    )
+    subjects = topic, publisher, subscriber
+    report = system.publishers.get((topic, publisher))
+    came_back = (topic, subscriber) in system.reached_back
+    if report is not None and report.failure is None and came_back:
+        return error(
+            "md5-mismatch",
+            f"{summary}. It connects to a publisher of any type, so their definitions of [{report.type}] "
+            "differ; that "
+            f"of the publisher has the md5 sum {report.md5sum}",
+            f"Compare `rosmsg md5 {report.type}` where both run, build both against the same definition "
+            "and restart "
+            "them.",
+            *subjects,
+        )
+    api = system.nodes[publisher].api
+    reach = (
+        f"The machine of [{listed(subscriber)}] does not reach [{listed(api)}]: try `rosnode ping "
+        f"{publisher}` there, "
+        "and set ROS_IP where the publisher runs to an address that everybody reaches."
+    )
+    if (topic, subscriber) in system.tried_back:
+        return error(
+            "subscriber-cannot-reach",
+            f"{summary}, and it did not come to a publisher on this machine either",
+            reach,
+            *subjects,
+        )
+    return error(
+        "not-connected",
+        summary,
+        f"{reach} Or their definitions of the type differ: `pipros doctor --both-ways` finds out.",
+        *subjects,
+    )
+
+
+def type_mismatches(system: System) -> Findings:
+    """Ends of one topic that have different types, or definitions."""
+    for topic, publisher, subscriber in system.pairs():
+        differ = _types_differ(system, topic, publisher, subscriber)
+        if differ is not None:
+            yield error(
+                "type-mismatch",
+                f"[{listed(publisher)}] publishes [{listed(topic)}] as [{listed(differ[0])}], but "
+                f"[{listed(subscriber)}] subscribes it as [{listed(differ[1])}]",
+                "Give both the same type, or remap one of them to a topic of its own.",
+                topic,
+                publisher,
+                subscriber,
+            )
+    for topic in sorted(system.state.publishers):
+        reports = {
+            node: system.publishers[topic, node]
+            for node in system.state.publishers[topic]
+            if (topic, node) in system.publishers and system.publishers[topic, node].md5sum not in ("", "*")
+        }
+        if len({report.md5sum for report in reports.values()}) > 1:
+            listing = ", ".join(
+                f"{listed(node)}: {report.type} {report.md5sum}" for node, report in reports.items()
+            )
+            yield error(
+                "publishers-differ",
+                f"The publishers of [{listed(topic)}] disagree about its type: {listing}",
+                "Build all of them against the same definition, or remap one to a topic of its own.",
+                topic,
+                *reports,
+            )
+
+
+def _types_differ(system: System, topic: str, publisher: str, subscriber: str) -> tuple[str, str] | None:
+    """The types of the two ends, when they are known and differ."""
+    report = system.publishers.get((topic, publisher))
+    sent = (report.type if report else "") or system.nodes[publisher].publications.get(topic, "")
+    wanted = system.nodes[subscriber].subscriptions.get(topic, "")
+    return None if not sent or not wanted or "*" in (sent, wanted) or sent == wanted else (sent, wanted)
+
+
+def definitions(system: System) -> Findings:
+    """Types that this machine does not have, or has in another version."""
+    users: dict[str, list[str]] = {}
+    for topic, type_name in system.types.items():
+        users.setdefault(type_name, []).append(topic)
+    for type_name, md5sum in sorted(system.installed.items()):
+        topics = sorted(users.get(type_name, []))
+        if md5sum is None:
+            package = type_name.partition("/")[0]
+            yield warning(
+                "unknown-type",
+                f"Type [{listed(type_name)}] of {', '.join(map(listed, topics))} is in no package that is "
+                "set up here",
+                f"source devel/setup.bash of the workspace with package [{listed(package)}], or install "
+                "it; programs "
+                "that publish, subscribe or decode the type need it.",
+                type_name,
+                *topics,
+            )
+    for (topic, node), report in sorted(system.publishers.items()):
+        ours = system.installed.get(report.type)
+        if ours is not None and report.md5sum not in ("", "*", ours):
+            yield error(
+                "definition-differs",
+                f"[{listed(node)}] publishes [{listed(topic)}] with another definition of [{report.type}] "
+                "(md5 sum "
+                f"{report.md5sum}) than the one on this machine ({ours}): programs from here cannot "
+                "subscribe it",
+                "Build both from the same source, restart the nodes, and source the setup file of that "
+                "workspace.",
+                topic,
+                node,
+            )
+
+
+def topics_without_publishers(system: System) -> Findings:
+    """Topics that are subscribed, and nobody publishes."""
+    for topic, subscribers in sorted(system.state.subscribers.items()):
+        alive = [node for node in subscribers if system.is_alive(node)]
+        is_usual = topic == "/rosout" or (topic == "/clock" and not system.is_time_simulated)
+        if not alive or system.state.publishers.get(topic) or is_usual:
+            continue
+        if topic == "/clock":
+            continue  # which `clocks` explains better
+        published = [name for name in system.state.publishers if name != topic]
+        like = difflib.get_close_matches(topic, published, n=2, cutoff=_CLOSE_NAMES)
+        like += [name for name in published if _base(name) == _base(topic) and name not in like][:2]
+        hint = f" Names that are published and look like it: {', '.join(map(listed, like))}." if like else ""
+        yield warning(
+            "no-publishers",
+            f"Nobody publishes [{listed(topic)}], which {', '.join(map(listed, alive))} subscribe"
+            + ("s" if len(alive) == 1 else ""),
+            f"Start its publisher, or remap one of the two names.{hint}",
+            topic,
+            *alive,
+        )
+
+
+def services(system: System) -> Findings:
+    """Services that are registered and do not answer, unless their node is gone altogether."""
+    for service, report in sorted(system.services.items()):
+        if report.failure is not None and system.is_alive(report.node):
+            yield error(
+                "service-failed",
+                f"Service [{listed(service)}] of [{listed(report.node)}] does not answer at "
+                f"[{listed(report.uri)}]: "
+                f"{report.failure.reason}",
+                "Restart its node; if it runs on another machine, its ROS_IP or a firewall may be in the "
+                "way.",
+                service,
+                report.node,
+            )
+
+
+def clocks(system: System) -> Findings:
+    """Clocks that differ, or simulated time that does not run."""
+    publishers = [node for node in system.state.publishers.get("/clock", ()) if system.is_alive(node)]
+    if system.is_time_simulated and not publishers:
+        yield error(
+            "no-clock",
+            "/use_sim_time is set, but nobody publishes /clock: time stands still for all nodes that were "
+            "started "
+            "since",
+            "Start the simulator or `rosbag play --clock`, or `rosparam set /use_sim_time false` and "
+            "restart the nodes.",
+            "/clock",
+        )
+    if publishers and not system.is_time_simulated:
+        yield warning(
+            "clock-unused",
+            f"{', '.join(map(listed, publishers))} publishes /clock, but /use_sim_time is not set: nodes "
+            "go by the wall "
+            "clock",
+            "rosparam set /use_sim_time true, before the nodes are started.",
+            "/clock",
+        )
+    if len(publishers) > 1:
+        yield error(
+            "two-clocks",
+            f"Several nodes publish /clock, so time jumps: {', '.join(map(listed, publishers))}",
+            "End all but one.",
+            "/clock",
+            *publishers,
+        )
+    offset = system.clock_offset_s
+    if offset is not None and abs(offset) > CLOCK_TOLERANCE_S:
+        yield error(
+            "clock-differs",
+            f"The clock of the master's machine is {_ahead(offset)} that of this one",
+            "Set both by NTP (chrony or systemd-timesyncd): transforms and stamped data of the two do not "
+            "fit together.",
+            system.master_uri,
+        )
+    if not system.is_time_simulated:
+        for (topic, node), report in sorted(system.publishers.items()):
+            ahead = report.stamp_offset_s
+            if ahead is not None and abs(ahead) > STAMP_TOLERANCE_S:
+                yield warning(
+                    "stamps-differ",
+                    f"[{listed(node)}] stamps [{listed(topic)}] {_ahead(ahead)} the clock of this machine",
+                    "Set the clocks of both machines by NTP; if data is played back, use simulated time "
+                    "(/use_sim_time and `rosbag play --clock`).",
+                    topic,
+                    node,
+                )
+
+
+def _ahead(offset_s: float) -> str:
+    return f"{abs(offset_s):.0f} s {'ahead of' if offset_s > 0 else 'behind'}"
+
+
+def _base(topic: str) -> str:
+    return topic.rpartition("/")[2]
+
+
+def _host(uri: str) -> str:
+    try:
+        return split_uri(uri, ["http", "rosrpc"])[0]
+    except ValueError:
+        return listed(uri)
+
+
+def _port(uri: str) -> int:
+    try:
+        return split_uri(uri)[1]
+    except ValueError:
+        return 0
+
+
+CHECKS: tuple[Callable[[System], Findings], ...] = (
+    unreachable_nodes,
+    nodes_of_other_masters,
+    unreachable_publishers,
+    type_mismatches,
+    connections,
+    definitions,
+    topics_without_publishers,
+    services,
+    clocks,
+)

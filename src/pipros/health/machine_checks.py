@@ -1,0 +1,278 @@
+"""What is wrong with the setup of a machine and a shell. Pure: a `Machine` in, findings out."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+
+from pipros.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
+from pipros.health.finding import Finding, error, warning
+from pipros.health.machine import Machine, PathKind
+from pipros.net.address import is_loopback
+
+Findings = Iterator[Finding]
+
+_PATH_VARIABLES = ("ROS_PACKAGE_PATH", "CMAKE_PREFIX_PATH", "PYTHONPATH")
+
+
+def check_machine(machine: Machine) -> list[Finding]:
+    """All findings, errors and warnings, in the order of the checks."""
+    return [finding for check in CHECKS for finding in check(machine)]
+
+
+def mixed_programs(machine: Machine) -> Findings:
+    """Commands of two implementations on one PATH."""
+    foreign = {
+        name: program for name, program in machine.commands.items() if program.parent != machine.own_programs
+    }
+    if not foreign or not machine.commands:
+        return
+    listing = ", ".join(f"{name} is {program}" for name, program in sorted(foreign.items())[:3])
+    if len(foreign) > 3:
+        listing += f" and {len(foreign) - 3} more"
+    yield warning(
+        "mixed-programs",
+        f"PATH finds programs of another ROS before those of pipros in {machine.own_programs}: {listing}",
+        f"Put pipros first: export PATH={machine.own_programs}:$PATH, or activate its environment anew; "
+        "open a "
+        "new terminal in which only one of the two is set up.",
+        *sorted(foreign),
+    )
+
+
+def mixed_python(machine: Machine) -> Findings:
+    """`import rospy` gives another implementation."""
+    foreign = {
+        name: place for name, place in machine.python_packages.items() if place != machine.own_packages
+    }
+    if foreign:
+        listing = ", ".join(f"{name} from {place}" for name, place in sorted(foreign.items()))
+        yield error(
+            "mixed-python",
+            f"Python imports packages of another ROS instead of those of pipros: {listing}",
+            "Take the folders of the other ROS out of PYTHONPATH: unset PYTHONPATH, or start from a "
+            "terminal in "
+            "which /opt/ros/…/setup.bash was not sourced.",
+            *sorted(foreign),
+        )
+
+
+def other_ros_set_up(machine: Machine) -> Findings:
+    """Variables of ROS 2, or of genuine ROS 1, in the same shell."""
+    if machine.variables.get("ROS_VERSION") == "2" or machine.variables.get("AMENT_PREFIX_PATH"):
+        yield warning(
+            "ros-2-environment",
+            "ROS 2 is set up in this shell (ROS_VERSION or AMENT_PREFIX_PATH): its programs and packages "
+            "get into "
+            "the way of those of ROS 1",
+            "Use a terminal in which no setup file of ROS 2 was sourced.",
+            "ROS_VERSION",
+        )
+    for name in ("CMAKE_PREFIX_PATH", "PYTHONPATH", "ROS_ROOT", "ROS_PACKAGE_PATH"):
+        entries = machine.variables.get(name, "").split(os.pathsep)
+        genuine = [entry for entry in entries if entry.startswith("/opt/ros/")]
+        if genuine:
+            yield warning(
+                "mixed-paths",
+                f"{name} names folders of another ROS installation beside pipros: {os.pathsep.join(genuine)}",
+                "Use a terminal in which only one of the two is set up, unless packages of that "
+                "installation are "
+                "really meant.",
+                name,
+            )
+
+
+def missing_paths(machine: Machine) -> Findings:
+    """Entries of the path variables that lead nowhere."""
+    for name in _PATH_VARIABLES:
+        for entry in filter(None, machine.variables.get(name, "").split(os.pathsep)):
+            kind = machine.paths.get(entry, PathKind.FOLDER)
+            is_archive = name == "PYTHONPATH" and kind is PathKind.FILE
+            if kind in (PathKind.MISSING, PathKind.FILE) and not is_archive:
+                what = "does not exist" if kind is PathKind.MISSING else "is a file, not a folder"
+                yield warning(
+                    "missing-path",
+                    f"{name} names [{entry}], which {what}",
+                    "Source the setup file of the workspace again, in a new terminal; if the workspace was "
+                    "moved or "
+                    "deleted, build it again first.",
+                    name,
+                    entry,
+                )
+
+
+def workspace_not_set_up(machine: Machine) -> Findings:
+    """The workspace around the current folder is not part of the environment."""
+    if machine.workspace is None:
+        return
+    known = machine.variables.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
+    if str(machine.workspace) not in (entry.rstrip("/") for entry in known):
+        yield warning(
+            "workspace-not-set-up",
+            f"The workspace around the current folder is not set up in this shell: {machine.workspace}",
+            f"source {machine.workspace}/setup.bash",
+            str(machine.workspace),
+        )
+
+
+def master_uri(machine: Machine) -> Findings:
+    """ROS_MASTER_URI is malformed, names an unknown host, or nothing listens there."""
+    uri = machine.variables.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
+    try:
+        host, port = split_master_uri(uri)
+    except InvalidEnvironment as problem:
+        yield error(
+            "master-uri", str(problem), f"export ROS_MASTER_URI={DEFAULT_MASTER_URI}", "ROS_MASTER_URI"
+        )
+        return
+    if machine.resolved.get(host) == ():
+        yield error(
+            "master-host-unknown",
+            f"The host [{host}] of ROS_MASTER_URI [{uri}] cannot be resolved to an address",
+            f"Use the address of that machine, or add a line 'ADDRESS {host}' to /etc/hosts.",
+            "ROS_MASTER_URI",
+            host,
+        )
+    elif machine.master_error:
+        yield _no_master(machine, uri, host, port)
+
+
+def _no_master(machine: Machine, uri: str, host: str, port: int) -> Finding:
+    summary = f"No master answers at ROS_MASTER_URI [{uri}]: {machine.master_error}"
+    if machine.has_local_master and uri.rstrip("/") != DEFAULT_MASTER_URI:
+        return error(
+            "stale-master-uri",
+            f"{summary}. But one answers at {DEFAULT_MASTER_URI}",
+            f"ROS_MASTER_URI is probably left over: export ROS_MASTER_URI={DEFAULT_MASTER_URI}, and look "
+            "for it in "
+            "~/.bashrc.",
+            "ROS_MASTER_URI",
+        )
+    is_here = is_loopback(host) or host in machine.own_hosts
+    start = "roscore" if port == 11311 else f"roscore -p {port}"
+    cure = (
+        f"Start it: {start}"
+        if is_here
+        else f"Start roscore on [{host}] such that it can be reached from here, check the way there (ping "
+        f"{host}), "
+        "or correct ROS_MASTER_URI."
+    )
+    return error("no-master", summary, cure, "ROS_MASTER_URI")
+
+
+def own_address(machine: Machine) -> Findings:
+    """What this machine tells others to reach it by: ROS_HOSTNAME, ROS_IP or its name."""
+    environment = Environment.from_os(machine.variables)
+    hostname, ip = environment.hostname, environment.ip
+    is_master_here = _is_master_here(machine, environment)
+    if hostname:
+        yield from _own_name(machine, "ROS_HOSTNAME", hostname)
+        if ip and ip not in machine.resolved.get(hostname, (ip,)):
+            yield warning(
+                "hostname-and-ip",
+                f"ROS_HOSTNAME [{hostname}] and ROS_IP [{ip}] are both set and differ; ROS_HOSTNAME counts",
+                "Unset one of them.",
+                "ROS_HOSTNAME",
+                "ROS_IP",
+            )
+    elif ip:
+        yield from _own_ip(machine, ip, is_master_here=is_master_here)
+    elif not is_master_here:
+        yield from _own_name(machine, "the name of this machine", machine.hostname)
+    advertised = hostname or ip
+    if advertised and is_loopback(advertised) and not is_master_here:
+        yield error(
+            "loopback-advertised",
+            "The master is on another machine, but programs of this one say that they are at "
+            f"[{advertised}], which "
+            "means every machine itself: nobody there can reach them",
+            f"export ROS_IP={machine.address_towards_master or 'ADDRESS'}, the address by which the others "
+            "reach "
+            "this machine, and unset ROS_HOSTNAME.",
+            "ROS_HOSTNAME" if hostname else "ROS_IP",
+        )
+
+
+def _own_name(machine: Machine, what: str, name: str) -> Findings:
+    found = machine.resolved.get(name, (name,))
+    cure = f"export ROS_IP={machine.address_towards_master or 'ADDRESS'}, and unset ROS_HOSTNAME."
+    if "://" in name:
+        yield error("hostname-form", f"{what} must be a host name, got [{name}]", cure, what)
+    elif not found:
+        yield error(
+            "hostname-unknown",
+            f"{what} [{name}] cannot be resolved to an address: other programs cannot reach those of this "
+            "machine "
+            "by it",
+            f"{cure} Or add a line 'ADDRESS {name}' to /etc/hosts on every machine.",
+            what,
+            name,
+        )
+    elif name not in machine.own_hosts:
+        yield error(
+            "hostname-of-another",
+            f"{what} [{name}] means {', '.join(found)}, which is not this machine",
+            cure,
+            what,
+            name,
+        )
+
+
+def _own_ip(machine: Machine, ip: str, *, is_master_here: bool) -> Findings:
+    good = machine.address_towards_master
+    if ip not in machine.own_hosts:
+        yield error(
+            "ip-of-another",
+            f"ROS_IP [{ip}] is no address of this machine, which has {', '.join(machine.addresses)}",
+            f"export ROS_IP={good or 'ADDRESS'}, or unset it.",
+            "ROS_IP",
+        )
+    elif good and not is_master_here and not is_loopback(ip) and ip != good:
+        yield warning(
+            "ip-of-another-network",
+            f"ROS_IP [{ip}] is an address of this machine, but it reaches the master from [{good}]: the "
+            "others may "
+            "have no way to the network of ROS_IP",
+            f"export ROS_IP={good}",
+            "ROS_IP",
+        )
+
+
+def _is_master_here(machine: Machine, environment: Environment) -> bool:
+    try:
+        host, _ = split_master_uri(environment.master_uri)
+    except InvalidEnvironment:
+        return True
+    return is_loopback(host) or host in machine.own_hosts
+
+
+def folders_to_write(machine: Machine) -> Findings:
+    """Folders for logs and caches that cannot be written."""
+    environment = Environment.from_os(machine.variables)
+    folders = {
+        "ROS_HOME": environment.ros_home,
+        "ROS_LOG_DIR": environment.log_dir,
+        "ROS_TEST_RESULTS_DIR": environment.test_results_dir,
+    }
+    for name, folder in folders.items():
+        kind = machine.paths.get(str(folder), PathKind.FOLDER)
+        if kind in (PathKind.READ_ONLY, PathKind.FILE):
+            yield error(
+                "cannot-write",
+                f"{name} [{folder}] is a {kind.value}: no logs or results can be written there",
+                f"Give the folder to yourself (chown, chmod), or set {name} to one that you can write.",
+                name,
+                str(folder),
+            )
+
+
+CHECKS: tuple[Callable[[Machine], Findings], ...] = (
+    mixed_programs,
+    mixed_python,
+    other_ros_set_up,
+    missing_paths,
+    workspace_not_set_up,
+    master_uri,
+    own_address,
+    folders_to_write,
+)

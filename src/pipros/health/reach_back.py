@@ -1,0 +1,67 @@
+"""Do subscribers reach this machine? Publishes their topics for a moment, without sending anything."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from threading import Condition
+
+from pipros.env import Environment
+from pipros.node import Node
+from pipros.node.any_msg import RawMessage
+from pipros.node.publisher import Publication
+
+Pairs = frozenset[tuple[str, str]]
+
+_LOOK_EVERY_S = 0.1
+
+
+class _Arrivals:
+    """Writes down which subscribers came to publications; a `PeerListener` of theirs."""
+
+    def __init__(self) -> None:
+        self.seen: set[tuple[str, str]] = set()
+        self.changed = Condition()
+        self._publications: list[Publication] = []
+
+    def watch(self, publication: Publication) -> None:
+        self._publications.append(publication)
+        publication.listeners.append(self)
+
+    def look(self) -> None:
+        """Notes those that are connected now."""
+        found = {
+            (publication.topic, link.caller_id)
+            for publication in list(self._publications)
+            for link in publication.links
+        }
+        with self.changed:
+            self.seen |= found
+            self.changed.notify_all()
+
+    def peer_subscribe(self, *_: object) -> None:
+        self.look()
+
+    def peer_unsubscribe(self, *_: object) -> None:
+        self.look()
+
+
+def reach_back(pairs: Iterable[tuple[str, str]], environment: Environment, *, wait_s: float = 3.0) -> Pairs:
+    """Those of the (topic, subscriber) that connect to a publisher in this process within the time.
+
+    The publisher accepts any type and sends nothing; it is registered for that long, as that of any tool.
+    """
+    wanted = frozenset(pairs)
+    arrivals = _Arrivals()
+    with Node("pipros_doctor", anonymous=True, environment=environment) as node:
+        for topic in sorted({topic for topic, _ in wanted}):
+            node.advertise(topic, RawMessage)
+            publication = node.endpoints.publication(topic)
+            if publication is not None:
+                arrivals.watch(publication)
+        until = time.monotonic() + wait_s
+        while not wanted <= arrivals.seen and (left := until - time.monotonic()) > 0:
+            with arrivals.changed:
+                arrivals.changed.wait(min(left, _LOOK_EVERY_S))
+            arrivals.look()
+    return frozenset(arrivals.seen & wanted)

@@ -1,0 +1,67 @@
+"""Runs a master, a talker and a listener in this process, and examines them as any other system."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass, replace
+from typing import Any
+
+from pipros.env import Environment
+from pipros.health.finding import Finding, error
+from pipros.health.gather_system import gather_system
+from pipros.health.graph_checks import check_graph
+
+TOPIC = "/pipros_self_test"
+
+
+@dataclass(frozen=True, slots=True)
+class SelfTest:
+    """What came of it.
+
+    Attributes:
+        findings: what was wrong; none when all is well.
+        first_message_s: from the start of the talker to the first message that was heard.
+        heard: how many messages were heard.
+    """
+
+    findings: list[Finding]
+    first_message_s: float
+    heard: int
+
+
+def run_self_test(duration_s: float = 1.0, environment: Environment | None = None) -> SelfTest:
+    """Runs for about `duration_s`, on loopback and a free port; no running system is touched."""
+    from pipros.launch.roscore import Core
+    from pipros.msg import load_message_class
+    from pipros.node import Node
+
+    text: Any = load_message_class("std_msgs/String")
+    local = replace(environment or Environment.from_os(), hostname=None, ip="127.0.0.1", namespace="/")
+    heard: list[float] = []
+    first = threading.Event()
+
+    def hear(_: Any) -> None:
+        heard.append(time.monotonic())
+        first.set()
+
+    with Core(port=0, environment=local) as core:
+        local = replace(local, master_uri=core.uri)
+        with Node("listener", environment=local) as listener, Node("talker", environment=local) as talker:
+            start = time.monotonic()
+            listener.subscribe(TOPIC, text, hear)
+            publisher = talker.advertise(TOPIC, text, latch=True)
+            publisher.publish(text("hello"))
+            if not first.wait(max(duration_s, 10.0)):
+                finding = error(
+                    "self-test",
+                    "A listener heard nothing of a talker in the same process",
+                    "Something keeps programs of this machine from connecting to each other at 127.0.0.1: a "
+                    "firewall, or a sandbox without a loopback interface.",
+                )
+                return SelfTest([finding], 0.0, 0)
+            while time.monotonic() - start < duration_s:
+                publisher.publish(text("hello"))
+                talker.wait_for_shutdown(timeout_s=0.1)
+            findings = check_graph(gather_system(core.uri))
+    return SelfTest(findings, heard[0] - start, len(heard))

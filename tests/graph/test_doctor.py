@@ -1,0 +1,250 @@
+"""`pipros doctor` on running systems: nothing on a healthy one, each planted fault on a sick one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from pipros.cli import doctor
+from pipros.env import Environment
+from pipros.health.examine import Examination, examine
+from pipros.health.gather_machine import gather_machine
+from pipros.health.machine_checks import check_machine
+from pipros.health.reach_back import reach_back
+from pipros.master.master import Master
+from pipros.msg import load_message_class
+from pipros.msg.time import Time
+from pipros.net.loop import BackgroundLoop
+from pipros.net.master_client import MasterClient
+from pipros.net.rpc_server import RpcServer
+from tests.support.nodes import MakeNode
+from tests.support.slaves import SilentSlave
+from tests.support.waiting import wait_until
+
+String: Any = load_message_class("std_msgs/String")
+Int32: Any = load_message_class("std_msgs/Int32")
+Clock: Any = load_message_class("rosgraph_msgs/Clock")
+PoseStamped: Any = load_message_class("geometry_msgs/PoseStamped")
+
+NOBODY = "http://127.0.0.1:1/"
+
+
+@pytest.fixture(autouse=True)
+def no_other_ros(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The machine itself is healthy: what is set in the terminal of the tests does not count."""
+    for name in (
+        "ROS_HOSTNAME",
+        "ROS_IP",
+        "ROS_PACKAGE_PATH",
+        "CMAKE_PREFIX_PATH",
+        "PYTHONPATH",
+        "ROS_VERSION",
+    ):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("pipros.health.gather_machine.COMMANDS", ())
+
+
+class FakeNode:
+    """The slave API of a node, by a table of answers."""
+
+    def __init__(self, **values: Any) -> None:
+        self._loop = BackgroundLoop("fake node")
+        self._loop.start()
+        values = {"getPid": 1, "getBusInfo": [], **values}
+        self._server = RpcServer(
+            {name: lambda *_, value=value: [1, "", value] for name, value in values.items()}
+        )
+        self._loop.run(self._server.start())
+        self.api = f"http://127.0.0.1:{self._server.port}/"
+
+    def stop(self) -> None:
+        self._loop.run(self._server.stop())
+        self._loop.stop()
+
+
+@pytest.fixture
+def talker_and_listener(master: Master, make_node: MakeNode) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    publisher = talker.advertise("/chatter", String)
+    subscriber = listener.subscribe("/chatter", String, lambda _: None)
+    wait_until(lambda: publisher.connection_count == 1 and subscriber.connection_count == 1)
+
+
+@pytest.fixture
+def sick_system(master: Master, make_node: MakeNode, talker_and_listener: None) -> Iterator[None]:
+    """A talker and a listener that are well, and a dozen faults around them."""
+    sick = make_node("sick")
+
+    def publish(node: str, topic: str, type_name: str, api: str) -> None:
+        register_as(master, node, "registerPublisher", topic, type_name, api)
+
+    publish("/ghost", "/a", "std_msgs/String", NOBODY)
+    publish("/stranger", "/b", "std_msgs/String", "http://no.such.host.invalid:9/")
+    silent = SilentSlave()
+    publish("/silent", "/c", "std_msgs/String", silent.api)
+    publish("/left_over", "/d", "std_msgs/String", sick.uri)
+    publish("/exotic", "/e", "no_such_package/Thing", sick.uri)
+    sick.subscribe("/chatter", Int32, lambda _: None)
+    other_string: Any = type("String", (String,), {"_md5sum": "0" * 32})
+    make_node("outdated").subscribe("/chatter", other_string, lambda _: None)
+    sick.subscribe("/chater", String, lambda _: None)
+    register_as(master, "/sick", "registerService", "/broken", "rosrpc://127.0.0.1:1", sick.uri)
+    for name in ("clock1", "clock2"):
+        make_node(name).advertise("/clock", Clock)
+    poses = sick.advertise("/pose", PoseStamped, latch=True)
+    pose = PoseStamped()
+    pose.header.stamp = Time(1_000_000_000)
+    poses.publish(pose)
+    other = FakeNode(getMasterUri="http://127.0.0.1:2/")
+    publish("/elsewhere", "/f", "std_msgs/String", other.api)
+    deaf = FakeNode(getBusInfo=[[1, sick.uri, "i", "TCPROS", "/pose", True]])
+    register_as(master, "/deaf", "registerSubscriber", "/pose", "geometry_msgs/PoseStamped", deaf.api)
+    yield
+    for fake in (silent, other, deaf):
+        fake.stop()
+
+
+def register_as(master: Master, node: str, method: str, *params: str) -> None:
+    client = MasterClient(master.uri, node)
+    client.call(method, *params)
+    client.close()
+
+
+def examined(master: Master, **options: Any) -> Examination:
+    return examine(Environment(master_uri=master.uri), timeout_s=1.0, **options)
+
+
+def test_nothing_is_found_in_a_healthy_system(
+    master: Master, talker_and_listener: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+    examination = examined(master)
+    assert examination.findings == ()
+    assert examination.is_healthy
+    assert examination.system is not None
+    assert len(examination.system.pairs()) == 1
+
+
+def test_nothing_is_found_both_ways(
+    master: Master, talker_and_listener: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+    examination = examined(master, both_ways=True)
+    assert examination.findings == ()
+    assert examination.system is not None
+    assert examination.system.reached_back == {("/chatter", "/listener")}
+
+
+def test_each_planted_fault_is_found(
+    master: Master, sick_system: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+    found = {(finding.rule, *finding.subjects) for finding in examined(master).findings}
+    assert found >= {
+        ("ghost-node", "/ghost"),
+        ("unknown-host", "/stranger"),
+        ("silent-node", "/silent"),
+        ("no-publisher", "/d", "/left_over"),
+        ("unknown-type", "no_such_package/Thing", "/e"),
+        ("type-mismatch", "/chatter", "/talker", "/sick"),
+        ("md5-mismatch", "/chatter", "/talker", "/outdated"),
+        ("no-publishers", "/chater", "/sick"),
+        ("service-failed", "/broken", "/sick"),
+        ("two-clocks", "/clock", "/clock1", "/clock2"),
+        ("clock-unused", "/clock"),
+        ("stamps-differ", "/pose", "/sick"),
+        ("other-master", "/elsewhere"),
+        ("one-sided-connection", "/pose", "/sick", "/deaf"),
+    }
+    assert not any("/listener" in finding for finding in found), "which is well"
+
+
+def test_a_subscriber_that_cannot_reach_this_machine_does_not_come(master: Master) -> None:
+    register_as(master, "/far", "registerSubscriber", "/x", "std_msgs/String", NOBODY)
+    pairs = {("/x", "/far")}
+    assert reach_back(pairs, Environment(master_uri=master.uri), wait_s=0.1) == frozenset()
+
+
+def test_json_has_the_findings_and_the_exit_code_says_that_there_are_errors(
+    master: Master, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    register_as(master, "/ghost", "registerPublisher", "/a", "std_msgs/String", NOBODY)
+    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+    assert doctor.main(["--json"]) == 1
+    report = json.loads(capsys.readouterr().out)
+    assert report["ok"] is False
+    assert report["examined"]["nodes"] == ["/ghost"]
+    (finding,) = report["findings"]
+    assert finding["rule"] == "ghost-node"
+    assert finding["severity"] == "error"
+    assert finding["subjects"] == ["/ghost"]
+    assert "rosnode cleanup" in finding["cure"]
+
+
+def test_a_person_is_told_what_to_do(
+    master: Master, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    register_as(master, "/ghost", "registerPublisher", "/a", "std_msgs/String", NOBODY)
+    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+    assert doctor.main([]) == 1
+    output = capsys.readouterr().out
+    assert output.startswith("ERROR Node [/ghost] is registered, but does not answer")
+    assert "\n  What to do: It has ended without saying so" in output
+    assert "Found 1 error(s)." in output
+
+
+def test_without_a_master_it_says_so_and_how_to_start_one(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:1")
+    assert doctor.main(["--offline"]) == 0
+    assert "Nothing is wrong. Examined: the setup of this machine." in capsys.readouterr().out
+    assert doctor.main([]) == 1
+    assert "Start it: roscore -p 1" in capsys.readouterr().out
+
+
+def test_the_self_test_passes(capsys: pytest.CaptureFixture[str]) -> None:
+    assert doctor.main(["--self-test", "--json"]) == 0
+    outcome = json.loads(capsys.readouterr().out)
+    assert outcome["findings"] == []
+    assert outcome["heard"] >= 1
+
+
+@pytest.mark.parametrize("words", [["--timeout", "0"], ["--timeout", "nan"], ["nonsense"]])
+def test_mistakes_end_with_2(words: list[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        doctor.main(words)
+    assert end.value.code == 2
+
+
+def test_a_setup_with_faults_is_read_as_it_is(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    genuine = tmp_path / "genuine"
+    (genuine / "rospy").mkdir(parents=True)
+    (genuine / "rospy" / "__init__.py").write_text("")
+    home = tmp_path / "home"
+    home.write_text("a file")
+    (tmp_path / "ws" / "src").mkdir(parents=True)
+    (tmp_path / "ws" / "devel").mkdir()
+    (tmp_path / "ws" / "devel" / ".catkin").write_text("")
+    monkeypatch.chdir(tmp_path / "ws" / "src")
+    variables = {
+        "ROS_MASTER_URI": "http://no.such.host.invalid:11311",
+        "ROS_IP": "192.0.2.77",
+        "ROS_PACKAGE_PATH": str(tmp_path / "gone"),
+        "PYTHONPATH": str(genuine),
+        "ROS_HOME": str(home),
+        "ROS_VERSION": "2",
+    }
+    findings = check_machine(gather_machine(variables, timeout_s=1.0))
+    assert {finding.rule for finding in findings} >= {
+        "master-host-unknown",
+        "ip-of-another",
+        "missing-path",
+        "mixed-python",
+        "cannot-write",
+        "ros-2-environment",
+        "workspace-not-set-up",
+    }

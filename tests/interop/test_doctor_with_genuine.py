@@ -1,0 +1,43 @@
+"""`pipros doctor` examines systems of genuine ROS: rospy and roscpp nodes, with a genuine master."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+NODE = (
+    "import rospy, std_msgs.msg as s, std_srvs.srv as v\n"
+    "rospy.init_node('python'); p = rospy.Publisher('/chatter', s.String, queue_size=1)\n"
+    "rospy.Service('/reset', v.Empty, lambda _: v.EmptyResponse())\n"
+    "print('up', flush=True); rospy.spin()\n"
+)
+
+
+def findings(ros: RosSystem) -> list[dict[str, Any]]:
+    report: dict[str, Any] = json.loads("\n".join(ros.pipros.run("pipros", "doctor", "--json").stdout))
+    assert report["examined"] is not None
+    return [one for one in report["findings"] if one["rule"] not in ("mixed-programs", "mixed-paths")]
+
+
+def test_a_healthy_genuine_system_is_found_healthy_and_its_faults_are_named(ros: RosSystem) -> None:
+    ros.genuine.start_master()
+    ros.genuine.start("/usr/bin/python3", "-c", NODE).wait_for("up")
+    ros.genuine.start("rostopic", "echo", "/chatter", "__name:=ear")
+    ros.genuine.start("rosrun", "cpp_battery", "battery_listener", "battery_topic:=/battery_topic")
+    ros.genuine.start("rosrun", "composiv_tryouts", "composiv_talker.py")
+    ros.wait_for_subscriber("/battery_topic")
+    ros.wait_for_subscriber("/chatter")
+    wait_until(lambda: findings(ros) == [], 60.0, "no findings")
+
+    wrong = ros.genuine.start(
+        "rostopic", "pub", "-r", "5", "/chatter", "std_msgs/Int32", "1", "__name:=wrong"
+    )
+    wait_until(lambda: "/wrong" in ros.publishers("/chatter"))
+    named = {(one["rule"], *one["subjects"]) for one in findings(ros)}
+    assert ("publishers-differ", "/chatter", "/python", "/wrong") in named
+    wrong.kill()
+    wrong.wait()
+    assert {("ghost-node", "/wrong")} <= {(one["rule"], *one["subjects"]) for one in findings(ros)}

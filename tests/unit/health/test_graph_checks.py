@@ -1,0 +1,129 @@
+"""Findings about a running system: each fault is found, and nothing on a healthy one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from pipros.graph.system_state import SystemState
+from pipros.health.graph_checks import check_graph
+from pipros.health.system import Connection, Failure, NodeReport, PublisherReport, ServiceReport, System
+
+TALKER, LISTENER, TOPIC = "/talker", "/listener", "/chatter"
+TALKER_API, LISTENER_API = "http://10.0.0.1:1001/", "http://10.0.0.2:1002/"
+SENT, RECEIVED = Connection(LISTENER, "o", TOPIC), Connection(TALKER_API, "i", TOPIC)
+
+NODES = {
+    TALKER: NodeReport(TALKER_API, connections=(SENT,), publications={TOPIC: "std_msgs/String"}),
+    LISTENER: NodeReport(LISTENER_API, connections=(RECEIVED,), subscriptions={TOPIC: "std_msgs/String"}),
+}
+
+HEALTHY = System(
+    "http://10.0.0.1:11311",
+    SystemState({TOPIC: [TALKER]}, {TOPIC: [LISTENER], "/rosout": [LISTENER]}, {"/reset": [TALKER]}),
+    types={TOPIC: "std_msgs/String"},
+    nodes=NODES,
+    publishers={(TOPIC, TALKER): PublisherReport("10.0.0.1:7", None, "std_msgs/String", "992c", 0.1)},
+    services={"/reset": ServiceReport(TALKER, "rosrpc://10.0.0.1:8")},
+    installed={"std_msgs/String": "992c"},
+    clock_offset_s=0.4,
+)
+
+
+def with_node(name: str, **changes: Any) -> System:
+    return replace(HEALTHY, nodes={**NODES, name: replace(NODES[name], **changes)})
+
+
+def with_publisher(**changes: Any) -> System:
+    report = HEALTHY.publishers[TOPIC, TALKER]
+    return replace(HEALTHY, publishers={(TOPIC, TALKER): replace(report, **changes)})
+
+
+UNCONNECTED = replace(HEALTHY, nodes={name: replace(node, connections=()) for name, node in NODES.items()})
+TRIED = replace(UNCONNECTED, tried_back=frozenset({(TOPIC, LISTENER)}))
+WITH_CLOCK = replace(HEALTHY.state, publishers={TOPIC: [TALKER], "/clock": [TALKER]})
+
+FAULTS: dict[str, System] = {
+    "ghost-node": with_node(LISTENER, failure=Failure("Connection refused", is_refused=True)),
+    "unknown-host": with_node(LISTENER, failure=Failure("Name not known", is_unknown_host=True)),
+    "silent-node": with_node(LISTENER, failure=Failure("no answer in time")),
+    "other-master": with_node(LISTENER, master_uri="http://10.0.0.1:11400/"),
+    "no-publisher": with_publisher(address="", failure=Failure("Not a publisher of [/chatter]")),
+    "unreachable-publisher": with_publisher(failure=Failure("no answer in time")),
+    "type-mismatch": with_node(LISTENER, subscriptions={TOPIC: "std_msgs/Int32"}),
+    "one-sided-connection": with_node(LISTENER, connections=()),
+    "not-connected": UNCONNECTED,
+    "subscriber-cannot-reach": TRIED,
+    "md5-mismatch": replace(TRIED, reached_back=TRIED.tried_back),
+    "unknown-type": replace(HEALTHY, installed={"std_msgs/String": None}),
+    "definition-differs": replace(HEALTHY, installed={"std_msgs/String": "other"}),
+    "no-publishers": replace(
+        HEALTHY, state=replace(HEALTHY.state, subscribers={TOPIC: [LISTENER], "/chater": [LISTENER]})
+    ),
+    "service-failed": replace(
+        HEALTHY, services={"/reset": ServiceReport(TALKER, "rosrpc://10.0.0.1:8", Failure("refused"))}
+    ),
+    "no-clock": replace(HEALTHY, is_time_simulated=True),
+    "clock-unused": replace(HEALTHY, state=WITH_CLOCK),
+    "clock-differs": replace(HEALTHY, clock_offset_s=-3600.0),
+    "stamps-differ": with_publisher(stamp_offset_s=100.0),
+}
+
+
+def test_nothing_is_found_in_a_healthy_system() -> None:
+    assert check_graph(HEALTHY) == []
+
+
+@pytest.mark.parametrize("rule", FAULTS)
+def test_the_fault_is_found_and_no_other(rule: str) -> None:
+    findings = check_graph(FAULTS[rule])
+    assert [finding.rule for finding in findings] == [rule]
+    assert findings[0].cure
+
+
+def test_two_clocks_are_found() -> None:
+    state = replace(HEALTHY.state, publishers={TOPIC: [TALKER], "/clock": [TALKER, LISTENER]})
+    rules = [finding.rule for finding in check_graph(replace(HEALTHY, state=state, is_time_simulated=True))]
+    assert rules == ["two-clocks"]
+
+
+def test_publishers_of_different_definitions_are_named() -> None:
+    other = PublisherReport("10.0.0.2:9", None, "std_msgs/String", "beef")
+    system = replace(
+        HEALTHY,
+        state=replace(HEALTHY.state, publishers={TOPIC: [TALKER, LISTENER]}, subscribers={}),
+        publishers={**HEALTHY.publishers, (TOPIC, LISTENER): other},
+    )
+    findings = {finding.rule: finding for finding in check_graph(system)}
+    assert set(findings) == {"publishers-differ", "definition-differs"}
+    assert (
+        "/talker: std_msgs/String 992c, /listener: std_msgs/String beef"
+        in findings["publishers-differ"].summary
+    )
+
+
+def test_services_of_a_node_that_is_gone_are_not_reported_again() -> None:
+    gone = Failure("Connection refused", is_refused=True)
+    system = replace(
+        HEALTHY,
+        nodes={**NODES, TALKER: replace(NODES[TALKER], failure=gone)},
+        services={"/reset": ServiceReport(TALKER, "rosrpc://10.0.0.1:8", gone)},
+        publishers={},
+    )
+    assert [finding.rule for finding in check_graph(system)] == ["ghost-node"]
+
+
+def test_a_misspelt_topic_is_pointed_out() -> None:
+    (finding,) = check_graph(FAULTS["no-publishers"])
+    assert "look like it: /chatter." in finding.cure
+
+
+def test_names_of_peers_cannot_forge_lines() -> None:
+    system = replace(
+        HEALTHY,
+        state=SystemState({}, {"/evil\nERROR": [LISTENER]}, {}),
+        publishers={},
+    )
+    assert "\n" not in check_graph(system)[0].summary

@@ -1,0 +1,99 @@
+"""Findings about the setup of a machine: each fault is found, and nothing on a healthy one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipros.health.finding import Severity, has_errors
+from pipros.health.machine import Machine, PathKind
+from pipros.health.machine_checks import check_machine
+
+PROGRAMS, PACKAGES = Path("/venv/bin"), Path("/venv/lib")
+
+HEALTHY = Machine(
+    variables={"ROS_MASTER_URI": "http://robot:11311", "ROS_PACKAGE_PATH": "/ws/src", "PYTHONPATH": ""},
+    hostname="desk",
+    addresses=("127.0.0.1", "10.0.0.2"),
+    resolved={"robot": ("10.0.0.1",), "desk": ("10.0.0.2",)},
+    own_hosts=frozenset({"desk", "127.0.0.1", "10.0.0.2", "192.168.7.2", "localhost"}),
+    address_towards_master="10.0.0.2",
+    paths={"/ws/src": PathKind.FOLDER},
+    commands={"rostopic": PROGRAMS / "rostopic"},
+    own_programs=PROGRAMS,
+    python_packages={"rospy": PACKAGES},
+    own_packages=PACKAGES,
+    master_error="",
+)
+
+
+def machine(variables: dict[str, str] | None = None, **changes: Any) -> Machine:
+    return replace(HEALTHY, variables={**HEALTHY.variables, **(variables or {})}, **changes)
+
+
+FAULTS: dict[str, Machine] = {
+    "mixed-programs": machine(commands={"rostopic": Path("/opt/ros/noetic/bin/rostopic")}),
+    "mixed-python": machine(python_packages={"rospy": Path("/opt/ros/noetic/lib/python3/dist-packages")}),
+    "ros-2-environment": machine({"ROS_VERSION": "2", "AMENT_PREFIX_PATH": "/opt/ros/humble"}),
+    "mixed-paths": machine({"CMAKE_PREFIX_PATH": "/ws/devel:/opt/ros/noetic"}),
+    "missing-path": machine({"ROS_PACKAGE_PATH": "/gone/src"}, paths={"/gone/src": PathKind.MISSING}),
+    "workspace-not-set-up": machine(workspace=Path("/home/me/ws/devel")),
+    "master-uri": machine({"ROS_MASTER_URI": "robot:11311"}),
+    "master-host-unknown": machine(resolved={"robot": (), "desk": ("10.0.0.2",)}),
+    "no-master": machine(master_error="Connection refused"),
+    "stale-master-uri": machine(master_error="no answer in time", has_local_master=True),
+    "hostname-unknown": machine(resolved={"robot": ("10.0.0.1",), "desk": ()}),
+    "hostname-of-another": machine({"ROS_HOSTNAME": "lamp"}, resolved={"lamp": ("10.0.0.9",)}),
+    "hostname-form": machine({"ROS_HOSTNAME": "http://desk:11311"}),
+    "hostname-and-ip": machine({"ROS_HOSTNAME": "desk", "ROS_IP": "192.168.7.2"}),
+    "ip-of-another": machine({"ROS_IP": "10.9.9.9"}),
+    "ip-of-another-network": machine({"ROS_IP": "192.168.7.2"}),
+    "loopback-advertised": machine({"ROS_IP": "127.0.0.1"}),
+    "cannot-write": machine({"ROS_LOG_DIR": "/logs"}, paths={"/logs": PathKind.READ_ONLY}),
+}
+
+
+def test_nothing_is_found_on_a_healthy_machine() -> None:
+    assert check_machine(HEALTHY) == []
+
+
+@pytest.mark.parametrize("rule", FAULTS)
+def test_the_fault_is_found_and_no_other(rule: str) -> None:
+    findings = check_machine(FAULTS[rule])
+    assert [finding.rule for finding in findings] == [rule]
+    assert findings[0].summary
+    assert findings[0].cure
+
+
+def test_a_loopback_master_asks_for_no_addresses() -> None:
+    lonely = machine(
+        {"ROS_MASTER_URI": "http://localhost:11311", "ROS_IP": "127.0.0.1"}, resolved={"desk": ()}
+    )
+    assert check_machine(lonely) == []
+
+
+@pytest.mark.parametrize(
+    ("uri", "cure"),
+    [
+        ("http://localhost:11311", "Start it: roscore"),
+        ("http://localhost:11312", "Start it: roscore -p 11312"),
+        ("http://robot:11311", "Start roscore on [robot]"),
+    ],
+)
+def test_a_missing_master_is_to_be_started_where_it_belongs(uri: str, cure: str) -> None:
+    (finding,) = check_machine(machine({"ROS_MASTER_URI": uri}, master_error="Connection refused"))
+    assert finding.cure.startswith(cure)
+
+
+def test_the_cure_names_the_address_that_others_can_reach() -> None:
+    (finding,) = check_machine(FAULTS["ip-of-another-network"])
+    assert finding.cure == "export ROS_IP=10.0.0.2"
+    assert finding.severity is Severity.WARNING
+    assert has_errors(check_machine(FAULTS["ip-of-another"]))
+
+
+def test_a_zip_file_may_be_in_the_python_path() -> None:
+    assert check_machine(machine({"PYTHONPATH": "/x.zip"}, paths={"/x.zip": PathKind.FILE})) == []
