@@ -2,24 +2,44 @@
 
 from __future__ import annotations
 
-import time
+import logging
 from collections.abc import Sequence
 
 from pipros.env import Environment
 from pipros.launch.console import Console
-from pipros.launch.load_context import LoadContext
-from pipros.launch.model import Launch, Output
+from pipros.launch.model import Launch
 from pipros.launch.run import RunOptions
 from pipros.launch.session import LaunchSession, SessionOptions
-from pipros.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
-from pipros.launch.xml import Loader
 from pipros.master.options import MasterOptions, limits_with_timeout
-from roslaunch.pmon import ProcessListener
-from roslaunch.rlutil import FileAndArguments, split_file
+from roslaunch.config import ROSLaunchConfig, load_config_default
+from roslaunch.core import FileAndArguments, RLException, printerrlog, printlog_bold
+from roslaunch.launch import ROSLaunchRunner
+from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM, NUM_WORKERS
+from roslaunch.pmon import ProcessListener, ProcessMonitor, start_process_monitor
+from roslaunch.server import ROSLaunchParentNode
+
+__all__ = [
+    "DEFAULT_TIMEOUT_SIGINT",
+    "DEFAULT_TIMEOUT_SIGTERM",
+    "NUM_WORKERS",
+    "RLException",
+    "ROSLaunchParent",
+    "load_config_default",
+    "printerrlog",
+    "printlog_bold",
+]
 
 
 class ROSLaunchParent:
-    """One launch: `start()`, then `spin()` or `spin_once()`, then `shutdown()`."""
+    """One launch: `start()`, then `spin()` or `spin_once()`, then `shutdown()`.
+
+    Between `start` and `shutdown` a thread watches the nodes, whatever the script does.
+
+    Attributes:
+        config: what is launched; None until it is loaded. May be changed before `start`.
+        pm: the monitor of the processes; None before `start`.
+        runner, server: of the launch; None before `start`.
+    """
 
     def __init__(
         self,
@@ -34,92 +54,135 @@ class ROSLaunchParent:
         force_log: bool = False,
         is_rostest: bool = False,
         roslaunch_strs: Sequence[str] | None = None,
-        num_workers: int = 3,
+        num_workers: int = NUM_WORKERS,
         timeout: float | None = None,
         master_logger_level: object = False,
         show_summary: bool = True,
         force_required: bool = False,
-        sigint_timeout: float = SIGINT_TIMEOUT_S,
-        sigterm_timeout: float = SIGTERM_TIMEOUT_S,
+        sigint_timeout: float = DEFAULT_TIMEOUT_SIGINT,
+        sigterm_timeout: float = DEFAULT_TIMEOUT_SIGTERM,
     ) -> None:
-        _ = is_rostest, num_workers, master_logger_level
+        self._run_options = RunOptions(
+            local_only=local_only, sigint_timeout_s=sigint_timeout, sigterm_timeout_s=sigterm_timeout
+        )
+        self.logger = logging.getLogger("roslaunch.parent")
         self.run_id = run_id
-        self._ends_with_nodes = True
+        self.process_listeners = process_listeners
+        self.roslaunch_files = roslaunch_files
+        self.roslaunch_strs = roslaunch_strs
+        self.is_core = is_core
+        self.is_rostest = is_rostest
+        self.port = port
+        self.local_only = local_only
+        self.verbose = verbose
+        self.show_summary = show_summary
+        self.num_workers = num_workers
+        self.timeout = timeout
+        self.master_logger_level = master_logger_level
+        self.sigint_timeout = sigint_timeout
+        self.sigterm_timeout = sigterm_timeout
+        self.force_screen = force_screen
+        self.force_log = force_log
+        self.force_required = force_required
+        self.config: ROSLaunchConfig | None = None
+        self.runner: ROSLaunchRunner | None = None
+        self.server: ROSLaunchParentNode | None = None
+        self.pm: ProcessMonitor | None = None
+        self.remote_runner: object = None
+        self.session: LaunchSession | None = None
         self._is_over = False
-        self._files = [split_file(entry) for entry in roslaunch_files]
-        self._texts = list(roslaunch_strs or ())
-        self._listeners = list(process_listeners or ())
-        output = Output.SCREEN if force_screen else Output.LOG if force_log else None
-        options = SessionOptions(
-            is_core=is_core,
-            port=port,
-            run_id=run_id,
-            has_summary=show_summary,
-            checks_log_folder=False,
-            master=MasterOptions(limits=limits_with_timeout(timeout)),
-            run=RunOptions(
-                output=output,
-                all_required=force_required,
-                local_only=local_only,
-                sigint_timeout_s=sigint_timeout,
-                sigterm_timeout_s=sigterm_timeout,
-            ),
+
+    def _load_config(self) -> None:
+        """Loads the files; for scripts that change what is in them before `start`. Raises RLException."""
+        config = load_config_default(
+            self.roslaunch_files, self.port, roslaunch_strs=self.roslaunch_strs, verbose=self.verbose
         )
-        self.session = LaunchSession(
-            [file for file, _ in self._files],
-            {},
-            options,
-            Console(has_title=False, is_verbose=verbose),
-            environment=Environment.from_os(),
-            load_launch=self._load,
-            on_end=self._tell_listeners,
-        )
+        for node in config.nodes:
+            if self.force_screen:
+                node.output = "screen"
+            if self.force_log:
+                node.output = "log"
+            if self.force_required:
+                if node.respawn:
+                    raise ValueError("respawn and required cannot both be set to true")
+                node.required = True
+        self.config = config
 
     def start(self, auto_terminate: bool = True) -> None:
         """Starts a master, unless one answers, sets the parameters and starts the nodes.
 
+        Args:
+            auto_terminate: whether the launch is over when all nodes have ended, and the master is another's.
+
         Raises:
             RLException: a file is wrong; nothing is left running.
         """
-        self._ends_with_nodes = auto_terminate
+        session = self.session = self._make_session()
         try:
-            self.session.start()
+            session.start()
         except BaseException:
             self.shutdown()
             raise
+        assert self.config is not None  # noqa: S101  # the session has loaded it
+        assert self.pm is not None  # noqa: S101  # made with the session
+        self.runner = ROSLaunchRunner.of_session(session, self.run_id, self.config, self.pm)
+        self.server = ROSLaunchParentNode.of_session(session, self.config, self.pm)
+        if auto_terminate and not session.owns_master:
+            self.pm.registrations_complete()
+        for listener in self.process_listeners or ():
+            self.pm.add_process_listener(listener)
 
     def spin_once(self) -> bool:
-        """Handles the events since the last call; False when the launch is over."""
-        if not self.session.run.poll():
-            return False
-        return self.session.owns_master or not self._ends_with_nodes or self.session.run.has_running
+        """False when the launch is over."""
+        return self.runner is not None and self.runner.spin_once()
 
     def spin(self) -> None:
-        """Waits until the launch is over, and ends what is left of it."""
+        """Waits until the launch is over, and ends what is left of it.
+
+        Raises:
+            RLException: it was not started.
+        """
+        if self.runner is None:
+            raise RLException("parent not started yet")
         try:
-            while self.spin_once():
-                time.sleep(0.05)
-        except KeyboardInterrupt:
-            pass
+            self.runner.spin()
         finally:
             self.shutdown()
 
     def shutdown(self) -> None:
-        """Ends everything that was started. May be repeated."""
-        if not self._is_over:
-            self._is_over = True
+        """Ends everything that was started. Harmless when repeated."""
+        if self._is_over:
+            return
+        self._is_over = True
+        if self.pm is not None:
+            self.pm.shutdown()
+            self.pm.join()
+        if self.session is not None:
             self.session.stop()
 
-    def _load(self) -> Launch:
-        loader = Loader(LoadContext.of_process(), {})
-        for file, arguments in self._files:
-            loader.arguments = dict(arguments)
-            loader.load_file(file)
-        loader.arguments = {}
-        for text in self._texts:
-            loader.load_text(text)
-        return loader.finish()
+    def _make_session(self) -> LaunchSession:
+        if self.pm is None:
+            self.pm = start_process_monitor()
+        return LaunchSession(
+            [entry if isinstance(entry, str) else entry[0] for entry in self.roslaunch_files],
+            {},
+            SessionOptions(
+                is_core=self.is_core,
+                port=self.port,
+                run_id=self.run_id,
+                has_summary=self.show_summary,
+                checks_log_folder=False,
+                master=MasterOptions(limits=limits_with_timeout(self.timeout)),
+                run=self._run_options,
+            ),
+            Console(has_title=False),
+            environment=Environment.from_os(),
+            load_launch=self._load,
+            on_end=self.pm.tell,
+        )
 
-    def _tell_listeners(self, name: str, exit_code: int) -> None:
-        for listener in self._listeners:
-            listener.process_died(name, exit_code)
+    def _load(self) -> Launch:
+        if self.config is None:
+            self._load_config()
+        assert self.config is not None  # noqa: S101  # just loaded
+        return self.config.to_launch()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from roslaunch.core import Node, RLException
+from typing import Any
+
+from roslaunch.core import Master, Node, RLException
 from roslaunch.parent import ROSLaunchParent
-from roslaunch.pmon import Process
 from roslaunch.rlutil import get_or_generate_uuid
+
+__all__ = ["Master", "Node", "RLException", "ROSLaunch"]
 
 
 class ROSLaunch:
@@ -20,7 +23,9 @@ class ROSLaunch:
     def __init__(self) -> None:
         self._files: list[str] = []
         self._texts: list[str] = []
-        self.parent: ROSLaunchParent | None = None
+        self.parent = ROSLaunchParent(
+            get_or_generate_uuid(None, False), self._files, roslaunch_strs=self._texts, show_summary=False
+        )
         self.started = False
 
     def load(self, f: str) -> None:
@@ -33,40 +38,33 @@ class ROSLaunch:
 
     def start(self) -> None:
         """Starts a master, unless one answers, and what was loaded."""
-        run_id = get_or_generate_uuid(None, False)
-        self.parent = ROSLaunchParent(run_id, self._files, roslaunch_strs=self._texts, show_summary=False)
         self.parent.start(auto_terminate=False)
         self.started = True
 
-    def launch(self, node: Node) -> Process:
-        """Starts a node.
+    def launch(self, node: Node) -> Any:
+        """Starts a node; the process that it returns has `is_alive`, `stop`, `exit_code`, `pid`, `name`.
 
         Raises:
             RLException: it cannot be started, or `start` was not called.
+            ValueError: it is no Node.
         """
-        if self.parent is None:
+        if not self.started or self.parent.runner is None:
             raise RLException("please start ROSLaunch first")
-        run = self.parent.session.run
-        try:
-            process = run.start(node.to_model())
-        except Exception as error:
-            raise RLException(f"failed to launch {node.package}/{node.type}: {error}") from error
-        return Process(process, run, node.package)
+        if not isinstance(node, Node):
+            raise ValueError("arg must be of type Node")
+        process, is_started = self.parent.runner.launch_node(node)
+        if not is_started:
+            raise RLException(f"failed to launch {node.package}/{node.type}")
+        return process
 
     def spin(self) -> None:
         """Waits until the launch is over."""
-        self._running.spin()
+        self.parent.spin()
 
     def spin_once(self) -> bool:
-        return self._running.spin_once()
+        """False when the launch is over."""
+        return self.parent.spin_once()
 
     def stop(self) -> None:
         """Ends all nodes."""
-        if self.parent is not None:
-            self.parent.shutdown()
-
-    @property
-    def _running(self) -> ROSLaunchParent:
-        if self.parent is None:
-            raise RLException("please start ROSLaunch first")
-        return self.parent
+        self.parent.shutdown()

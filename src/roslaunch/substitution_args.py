@@ -7,12 +7,22 @@ from collections.abc import Mapping
 from typing import Any
 
 from pipros.launch.load_context import LoadContext
+from pipros.launch.param_types import convert
 from pipros.launch.substitute import Substitution, SubstitutionError, UnsetArgument, anonymous_name
 
 SubstitutionException = SubstitutionError
 ArgException = UnsetArgument
 
-__all__ = ["ArgException", "SubstitutionException", "resolve_args"]
+__all__ = ["ArgException", "SubstitutionException", "convert_value", "resolve_args"]
+
+
+def convert_value(value: str, type_: str) -> Any:
+    """The value that a text has as a parameter of that type: auto, str, int, double, bool or yaml.
+
+    Raises:
+        ValueError: there is no such type, or the text is no value of it.
+    """
+    return convert(value, type_)
 
 
 def resolve_args(
@@ -24,7 +34,9 @@ def resolve_args(
     """The text with all substitutions made.
 
     Args:
-        context: `{"arg": {name: value}}`, as in Noetic; anonymous names are stored in it.
+        context: `{"arg": {name: value}, "filename": path}`, as in Noetic; anonymous names are kept in it.
+        resolve_anon: has no effect, as in Noetic: `$(anon x)` becomes a unique name.
+        filename: the file of the text, for `$(dirname)`.
 
     Raises:
         SubstitutionException: the text is malformed, or refers to something that does not exist.

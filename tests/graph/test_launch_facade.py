@@ -80,6 +80,69 @@ parent.spin()
     ) == ["> n-2 3"]
 
 
+def test_nodes_are_watched_and_restarted_while_a_script_does_something_else(
+    ros: RosSystem, package: Path
+) -> None:
+    assert run(
+        ros,
+        package,
+        """
+import threading
+class Listener(roslaunch.pmon.ProcessListener):
+    def process_died(self, name, exit_code):
+        print(">", name, exit_code)
+        if name == "f-3": died.set()
+died = threading.Event()
+parent = roslaunch.parent.ROSLaunchParent(uuid, [], process_listeners=[Listener()])
+parent.start(auto_terminate=False)
+process, _ = parent.runner.launch_node(roslaunch.core.Node("programs", "sleeper", "n", respawn=True))
+parent.runner.launch_node(roslaunch.core.Node("programs", "fails", "f"))
+print(">", died.wait(30), parent.pm.get_active_names())
+process.stop()
+again = threading.Event()
+while not (process.spawn_count == 2 and process.is_alive()): again.wait(0.01)
+parent.shutdown()
+print(">", process.is_alive(), parent.pm.done)
+""",
+    ) == ["> f-3 3", "> True ['n-2']", "> n-2 -2", "> False True"]
+
+
+def test_a_loaded_configuration_can_be_changed_before_it_is_launched(ros: RosSystem, package: Path) -> None:
+    assert run(
+        ros,
+        package,
+        """
+file = roslaunch.rlutil.resolve_launch_arguments(["programs", "x.launch"])[0]
+parent = roslaunch.parent.ROSLaunchParent(uuid, [file])
+parent._load_config()
+parent.config.nodes[0].args = "7"
+parent.config.add_param(roslaunch.Param("/added", 5))
+parent.start()
+process = parent.pm.get_process("a-2")
+print(">", process.args[1], rospy.get_param("/added"), parent.config.nodes[0].process_name)
+parent.shutdown()
+""",
+    ) == ["> 7 5 a-2"]
+
+
+def test_a_script_has_a_monitor_and_processes_of_its_own(ros: RosSystem, package: Path) -> None:
+    assert run(
+        ros,
+        package,
+        """
+core = roslaunch.parent.ROSLaunchParent(uuid, [], show_summary=False)
+core.start(auto_terminate=False)
+monitor = roslaunch.pmon.start_process_monitor()
+node = roslaunch.core.Node("programs", "sleeper", "n")
+process = roslaunch.nodeprocess.create_node_process(uuid, node, core.config.master.uri)
+monitor.register(process)
+print(">", process.start(), process.is_alive(), monitor.get_active_names() == [process.name])
+print(">", roslaunch.pmon.shutdown_process_monitor(monitor), process.is_alive(), process.exit_code)
+core.shutdown()
+""",
+    ) == ["> True True True", "> True False -2"]
+
+
 def test_a_program_that_does_not_exist_is_an_exception(ros: RosSystem, package: Path) -> None:
     assert run(
         ros,

@@ -42,6 +42,7 @@ STEP = {room: step for step, rooms in enumerate(STEPS) for room in rooms}
 FACADES_BELOW: dict[str, set[str]] = {
     "genpy": {"genmsg"},  # the exceptions of generate_dynamic
     "message_filters": {"rospy"},  # topics, the clock and logs of rospy's node
+    "roslaunch": {"rosgraph"},  # its server is a rosgraph.xmlrpc.XmlRpcNode
     "roslib": {"genpy"},  # roslib.message is the former home of genpy.message
     "rosbag": {"rospy"},  # timestamps are rospy.Time
     "rosmaster": {"rosgraph"},  # ROSMasterHandler is a handler of rosgraph.xmlrpc; its log is rosgraph's

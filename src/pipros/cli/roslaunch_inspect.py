@@ -7,14 +7,13 @@ import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
-from pipros import names
-from pipros.env import Environment
 from pipros.errors import PiprosError
-from pipros.launch.command import CannotLaunch, CommandMaker
+from pipros.launch.command import CannotLaunch
 from pipros.launch.find_launch_files import STDIN
+from pipros.launch.inspect import arguments_text, command_words, full_node_name, node_names, params_text
 from pipros.launch.load_context import LoadContext
-from pipros.launch.model import Launch, Machine, Node
-from pipros.launch.xml import load
+from pipros.launch.model import Launch, Node, Output
+from pipros.launch.xml import DEFUNCT_MASTER, load
 from pipros.workspace.index import PackageIndex
 
 Inspection = Callable[[Launch, PackageIndex], int]
@@ -22,26 +21,37 @@ Inspection = Callable[[Launch, PackageIndex], int]
 
 
 def inspect(show: Inspection, files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
-    """Loads launch files, and has `show` print something about them. Returns the exit code."""
+    """Loads launch files, and has `show` print something about them. Returns the exit code.
+
+    As in Noetic, `--dump-params` of a broken file ends with 0, and `--ros-args` reads only `<arg>` elements.
+    """
     texts = [sys.stdin.read()] if STDIN in files else []
+    arguments_only = show is print_arguments
     try:
         launch = load(
             [file for file in files if file != STDIN],
             arguments,
             context=LoadContext.of_process(index),
             texts=texts,
-            unset_as="" if show is print_arguments else None,
+            unset_as="" if arguments_only else None,
+            arguments_only=arguments_only,
         )
     except PiprosError as error:
+        if show is print_params:
+            print(f"Unable to load file {', '.join(files)}: {error}", file=sys.stderr)
+            return 0
         print(error, file=sys.stderr)
         return 1
+    for warning in launch.warnings:
+        if warning.startswith(DEFUNCT_MASTER):
+            print(f"WARNING: {warning}", file=sys.stderr)
     return show(launch, index)
 
 
 def print_nodes(launch: Launch, _index: PackageIndex) -> int:
     """`--nodes`: the full names in the order of the files, those of tests after them."""
-    for node in (*launch.nodes, *(test.node for test in launch.tests)):
-        print(node.full_name)
+    for name in node_names(launch):
+        print(name)
     return 0
 
 
@@ -53,15 +63,13 @@ def print_files(launch: Launch, _index: PackageIndex) -> int:
 
 def print_params(launch: Launch, _index: PackageIndex) -> int:
     """`--dump-params`: YAML of full names and values."""
-    import yaml
-
-    print(yaml.safe_dump(dict(launch.params), default_flow_style=False, allow_unicode=True))
+    print(params_text(launch.params))
     return 0
 
 
 def print_file_of_node(name: str, launch: Launch, _index: PackageIndex) -> int:
     """`--find-node`: the file that contains a node."""
-    name = _full_name(name)
+    name = full_node_name(name)
     node = launch.node(name)
     if node is None or node.place is None:
         print(
@@ -76,7 +84,7 @@ def print_file_of_node(name: str, launch: Launch, _index: PackageIndex) -> int:
 
 def print_node_args(name: str, files: Sequence[str], launch: Launch, index: PackageIndex) -> int:
     """`--args`: the variables and the command line of a node, to be pasted into a shell."""
-    name = _full_name(name)
+    name = full_node_name(name)
     node = launch.node(name)
     if node is None:
         known = "\n".join(f" * {node.full_name}" for node in launch.nodes)
@@ -86,7 +94,7 @@ def print_node_args(name: str, files: Sequence[str], launch: Launch, index: Pack
         )
         return 1
     try:
-        variables, argv = _command(node, launch.machines.get(node.machine), index)
+        variables, argv = command_words(node, launch.machines.get(node.machine), index)
     except CannotLaunch as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
@@ -96,19 +104,7 @@ def print_node_args(name: str, files: Sequence[str], launch: Launch, index: Pack
 
 def print_arguments(launch: Launch, _index: PackageIndex) -> int:
     """`--ros-args`: the required and optional arguments of the files."""
-    declared = sorted(launch.arguments, key=lambda argument: argument.name)
-    required = [argument for argument in declared if argument.is_required]
-    optional = [argument for argument in declared if argument.default is not None]
-    if required:
-        print("Required Arguments:")
-        for argument in required:
-            print(f"  {argument.name}: {argument.doc or 'undocumented'}")
-    if optional:
-        print("Optional Arguments:")
-        for argument in optional:
-            print(f'  {argument.name} (default "{argument.default}"): {argument.doc or "undocumented"}')
-    if not required and not optional:
-        print("No arguments.")
+    print(arguments_text(launch.arguments))
     return 0
 
 
@@ -126,7 +122,7 @@ def print_plan(launch: Launch, index: PackageIndex) -> int:
     for node in launch.nodes:
         print(f"\n# {node.full_name} ({node.package}/{node.type}){_traits(node)}")
         try:
-            variables, argv = _command(node, launch.machines.get(node.machine), index)
+            variables, argv = command_words(node, launch.machines.get(node.machine), index)
         except CannotLaunch as error:
             print(f"# ERROR: {error}")
             code = 1
@@ -140,18 +136,6 @@ def _traits(node: Node) -> str:
     traits = [name for name in ("respawn", "required") if getattr(node, name)]
     if node.machine:
         traits.append(f"on machine {node.machine}")
-    traits.append(f"output to {node.output.value}")
+    traits.append(f"output to {(node.output or Output.LOG).value}")
     return ", " + ", ".join(traits) + f", from {node.place}"
 
-
-def _command(node: Node, machine: Machine | None, index: PackageIndex) -> tuple[dict[str, str], list[str]]:
-    environment = Environment.from_os()
-    command = CommandMaker.for_launcher(environment, index).make(
-        node, environment.master_uri, machine=machine
-    )
-    overlay = {key: value for key, value in command.overlay.items() if key != "ROS_MASTER_URI"}
-    return overlay, list(command.argv)
-
-
-def _full_name(name: str) -> str:
-    return names.canonicalize(names.resolve(name, "/roslaunch"))

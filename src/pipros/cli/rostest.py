@@ -71,6 +71,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         file = Path(files[0]).absolute()
         package = _package_of(file, options, index)
         launch = load([str(file)], arguments, context=LoadContext.of_process(index))
+        launch.check_machines()
     except PiprosError as error:
         print(error, file=sys.stderr)
         return COULD_NOT_RUN

@@ -60,15 +60,24 @@ def summary(
     *,
     machines: Iterable[str] = (),
     is_core: bool = False,
+    cleared: Iterable[str] = (),
+    has_machines: bool = False,
 ) -> str:
-    """The lists of parameters, machines and nodes, as Noetic prints them. A core lists no nodes."""
+    """The lists of parameters, machines and nodes, as Noetic prints them. A core lists no nodes.
+
+    Args:
+        cleared: namespaces of which the parameters are deleted first.
+        has_machines: whether the list of machines is there also when it is empty.
+    """
     lines = ["", "SUMMARY", "========", ""]
     if is_core:
         lines.insert(0, "")
+    if namespaces := sorted(cleared):
+        lines += ["CLEAR PARAMETERS", *(f" * {listed(namespace)}" for namespace in namespaces), ""]
     if params:
         lines += ["PARAMETERS", *(f" * {listed(key)}: {_short(params[key])}" for key in sorted(params)), ""]
-    if names := sorted(machines):
-        lines += ["MACHINES", *(f" * {name}" for name in names), ""]
+    if (names := sorted(machines)) or has_machines:
+        lines += ["MACHINES", *([f" * {listed(name)}" for name in names] or [""]), ""]
     lines += ["NODES"]
     below: dict[str, list[str]] = {}
     for node in nodes:

@@ -28,10 +28,15 @@ class LaunchBuilder:
         self._machines: dict[str, Machine] = {}
         self._arguments: dict[str, Argument] = {}
         self._warnings: list[str] = []
+        self._includes: list[tuple[str, str]] = []
 
     def add_file(self, file: str) -> None:
         if file not in self._files:
             self._files.append(file)
+
+    def add_include(self, file: str, included: str) -> None:
+        """Notes which file includes which."""
+        self._includes.append((file, included))
 
     def warn(self, *warnings: str) -> None:
         self._warnings.extend(warnings)
@@ -81,16 +86,7 @@ class LaunchBuilder:
         self._arguments.setdefault(argument.name, argument)
 
     def finish(self) -> Launch:
-        """The collected launch.
-
-        Raises:
-            LaunchError: a node is on a machine that no file describes.
-        """
-        for node in (*self._nodes.values(), *(test.node for test in self._tests)):
-            if node.machine and node.machine not in self._machines:
-                raise LaunchError(
-                    f"ERROR: unknown machine [{node.machine}]", [node.place] if node.place else ()
-                )
+        """The collected launch. Whether its machines are described is for `Launch.check_machines` to say."""
         return Launch(
             files=tuple(self._files),
             params=dict(self._params),
@@ -101,4 +97,5 @@ class LaunchBuilder:
             machines=dict(self._machines),
             arguments=tuple(self._arguments.values()),
             warnings=tuple(self._warnings),
+            includes=tuple(self._includes),
         )

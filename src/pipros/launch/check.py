@@ -29,6 +29,7 @@ def mistakes(
         launch = load(
             [str(file)], context=LoadContext.of_process(index), unset_as="" if ignore_unset else None
         )
+        launch.check_machines()
     except PiprosError as error:
         return [str(error)]
     unset = [] if ignore_unset else [argument.name for argument in launch.arguments if argument.is_required]

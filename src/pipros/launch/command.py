@@ -17,7 +17,16 @@ from pipros.workspace.interpreter import command_of, program_environment
 
 
 class CannotLaunch(PiprosError):
-    """A node has no program, or its arguments cannot be parsed. The other nodes still start."""
+    """A node has no program, or its arguments cannot be parsed. The other nodes still start.
+
+    Attributes:
+        reason: why, without the node.
+    """
+
+    def __init__(self, reason: str, node: Node | None = None) -> None:
+        self.reason = reason
+        which = f"cannot launch node of type [{node.package}/{node.type}]: " if node else ""
+        super().__init__(which + reason)
 
 
 class CannotStart(CannotLaunch):
@@ -132,14 +141,14 @@ class CommandMaker:
         try:
             package = self._index.find(node.package)
         except NotFound as error:
-            raise CannotLaunch(f"cannot launch node of type [{node.package}/{node.type}]: {error}") from None
+            raise CannotLaunch(str(error), node) from None
         found = self._find(package, node.type)
         if not found.runnable:
             hint = f". There is {found.unusable[0]}" if found.unusable else ""
             raise CannotLaunch(
-                f"cannot launch node of type [{node.package}/{node.type}]: Cannot locate node of type "
-                f"[{node.type}] in package [{node.package}]. Make sure file exists in package path and "
-                f"permission is set to executable (chmod +x){hint}"
+                f"Cannot locate node of type [{node.type}] in package [{node.package}]. Make sure file "
+                f"exists in package path and permission is set to executable (chmod +x){hint}",
+                node,
             )
         return found.runnable[0]
 

@@ -69,6 +69,8 @@ class Node:
         remappings: pairs (from, to) in order of declaration, outer scopes first.
         environment: pairs (name, value); later ones win.
         machine: the name of a `Machine`; empty for this computer.
+        output: None where nothing is said, which means the log.
+        working_folder: None where nothing is said, which means ROS_HOME.
         launch_prefix: words to put before the command, as written.
     """
 
@@ -83,8 +85,8 @@ class Node:
     respawn: bool = False
     respawn_delay_s: float = 0.0
     required: bool = False
-    output: Output = Output.LOG
-    working_folder: WorkingFolder = WorkingFolder.ROS_HOME
+    output: Output | None = None
+    working_folder: WorkingFolder | None = None
     launch_prefix: str = ""
     place: Place | None = field(default=None, compare=False)
 
@@ -158,6 +160,7 @@ class Launch:
 
     Attributes:
         files: the files in the order they were read.
+        includes: pairs of a file and one that it includes.
         params: full names to values, in the order to set them.
         clear_params: namespaces to delete before that, each with a trailing slash.
         arguments: the `<arg>`s of the files themselves, not those of includes.
@@ -173,8 +176,23 @@ class Launch:
     machines: Mapping[str, Machine] = field(default_factory=dict)
     arguments: tuple[Argument, ...] = ()
     warnings: tuple[str, ...] = ()
+    includes: tuple[tuple[str, str], ...] = ()
 
     def node(self, full_name: str) -> Node | None:
         """The node of that full name, tests included."""
-        everything = (*self.nodes, *(test.node for test in self.tests))
-        return next((node for node in everything if node.full_name == full_name), None)
+        return next((node for node in self._nodes_and_tests() if node.full_name == full_name), None)
+
+    def check_machines(self) -> None:
+        """To be called before anything is started; what only inspects a launch need not know its machines.
+
+        Raises:
+            LaunchError: a node is on a machine that no file describes.
+        """
+        for node in self._nodes_and_tests():
+            if node.machine and node.machine not in self.machines:
+                raise LaunchError(
+                    f"ERROR: unknown machine [{node.machine}]", [node.place] if node.place else ()
+                )
+
+    def _nodes_and_tests(self) -> tuple[Node, ...]:
+        return (*self.nodes, *(test.node for test in self.tests))

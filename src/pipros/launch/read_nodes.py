@@ -28,7 +28,7 @@ def read_node(reader: ElementReader) -> None:
             respawn=reader.flag("respawn"),
             respawn_delay_s=reader.number("respawn_delay", 0.0),
             required=reader.flag("required"),
-            output=reader.choice("output", Output.LOG),
+            output=reader.choice("output", Output),
         )
         if node.respawn and node.required:
             raise reader.error("respawn and required cannot both be set to true")
@@ -45,7 +45,7 @@ def read_test(reader: ElementReader) -> None:
         for refused in _REFUSED_IN_TEST:
             if reader.has(refused):
                 raise reader.error(f"<test> tags cannot have '{refused}' attribute")
-        node = _read(reader, reader.text("name") or test_name)
+        node = replace(_read(reader, reader.text("name") or test_name), output=Output.LOG)
         test = Test(node, test_name, reader.positive("time-limit", 60.0), reader.whole_number("retry", 0))
     except LaunchError as error:
         raise _invalid(error, "test") from error.__cause__
@@ -82,10 +82,17 @@ def _read(reader: ElementReader, name: str) -> Node:
         environment=tuple(inner.environment),
         machine=machine,
         required=False,
-        working_folder=reader.choice("cwd", WorkingFolder.ROS_HOME),
+        working_folder=_working_folder(reader),
         launch_prefix=reader.text("launch-prefix") or "",
         place=reader.place,
     )
+
+
+def _working_folder(reader: ElementReader) -> WorkingFolder | None:
+    # As in Noetic, which forgives this spelling and no other.
+    if reader.text("cwd") == "ros_home":
+        return WorkingFolder.ROS_HOME
+    return reader.choice("cwd", WorkingFolder)
 
 
 def _read_children(reader: ElementReader, inner: LaunchScope, private: LaunchScope) -> None:

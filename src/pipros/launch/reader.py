@@ -107,12 +107,12 @@ class ElementReader:
         except ValueError:
             raise self.error(f"'{name}' must be a number: [{text}]") from None
 
-    def choice(self, name: str, default: _Choice) -> _Choice:
-        """The member of the default's enum that has this text as its value."""
+    def choice(self, name: str, kind: type[_Choice]) -> _Choice | None:
+        """The member of an enum that has this text as its value; None without the attribute."""
         text = self.text(name)
         if text is None:
-            return default
-        choices = list(type(default))
+            return None
+        choices = list(kind)
         for choice in choices:
             if choice.value == text:
                 return choice

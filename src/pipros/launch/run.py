@@ -1,19 +1,21 @@
 """Executes a `Launch`: sets the parameters, starts the nodes, watches them, and ends them.
 
 Theory of operation: the threads that wait for processes, signal handlers and other threads put events
-(process ended, stop requested) into one queue. The thread that calls `wait` takes them and makes all
-decisions: restart a node, give it up, end everything.
+(process ended, stop requested) into one queue. The thread that calls `wait` or `watch_once` takes them and
+makes all decisions: restart a node, give it up, end everything. Other threads may start and end nodes
+meanwhile.
 """
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
 
-from pipros.interruptible_wait import SLICE_S, take_within_slice
+from pipros.interruptible_wait import SLICE_S, take_within_slice, wait_in_slices
 from pipros.launch.command import CannotLaunch, CannotStart, CommandMaker
 from pipros.launch.console import Console
 from pipros.launch.guardian import Guardian
@@ -62,7 +64,7 @@ class _StopRequest:
 
 
 class Run:
-    """The execution of one launch. Use it from one thread; `request_stop` may be called from anywhere.
+    """The execution of one launch. One thread watches it; `start`, `end_one` and `request_stop` are for any.
 
     >>> run = Run(launch, maker, master_uri=uri, logs=logs, console=console)    # doctest: +SKIP
     >>> run.set_parameters()                                                    # doctest: +SKIP
@@ -102,6 +104,7 @@ class Run:
         self._guardian = Guardian(maker.tag)
         self._managed: list[ManagedNode] = []
         self._placement = placement or Placement(launch.machines)
+        self._lock = threading.RLock()
         self._events: SimpleQueue[NodeProcess | _StopRequest] = SimpleQueue()
         self._stop_requests = 0
         self._handled_requests = 0
@@ -148,23 +151,31 @@ class Run:
         Raises:
             CannotLaunch: the program does not exist, or cannot be started.
         """
-        self._guardian.start()
-        number = self._number
-        self._number += 1
-        name = f"{node.full_name.lstrip('/')}-{number}"
-        command = self._maker.make(
-            node,
-            self._master_uri,
-            log_stem=self._logs.stem(name),
-            machine=self._placement.remote_machine(node),
-            extra_arguments=extra_arguments,
-        )
-        output = output or self._options.output or node.output
-        managed = ManagedNode(name, node, command, output, number)
-        self._start(managed)
-        self._managed.append(managed)
-        assert managed.process is not None  # noqa: S101  # just set
-        return managed.process
+        process = self.start_managed(node, extra_arguments, output).latest
+        assert process is not None  # noqa: S101  # just started
+        return process
+
+    def start_managed(
+        self, node: Node, extra_arguments: Sequence[str] = (), output: Output | None = None
+    ) -> ManagedNode:
+        """As `start`, for those who follow a node over its restarts. They must not change what they get."""
+        with self._lock:
+            self._guardian.start()
+            number = self._number
+            self._number += 1
+            name = f"{node.full_name.lstrip('/')}-{number}"
+            command = self._maker.make(
+                node,
+                self._master_uri,
+                log_stem=self._logs.stem(name),
+                machine=self._placement.remote_machine(node),
+                extra_arguments=extra_arguments,
+            )
+            output = output or self._options.output or node.output or Output.LOG
+            managed = ManagedNode(name, node, command, output, number)
+            self._start(managed)
+            self._managed.append(managed)
+            return managed
 
     def wait(self, *, until_all_ended: bool = True) -> None:
         """Watches the nodes, and restarts those with `respawn`, until it is time to stop.
@@ -194,25 +205,24 @@ class Run:
             self._handle(self._next_event(left_s))
         return True
 
-    def poll(self) -> bool:
-        """Handles the events since the last call, without waiting. False when it is time to stop."""
-        while not self._events.empty():
-            self._handle(self._events.get())
-        self._restart_those_due()
+    def watch_once(self, timeout_s: float | None = None) -> bool:
+        """Handles the next event, if one comes in time (at most a slice). False when it is time to stop."""
+        if self._goes_on:
+            self._handle(self._next_event(timeout_s))
         return self._goes_on
 
     def end_one(self, process: NodeProcess) -> None:
-        """Ends one process, as `stop` ends all; it is not restarted."""
-        for managed in self._managed:
-            if managed.process is process:
-                managed.process = None
-                managed.restart_at = None
+        """Ends one process step by step; returns when it has ended.
+
+        To whoever watches it is an end like any other: as in Noetic, a node with `respawn` is restarted.
+        """
         end(
             [process],
             self._console,
-            self._await,
+            _await_ends,
             sigint_timeout_s=self._options.sigint_timeout_s,
             sigterm_timeout_s=self._options.sigterm_timeout_s,
+            is_announced=False,
         )
 
     @property
@@ -243,6 +253,8 @@ class Run:
             sigint_timeout_s=self._options.sigint_timeout_s,
             sigterm_timeout_s=self._options.sigterm_timeout_s,
         )
+        for managed in self._managed:
+            managed.process = managed.left_behind = None
         self._guardian.stop()
 
     def running(self) -> dict[str, int]:
@@ -252,6 +264,10 @@ class Run:
     def processes(self) -> list[ProcessInfo]:
         """All processes that were started, in this order. May be called from any thread."""
         return [managed.info() for managed in list(self._managed)]
+
+    def managed(self) -> list[ManagedNode]:
+        """The nodes that were started, in this order, not to be changed. May be called from any thread."""
+        return list(self._managed)
 
     def _start(self, managed: ManagedNode) -> None:
         stem, is_logged = self._logs.stem(managed.name), managed.output is Output.LOG
@@ -284,11 +300,12 @@ class Run:
         return take_within_slice(self._events, min(due))
 
     def _handle(self, event: NodeProcess | _StopRequest | None) -> None:
-        if isinstance(event, NodeProcess):
-            managed = next((item for item in self._managed if item.process is event), None)
-            if managed is not None:
-                self._handle_end(managed, event)
-        self._restart_those_due()
+        with self._lock:
+            if isinstance(event, NodeProcess):
+                managed = next((item for item in self._managed if item.process is event), None)
+                if managed is not None:
+                    self._handle_end(managed, event)
+            self._restart_those_due()
 
     def _handle_end(self, managed: ManagedNode, process: NodeProcess) -> None:
         """Reports the end of a process and decides what happens next."""
@@ -329,3 +346,13 @@ class Run:
             left = [process for process in left if process.exit_code is None]
         self._handled_requests = min(self._handled_requests + 1, self._stop_requests)
         return left
+
+
+def _await_ends(processes: Sequence[NodeProcess], timeout_s: float) -> list[NodeProcess]:
+    """Waits for the ends of processes without taking their events; returns those that are left."""
+    deadline = time.monotonic() + timeout_s
+    return [
+        process
+        for process in processes
+        if not wait_in_slices(process.wait, max(0.0, deadline - time.monotonic()))
+    ]

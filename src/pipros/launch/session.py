@@ -47,6 +47,7 @@ class SessionOptions:
         run_id: the run to belong to; by default that of the running master, or a new one.
         has_summary: whether the summary is printed.
         checks_log_folder: whether the size of the log folder is checked.
+        has_server: whether other programs can ask the session for its processes.
         run: how the nodes are run.
     """
 
@@ -56,6 +57,7 @@ class SessionOptions:
     run_id: str | None = None
     has_summary: bool = True
     checks_log_folder: bool = True
+    has_server: bool = True
     run: RunOptions = field(default_factory=RunOptions)
 
 
@@ -101,6 +103,7 @@ class LaunchSession:
         self._is_interruptible = False
         self._server: LaunchServer | None = None
         self._run: Run | None = None
+        self._failed: list[str] = []
 
     @property
     def run(self) -> Run:
@@ -108,6 +111,16 @@ class LaunchSession:
         if self._run is None:
             raise RuntimeError("the session is not running; call start() first")
         return self._run
+
+    @property
+    def server(self) -> LaunchServer | None:
+        """What other programs ask for the processes; None before `start`, and without a server."""
+        return self._server
+
+    @property
+    def failed(self) -> Sequence[str]:
+        """The names of the nodes that have no program. Valid from `start` on."""
+        return tuple(self._failed)
 
     @property
     def owns_master(self) -> bool:
@@ -127,12 +140,14 @@ class LaunchSession:
             self._check_log_folder(log)
         self._set_title()
         launch = self._load_launch()
+        launch.check_machines()
         local_only = self._options.run.local_only
         announce_launch(self._console, launch, local_only=local_only)
         placement = Placement(launch.machines)
         has_remote_nodes = not local_only and any(map(placement.remote_machine, launch.nodes))
         self._is_interruptible = False
-        self._start_server()
+        if self._options.has_server:
+            self._start_server()
         self._end_if_requested()
         if self._options.has_summary:
             self._say_summary(launch, has_remote_nodes=has_remote_nodes)
@@ -221,7 +236,15 @@ class LaunchSession:
     def _say_summary(self, launch: Launch, *, has_remote_nodes: bool) -> None:
         params = {**STANDARD_PARAMETERS, **launch.params}
         machines = launch.machines if has_remote_nodes else ()
-        self._console.say(summary(params, launch.nodes, machines=machines, is_core=self._options.is_core))
+        self._console.say(
+            summary(
+                params,
+                launch.nodes,
+                machines=machines,
+                is_core=self._options.is_core,
+                cleared=launch.clear_params,
+            )
+        )
 
     def _start_master(self, run_id: str, log: LauncherLog) -> None:
         self._master.start(run_id, log.folder.path)
@@ -254,7 +277,7 @@ class LaunchSession:
             if not launch.nodes:
                 self._master.start_rosout()
             self._console.say("started core service [/rosout]")
-        run.start_nodes()
+        self._failed += run.start_nodes()
         if launch.nodes:
             self._master.start_rosout()
 

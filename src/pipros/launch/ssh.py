@@ -33,6 +33,11 @@ def remote_command(
         node.type,
         *arguments,
     ]
+    return ssh_command(machine, remote)
+
+
+def ssh_command(machine: Machine, words: Sequence[str]) -> list[str]:
+    """The command line of the ssh client that runs words on a machine, on a terminal of their own."""
     destination = f"{machine.user}@{machine.address}" if machine.user else machine.address
     return [
         "ssh",
@@ -45,5 +50,5 @@ def remote_command(
         str(machine.ssh_port),
         "--",
         destination,
-        shlex.join(remote),
+        shlex.join(words),
     ]

@@ -26,13 +26,15 @@ def end(
     *,
     sigint_timeout_s: float = SIGINT_TIMEOUT_S,
     sigterm_timeout_s: float = SIGTERM_TIMEOUT_S,
+    is_announced: bool = True,
 ) -> None:
     """Ends processes and what they started, all at the same time: SIGINT, SIGTERM, SIGKILL.
 
-    Each is announced. Returns when all have ended, or SIGKILL had no effect either.
+    Returns when all have ended, or SIGKILL had no effect either.
     """
     for process in processes:
-        console.say(f"[{process.name}] killing on exit")
+        if is_announced:
+            console.say(f"[{process.name}] killing on exit")
         process.send_signal(SIGINT)
     left = await_ends(processes, sigint_timeout_s)
     errors = []

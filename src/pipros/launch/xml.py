@@ -25,6 +25,8 @@ from pipros.safe.xml import Element, XmlError, parse
 INCLUDE_LIMIT = 60
 """Maximum nesting of includes; a deeper one means that a file includes itself."""
 
+DEFUNCT_MASTER = "ignoring defunct <master /> tag"
+
 
 def load(
     files: Sequence[str],
@@ -33,6 +35,7 @@ def load(
     context: LoadContext | None = None,
     texts: Sequence[str] = (),
     unset_as: str | None = None,
+    arguments_only: bool = False,
 ) -> Launch:
     """Loads launch files into one `Launch`.
 
@@ -41,11 +44,17 @@ def load(
         texts: contents of launch files, such as standard input; they come after the files.
         unset_as: the value of arguments that are not set, for tools that only inspect the file; by default
             such arguments are an error.
+        arguments_only: reads the `<arg>`s of the files themselves, and nothing else.
 
     Raises:
         LaunchError: with file, line and element, for everything that Noetic refuses.
     """
-    loader = Loader(context or LoadContext.of_process(), arguments or {}, unset_as=unset_as)
+    loader = Loader(
+        context or LoadContext.of_process(),
+        arguments or {},
+        unset_as=unset_as,
+        arguments_only=arguments_only,
+    )
     for file in files:
         loader.load_file(file)
     for text in texts:
@@ -61,21 +70,38 @@ class Loader:
     """
 
     def __init__(
-        self, context: LoadContext, arguments: Mapping[str, str], *, unset_as: str | None = None
+        self,
+        context: LoadContext,
+        arguments: Mapping[str, str],
+        *,
+        unset_as: str | None = None,
+        arguments_only: bool = False,
+        builder: LaunchBuilder | None = None,
     ) -> None:
+        """Nothing is read yet.
+
+        Args:
+            unset_as, arguments_only: as of `load`.
+            builder: collects what is read; by default one that is empty.
+        """
         self._context = context
         self.arguments: dict[str, str | None] = dict(arguments)
         self._unset_as = unset_as
-        self._builder = LaunchBuilder()
+        self._arguments_only = arguments_only
+        self._builder = builder or LaunchBuilder()
         self._depth = 0
 
-    def load_file(self, file: str) -> None:
+    def load_file(self, file: str) -> LaunchScope:
+        """Reads a file; returns its outermost scope as it is at the end."""
         scope = self._root_scope(file, os.path.dirname(os.path.abspath(file)))
         self._load(file, scope)
+        return scope
 
-    def load_text(self, text: str) -> None:
+    def load_text(self, text: str) -> LaunchScope:
+        """As `load_file`, for the content of a file."""
         scope = self._root_scope("<stdin>", None)
         self._process_root(_parse(text, "<stdin>"), scope)
+        return scope
 
     def finish(self) -> Launch:
         return self._builder.finish()
@@ -115,6 +141,8 @@ class Loader:
     def _process(self, parent: ElementReader) -> None:
         for reader in parent.children():
             process = _ELEMENTS.get(reader.tag)
+            if self._arguments_only and reader.tag not in ("arg", "master"):
+                continue
             if process is None:
                 reader.warn(f"unrecognized tag {reader.tag} in {reader.place}")
             elif reader.is_wanted():
@@ -129,7 +157,7 @@ class Loader:
             _set(reader, key, value)
 
     def _master(self, reader: ElementReader) -> None:
-        reader.warn(f"ignoring defunct <master /> tag in {reader.place}")
+        reader.warn(f"{DEFUNCT_MASTER} in {reader.place}")
 
     def _arg(self, reader: ElementReader) -> None:
         argument = read_arg(reader)
@@ -158,6 +186,7 @@ class Loader:
         if self._depth >= INCLUDE_LIMIT:
             raise reader.error(f"files are included more than {INCLUDE_LIMIT} deep; does one include itself?")
         self._depth += 1
+        reader.builder.add_include(reader.scope.file, file)
         try:
             self._load(file, included)
         except LaunchError as error:

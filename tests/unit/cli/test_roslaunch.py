@@ -104,7 +104,7 @@ def test_a_launch_file_comes_from_standard_input(
     assert capsys.readouterr().out == "/n\n"
 
 
-@pytest.mark.parametrize("option", ["--nodes", "--files", "--dump-params", "--ros-args", "--dry-run"])
+@pytest.mark.parametrize("option", ["--nodes", "--files", "--ros-args", "--dry-run"])
 def test_a_broken_file_is_an_error_for_every_inspection(
     option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -113,6 +113,27 @@ def test_a_broken_file_is_an_error_for_every_inspection(
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.startswith("Invalid roslaunch XML syntax: unclosed token")
+
+
+def test_parameters_of_a_broken_file_are_none_and_no_failure(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "bad.launch"
+    file.write_text("<launch><foo")
+    assert roslaunch.main(["--dump-params", str(file)]) == 0
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith(f"Unable to load file {file}: Invalid roslaunch XML syntax")
+
+
+@pytest.mark.parametrize("option", ["--nodes", "--files", "--dump-params", "--ros-args"])
+def test_an_inspection_warns_of_a_defunct_master_and_does_not_look_for_machines(
+    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "x.launch"
+    file.write_text('<launch><master/><node pkg="p" type="t" name="n" machine="unknown"/></launch>')
+    assert roslaunch.main([option, str(file)]) == 0
+    assert capsys.readouterr().err.startswith("WARNING: ignoring defunct <master /> tag")
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.launch.model import LaunchError, Place
+from pipros.launch.model import LaunchError, Output, Place, WorkingFolder
 from pipros.launch.xml import INCLUDE_LIMIT, load
 
 
@@ -126,3 +126,34 @@ def test_the_arguments_of_the_named_files_are_listed(tmp_path: Path) -> None:
         ("x", True, "the x"),
         ("y", False, ""),
     ]
+
+
+def test_an_unknown_machine_is_an_error_only_for_those_who_start_something() -> None:
+    text = '<launch><node pkg="p" type="t" name="n" machine="m"/></launch>'
+    launch = load([], texts=[text])
+    with pytest.raises(LaunchError, match=r"unknown machine \[m\]"):
+        launch.check_machines()
+
+
+def test_output_and_folder_are_none_where_a_file_says_nothing() -> None:
+    text = (
+        '<launch><node pkg="p" type="t" name="a"/><node pkg="p" type="t" name="b" cwd="ros_home"/>'
+        '<node pkg="p" type="t" name="c" cwd="ROS_HOME" output="log"/></launch>'
+    )
+    folders = [node.working_folder for node in load([], texts=[text]).nodes]
+    assert folders == [None, WorkingFolder.ROS_HOME, WorkingFolder.ROS_HOME]
+    assert [node.output for node in load([], texts=[text]).nodes] == [None, None, Output.LOG]
+    with pytest.raises(LaunchError, match="cwd must be one of"):
+        load([], texts=['<launch><node pkg="p" type="t" name="b" cwd="NODE"/></launch>'])
+
+
+def test_which_file_includes_which_is_known(tmp_path: Path) -> None:
+    inner = write(tmp_path, "inner.launch", "<launch/>")
+    outer = write(tmp_path, "outer.launch", f'<launch><include file="{inner}"/></launch>')
+    assert load([outer]).includes == ((outer, inner),)
+
+
+def test_arguments_can_be_read_without_the_rest() -> None:
+    text = '<launch><arg name="a" default="1"/><node/><include file="/nope"/></launch>'
+    launch = load([], texts=[text], arguments_only=True)
+    assert [argument.name for argument in launch.arguments] == ["a"]

@@ -1,0 +1,60 @@
+"""What can be told about launch files without starting anything: nodes, arguments, parameters, commands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from pipros import names
+from pipros.env import Environment
+from pipros.launch.command import CommandMaker
+from pipros.launch.model import Argument, Launch, Machine, Node
+from pipros.workspace.index import PackageIndex
+
+
+def node_names(launch: Launch) -> list[str]:
+    """The full names in the order of the files, those of tests after them."""
+    return [node.full_name for node in (*launch.nodes, *(test.node for test in launch.tests))]
+
+
+def full_node_name(name: str) -> str:
+    """The full name of a node that a command line names."""
+    return names.canonicalize(names.resolve(name, "/roslaunch"))
+
+
+def command_words(
+    node: Node, machine: Machine | None, index: PackageIndex
+) -> tuple[dict[str, str], list[str]]:
+    """The variables that a launch sets for a node, and its command line.
+
+    Raises:
+        CannotLaunch: it has no program.
+    """
+    environment = Environment.from_os()
+    command = CommandMaker.for_launcher(environment, index).make(
+        node, environment.master_uri, machine=machine
+    )
+    overlay = {key: value for key, value in command.overlay.items() if key != "ROS_MASTER_URI"}
+    return overlay, list(command.argv)
+
+
+def params_text(params: Mapping[str, Any]) -> str:
+    """Full names and values of parameters as YAML."""
+    import yaml
+
+    return yaml.safe_dump(dict(params), default_flow_style=False, allow_unicode=True)
+
+
+def arguments_text(arguments: Iterable[Argument]) -> str:
+    """Which arguments files need and which they understand, as `--ros-args` prints it.
+
+    As in Noetic an argument of which the default is empty counts as needed.
+    """
+    declared = sorted((one for one in arguments if not one.value), key=lambda one: one.name)
+    lines = []
+    if required := [one for one in declared if not one.default]:
+        lines += ["Required Arguments:", *(f"  {one.name}: {one.doc or 'undocumented'}" for one in required)]
+    if optional := [one for one in declared if one.default]:
+        lines += ["Optional Arguments:"]
+        lines += [f'  {one.name} (default "{one.default}"): {one.doc or "undocumented"}' for one in optional]
+    return "\n".join(lines or ["No arguments."])

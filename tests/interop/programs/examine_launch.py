@@ -1,0 +1,503 @@
+"""Uses the Python API of roslaunch as scripts do, and prints what came of it. Knows neither side.
+
+examine_launch.py FOLDER: a package `programs` with `sleeper`, `fails` and `ends`, and a master is running
+"""
+
+import contextlib
+import io
+import json
+import os
+import re
+import sys
+import threading
+
+import roslaunch
+import roslaunch.arg_dump
+import roslaunch.config
+import roslaunch.core
+import roslaunch.depends
+import roslaunch.launch
+import roslaunch.loader
+import roslaunch.netapi
+import roslaunch.node_args
+import roslaunch.nodeprocess
+import roslaunch.param_dump
+import roslaunch.parent
+import roslaunch.pmon
+import roslaunch.rlutil
+import roslaunch.scriptapi
+import roslaunch.substitution_args
+import roslaunch.xmlloader
+
+UNSTABLE = re.compile(r"\d{15,}|0x[0-9a-f]+|pid \[?\d+|(?<=\w)-\d+\b")
+"""Random numbers, addresses, process ids, and numbers of processes, which genuine counts on over launches."""
+
+FOLDER = sys.argv[1]
+MASTER = os.environ["ROS_MASTER_URI"]
+OUTER = os.path.join(FOLDER, "x.launch")
+INNER = os.path.join(FOLDER, "y.launch")
+BAD = os.path.join(FOLDER, "bad.launch")
+FULL = os.path.join(FOLDER, "full.launch")
+Node, Test, Machine, RLException = (
+    roslaunch.core.Node,
+    roslaunch.core.Test,
+    roslaunch.core.Machine,
+    roslaunch.core.RLException,
+)
+MASTER_PARAMETERS = ("/rosdistro", "/rosversion")
+
+
+def examine(label, function, words=True, output=True):
+    """Prints what came of a call: with `words` the first line of an error, with `output` what it printed."""
+    try:
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            result = function()
+        record = [repr(result), printed.getvalue() if output else ""]
+    except SystemExit as end:
+        record = ["exit", end.code]
+    except Exception as error:
+        aliases = [
+            one for one in (RLException, roslaunch.substitution_args.ArgException) if type(error) is one
+        ]
+        kind = "alias" if aliases else type(error).__name__
+        record = ["error", kind, str(error).splitlines()[0] if words else ""]
+    record = [UNSTABLE.sub("NUMBER", one) if isinstance(one, str) else one for one in record]
+    print("@@" + json.dumps([label, record]), flush=True)
+
+
+def wait_for(condition):
+    pause = threading.Event()
+    for _ in range(3000):
+        if condition():
+            return True
+        pause.wait(0.01)
+    return False
+
+
+class Deaths(roslaunch.pmon.ProcessListener):
+    def __init__(self):
+        self.names = []
+
+    def process_died(self, process_name, exit_code):
+        self.names.append(process_name.rpartition("-")[0])
+
+
+def loaded(text="", files=(), **more):
+    texts = ["<launch>" + text + "</launch>"] if text else None
+    return roslaunch.config.load_config_default(list(files), None, roslaunch_strs=texts, **more)
+
+
+def examine_values():
+    node = Node("a", "b", "c", "//g//", args="1 <2>", remap_args=[("x", "y")], env_args=[("E", "v")])
+    for name in sorted(roslaunch.core.Node.__slots__):
+        examine("node " + name, lambda: getattr(node, name))
+    test = Test("tt", "a", "b", name="n", time_limit=3, retry=2, cwd="ros_home", launch_prefix="nice")
+    for name in [*sorted(roslaunch.core.Node.__slots__), "test_name", "time_limit", "retry"]:
+        examine("test " + name, lambda: getattr(test, name))
+    for one in (node, test):
+        examine("xml", one.to_xml)
+        examine("remote xml", one.to_remote_xml)
+        examine("attributes", one.xmlattrs)
+        examine("type", one.xmltype)
+    machine = Machine("m", "h", "/env.sh", 2222, "ada", "secret", timeout=3)
+    for name in sorted(roslaunch.core.Machine.__slots__):
+        examine("machine " + name, lambda: getattr(machine, name))
+    examine("machine text", lambda: str(machine))
+    examine("machine key", machine.config_key)
+    other = Machine("other", "h", "/env.sh", 2222, "ada", "secret", timeout=3)
+    examine(
+        "machines", lambda: [machine == other, machine.config_equals(other), machine == 3, machine != other]
+    )
+    local = roslaunch.core.local_machine()
+    examine("local", lambda: [str(local), local is roslaunch.core.local_machine()])
+    examine("is local", lambda: roslaunch.core.is_machine_local(local))
+    examine(
+        "is local 2", lambda: roslaunch.core.is_machine_local(Machine("a", "127.0.0.1", user="nobody-else"))
+    )
+    examine("unknown host", lambda: roslaunch.core.is_machine_local(Machine("a", "no.such.host.invalid")))
+    param = roslaunch.core.Param("a//b/", 3)
+    examine("param", lambda: [param.key, str(param), repr(param), param == roslaunch.core.Param("a/b", 3)])
+    examine(
+        "executable",
+        lambda: [str(roslaunch.core.Executable("x", ("y",))), roslaunch.core.Executable("x", ()).phase],
+    )
+    examine("rosbin", lambda: repr(roslaunch.core.RosbinExecutable("rosparam", ("a", "b"), "setup")))
+    for label, arguments in {
+        "type": ("a", ""), "package": (" ", "b"), "name": ("a", "b", "x/y"),
+    }.items():  # fmt: skip
+        examine("bad " + label, lambda: Node(*arguments))
+    for more in ({"cwd": "NODE"}, {"output": "x"}, {"respawn": True, "required": True}):
+        examine(f"bad {sorted(more)}", lambda: Node("a", "b", **more))
+    for limit in ("x", -1, 0, 2.5):
+        examine(f"limit {limit}", lambda: Test("a", "b", "c", time_limit=limit).time_limit)
+    for name in (None, 3, "", "a", "/a/b/c"):
+        examine(f"namespaces of {name}", lambda: roslaunch.config.namespaces_of(name))
+    examine("wrapped", lambda: roslaunch.core.rle_wrapper(int)("x"))
+    for one, env in (
+        (node, {"ROS_NAMESPACE": "/q", "A": "1"}),
+        (test, {"ROS_NAMESPACE": "/q"}),
+        (None, {"X": "1"}),
+    ):
+        examine(
+            "setup_env", lambda: sorted(roslaunch.core.setup_env(one, None, "http://x:1", env=env).items())
+        )
+    examine("remap uri", lambda: roslaunch.core.remap_localhost_uri("http://other:5/"))
+    master = roslaunch.core.Master()
+    examine(
+        "master", lambda: [master.uri, master.get_host(), master.get_port(), master.is_running(), master.type]
+    )
+    examine("other master", lambda: roslaunch.core.Master(uri="http://127.0.0.1:1/").is_running())
+    examine(
+        "masters",
+        lambda: [master == roslaunch.core.Master(), master == roslaunch.core.Master(uri="http://a:1")],
+    )
+    examine("proxy", lambda: master.get().getPid("/x")[0])
+    examine("printed", lambda: roslaunch.core.printlog("hello"))
+    heard = []
+    roslaunch.core.add_printlog_handler(heard.append)
+    examine("bold", lambda: roslaunch.core.printlog_bold("bold"))
+    roslaunch.core.clear_printlog_handlers()
+    examine("plain", lambda: roslaunch.core.printlog("plain"))
+    examine("heard", lambda: heard)
+    examine(
+        "child mode",
+        lambda: [
+            roslaunch.core.is_child_mode(),
+            roslaunch.core.set_child_mode(True),
+            roslaunch.core.is_child_mode(),
+        ],
+    )
+    roslaunch.core.set_child_mode(False)
+
+
+def examine_configurations():
+    config = roslaunch.config.load_config_default([(FULL, ["x:=1"])], 11999, verbose=False)
+    for one in (*config.nodes, *config.tests):
+        examine("xml of " + one.name, one.to_xml)
+        examine("more of " + one.name, lambda: [
+            one.output, one.cwd, one.filename == FULL, one.remap_args, one.env_args, one.machine_name,
+            one.machine is not None, one.process_name, one.namespace,
+        ])  # fmt: skip
+    examine(
+        "nodes",
+        lambda: [[one.name for one in part] for part in (config.nodes, config.nodes_core, config.tests)],
+    )
+    examine(
+        "params", lambda: sorted((k, v.value) for k, v in config.params.items() if k not in MASTER_PARAMETERS)
+    )
+    examine("names", lambda: config.resolved_node_names)
+    examine("rest", lambda: [config.clear_params, config.executables, [e.args for e in config.executables]])
+    examine("errors", lambda: [error.partition(":")[0] for error in config.config_errors])
+    examine("files", lambda: config.roslaunch_files[1:])
+    examine("port", lambda: config.master.get_port())
+    examine("machines", lambda: sorted(config.machines))
+    examine("remote", config.has_remote_nodes)
+    for local in (True, False):
+        config.params.pop("/rosdistro", None)
+        examine(f"summary {local}", lambda: config.summary(local=local))
+    examine("no machines yet", roslaunch.ROSLaunchConfig().has_remote_nodes)
+    examine("twice", lambda: config.add_node(config.nodes[0]))
+    examine("verbose", lambda: config.add_node(Node("a", "b", "later"), verbose=True))
+    examine("core without name", lambda: config.add_node(Node("a", "b"), core=True))
+    examine("core", lambda: config.add_node(Node("a", "b", "core"), core=True, verbose=True))
+    examine("no executable", lambda: config.add_executable(None))
+    examine("machine again", lambda: config.add_machine(Machine("m", "elsewhere", "/e")))
+    examine("machine", lambda: config.add_machine(Machine("m2", "127.0.0.1", "/e"), verbose=True))
+    examine("same machine", lambda: config.add_machine(Machine("m2", "127.0.0.1", "/e"), verbose=True))
+    examine("param", lambda: config.add_param(roslaunch.core.Param("/p/q", 1), verbose=True))
+    examine("conflict", lambda: config.config_errors[-1])
+    examine("unknown machine", lambda: loaded('<node pkg="a" type="b" name="n" machine="zz"/>'))
+    examine(
+        "not assigned",
+        lambda: (
+            loaded('<node pkg="a" type="b" name="n" machine="zz"/>', assign_machines=False)
+            .nodes[0]
+            .machine_name
+        ),
+    )
+    examine("no file", lambda: loaded(files=["/nope"]), words=False)
+    examine("no xml", lambda: roslaunch.config.load_config_default([], None, roslaunch_strs=["<launch"]))
+    examine("bad element", lambda: loaded(files=[BAD]))
+    examine("unset", lambda: loaded(files=[OUTER]), words=False)
+    examine("unset ignored", lambda: [n.name for n in loaded(files=[OUTER], ignore_unset_args=True).nodes])
+
+
+class Recorder:
+    """Stands in for a configuration."""
+
+    def __init__(self):
+        self.calls = []
+
+    def __getattr__(self, name):
+        return lambda *values, **more: self.calls.append((name, [type(value).__name__ for value in values]))
+
+
+def examine_loaders():
+    loader = roslaunch.xmlloader.XmlLoader(resolve_anon=False)
+    recorder = Recorder()
+    examine("load", lambda: loader.load(FULL, recorder, argv=["x:=1"], verbose=False))
+    examine("calls", lambda: recorder.calls)
+    context = loader.root_context
+    examine("arguments", lambda: [sorted(context.resolve_dict[key].items()) for key in ("arg", "arg_doc")])
+    examine("context", lambda: [context.ns, context.filename == FULL])
+    for name in sorted(name for name in dir(loader) if name.endswith("_ATTRS")):
+        examine(name, lambda: list(getattr(loader, name)))
+    config = roslaunch.ROSLaunchConfig()
+    text = '<launch><rosparam command="delete" param="x"/><rosparam command="dump" file="/tmp/o"/></launch>'
+    examine("text", lambda: loader.load_string(text, config, verbose=False))
+    examine("executables", lambda: [[e.command, e.args, e.phase] for e in config.executables])
+    examine("resolved", lambda: loader.resolve_args("$(arg x)/$(arg d)", context))
+    examine("unset", lambda: loader.resolve_args("$(arg nope)", context), words=False)
+    examine(
+        "arguments only",
+        lambda: roslaunch.xmlloader.XmlLoader(args_only=True).load(BAD, config, argv=[], verbose=False),
+    )
+    for value, kind in (
+        ("1.5", "auto"), ("x", "int"), ("1_0", "auto"), ("TRUE", "auto"), ("[1, 2]", "yaml"), ("2", "bool"),
+        ("x", "nope"), ("7", "str"), ("7", "double"), (" true ", "boolean"),
+    ):  # fmt: skip
+        examine(f"convert {value} {kind}", lambda: roslaunch.loader.convert_value(value, kind))
+    for source in range(4):
+        given = [None] * 4
+        given[source] = ("7 ", OUTER, BAD, "head -c 3 " + INNER)[source]
+        examine(f"value {source}", lambda: roslaunch.loader.Loader().param_value(False, "n", "str", *given))
+    context = roslaunch.loader.LoaderContext("/a", "f")
+    context.add_arg("x", default="1")
+    context.add_arg("y", value="2", doc="d")
+    context.add_remap(("p", "q"))
+    context.add_param(roslaunch.core.Param("~a", 3))
+    child = context.child("b")
+    child.add_remap(("r", "s"))
+    included = context.include_child(None, "g")
+    included.add_arg("z", value="9")
+    examine("child", lambda: [context.ns, child.ns, child.remap_args(), child.params, context.child("/c").ns])
+    examine("dictionaries", lambda: [context.resolve_dict, context.arg_names, included.include_resolve_dict])
+    roslaunch.loader.process_include_args(included)
+    examine("included", lambda: [included.resolve_dict, included.args_passed, included.include_resolve_dict])
+    examine("unused", lambda: roslaunch.loader.post_process_include_args(included))
+    examine("declared twice", lambda: context.add_arg("x"))
+    examine(
+        "set twice", lambda: (context.add_arg("v", value="1"), context.child(None).add_arg("v", value="2"))
+    )
+    for remap in (("", "b"), ("a b", "b"), ("a", "b c")):
+        examine(f"remap {remap}", lambda: context.add_remap(remap))
+    examine(
+        "kinds",
+        lambda: [
+            issubclass(kind, RLException)
+            for kind in (roslaunch.loader.LoadException, roslaunch.XmlParseException)
+        ],
+    )
+
+
+def examine_tools():
+    given = [(OUTER, ["r:=3"])]
+    examine("args", lambda: roslaunch.node_args.get_node_args("a", given))
+    examine("arg_dump", lambda: sorted(roslaunch.arg_dump.get_args([OUTER]).items()))
+    for label, call in {
+        "dump_args": lambda: roslaunch.arg_dump.dump_args([OUTER]),
+        "dump_args bad": lambda: roslaunch.arg_dump.dump_args([BAD]),
+        "dump_params": lambda: roslaunch.param_dump.dump_params([INNER]),
+        "dump_params bad": lambda: roslaunch.param_dump.dump_params([BAD]),
+        "nodes": lambda: roslaunch.node_args.print_node_list(given),
+        "nodes bad": lambda: roslaunch.node_args.print_node_list([BAD]),
+        "file of": lambda: roslaunch.node_args.print_node_filename("f", given),
+        "file of none": lambda: roslaunch.node_args.print_node_filename("zz", given),
+        "local": lambda: roslaunch.node_args.create_local_process_args(
+            Node(
+                "programs", "sleeper", "n", args='"a b" c', remap_args=[("x", "y")], launch_prefix="nice -n 3"
+            ),
+            roslaunch.core.local_machine(),
+        ),
+        "local none": lambda: roslaunch.node_args.create_local_process_args(
+            Node("programs", "nope", "n"), roslaunch.core.local_machine()
+        ),
+        "unnamed": lambda: roslaunch.node_args.create_local_process_args(
+            Node("programs", "sleeper"), roslaunch.core.local_machine()
+        ),
+        "master": lambda: roslaunch.nodeprocess.create_master_process("r", "rosmaster", None, 11999).args[1:],
+        "master port": lambda: roslaunch.nodeprocess.create_master_process("r", "rosmaster", None, 0),
+        "master type": lambda: roslaunch.nodeprocess.create_master_process("r", "x", None, 3),
+        "check": lambda: roslaunch.rlutil.check_roslaunch(INNER),
+        "resolve": lambda: roslaunch.rlutil.resolve_launch_arguments(["programs", "x.launch", "a:=1"]),
+        "resolve path": lambda: roslaunch.rlutil.resolve_launch_arguments([OUTER]),
+        "resolve none": lambda: roslaunch.rlutil.resolve_launch_arguments(["programs", "no.launch"]),
+        "resolve no path": lambda: roslaunch.rlutil.resolve_launch_arguments(["no.launch"]),
+        "resolve nothing": lambda: roslaunch.rlutil.resolve_launch_arguments([]),
+        "run id": lambda: roslaunch.rlutil.get_or_generate_uuid("given", False),
+        "run id of master": lambda: (
+            roslaunch.rlutil.get_or_generate_uuid(None, True)
+            == roslaunch.core.Master().get().getParam("/x", "/run_id")[2]
+        ),
+        "deps": lambda: roslaunch.depends.roslaunch_deps([INNER]),
+        "deps none": lambda: roslaunch.depends.roslaunch_deps(["/nope"]),
+    }.items():
+        examine(label, call)
+    examine("files", lambda: sorted(printed(lambda: roslaunch.rlutil.print_file_list(given)).split()))
+    deps = roslaunch.depends.RoslaunchDeps([("a", "b")], ["f"], ["a"])
+    examine(
+        "deps text", lambda: [str(deps), deps == roslaunch.depends.RoslaunchDeps([("a", "b")], ["f"], ["a"])]
+    )
+    examine("bad", lambda: loaded(files=[BAD]))
+
+
+def printed(function):
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        function()
+    return out.getvalue()
+
+
+def examine_parents(run_id):
+    deaths = Deaths()
+    parent = roslaunch.parent.ROSLaunchParent(run_id, [(OUTER, ["r:=3"])], process_listeners=[deaths])
+    examine("before", lambda: [parent.config, parent.pm, parent.runner, parent.server])
+    parent._load_config()
+    examine("loaded", lambda: [(n.name, n.args, n.remap_args, n.env_args) for n in parent.config.nodes])
+    parent.config.nodes[0].args = "77"
+    parent.start()
+    examine("f ends", lambda: wait_for(lambda: parent.pm.get_active_names() == ["a-1"]), output=False)
+    examine("processes", lambda: parent.pm.get_process_names_with_spawn_count())
+    process = parent.pm.get_process("a-1")
+    examine("arguments", lambda: process.args[1:-1])
+    examine(
+        "what it is",
+        lambda: [isinstance(process, roslaunch.nodeprocess.LocalProcess), str(process), process.package],
+    )
+    examine("info", lambda: sorted(process.get_info()))
+    examine("name", lambda: [n.process_name for n in parent.config.nodes])
+    examine("running", lambda: parent.runner.is_node_running(parent.config.nodes[0]))
+    listed = roslaunch.netapi.list_processes([parent.server.uri])
+    examine("netapi", lambda: [(one.name, one.respawn_count, one.is_alive, one.machine) for one in listed])
+    examine("uris", lambda: parent.server.uri in roslaunch.netapi.get_roslaunch_uris())
+    node = Node("programs", "sleeper", "n", "/g", respawn=True)
+    respawning, success = parent.runner.launch_node(node)
+    examine(
+        "launched",
+        lambda: [success, respawning.is_alive(), respawning.name, node.process_name, respawning.spawn_count],
+    )
+    respawning.stop()
+    examine(
+        "restarted",
+        lambda: wait_for(lambda: respawning.spawn_count == 2 and respawning.is_alive()),
+        output=False,
+    )
+    examine("killed", lambda: parent.pm.kill_process("a-1"), output=False)
+    examine("gone", lambda: wait_for(lambda: not parent.pm.has_process("a-1")), output=False)
+    examine("died", lambda: wait_for(lambda: {"a", "g/n"} <= set(deaths.names)), output=False)
+    examine("none", lambda: parent.runner.launch_node(Node("programs", "nope", "x")))
+    parent.shutdown()
+    parent.shutdown()
+    examine(
+        "done",
+        lambda: [parent.pm.done, parent.pm.is_alive(), parent.pm.get_active_names(), respawning.is_alive()],
+    )
+    script = roslaunch.scriptapi.ROSLaunch()
+    examine("too early", lambda: script.launch(node))
+    script.start()
+    examine("no node", lambda: script.launch("x"))
+    examine("nothing", lambda: script.launch(Node("programs", "nope")), words=False)
+    process = script.launch(Node("programs", "sleeper", "s"))
+    examine("alive", lambda: [process.is_alive(), process.name, process.exit_code, process.log_output])
+    process.stop()
+    examine("stopped", lambda: [process.is_alive()])
+    script.stop()
+    for more in ({"sigint_timeout": 0}, {"sigterm_timeout": -1}):
+        examine(f"timeouts {sorted(more)}", lambda: roslaunch.parent.ROSLaunchParent(run_id, [], **more))
+    required = roslaunch.parent.ROSLaunchParent(run_id, [INNER], force_required=True)
+    required.start()
+    examine("required", lambda: wait_for(lambda: required.pm.done), output=False)
+    required.shutdown()
+    ending = roslaunch.parent.ROSLaunchParent(run_id, [INNER])
+    ending.start()
+    ending.spin()
+    examine("all ended", lambda: ending.pm.done)
+
+
+class Mine(roslaunch.pmon.Process):
+    """A process of a script's own making."""
+
+    is_up = False
+
+    def start(self):
+        super().start()
+        self.is_up = True
+        return True
+
+    def is_alive(self):
+        return True if self.is_up else super().is_alive()
+
+    def stop(self, errors=None):
+        self.is_up = False
+
+
+def examine_monitors(run_id):
+    pm = roslaunch.pmon.start_process_monitor()
+    deaths = Deaths()
+    pm.add_process_listener(deaths)
+    own = Mine("pkg", "mine-1", ["x"], {})
+    own.start()
+    pm.register(own)
+    node = Node("programs", "sleeper", "own", "/q")
+    node.machine = roslaunch.core.local_machine()
+    process = roslaunch.nodeprocess.create_node_process(run_id, node, MASTER)
+    examine("made", lambda: [process.is_alive(), process.spawn_count, process.package, node.process_name])
+    examine("started", lambda: [process.start(), process.is_alive(), process.log_output, process.spawn_count])
+    pm.register(process)
+    examine("watched", lambda: [len(pm.get_active_names()), pm.has_process("mine-1"), pm.get_process("nope")])
+    own.exit_code = 4
+    own.is_up = False
+    examine(
+        "own ended", lambda: wait_for(lambda: pm.get_process_names_with_spawn_count()[1] == [("mine-1", 1)])
+    )
+    examine("info", lambda: sorted(own.get_info().items()))
+    examine("twice", lambda: pm.register(process), words=False)
+    examine("kill no name", lambda: pm.kill_process(3))
+    examine("kill none", lambda: printed(lambda: pm.kill_process("none")))
+    pm.registrations_complete()
+    pm.kill_process(process.name)
+    examine("over", lambda: wait_for(lambda: pm.done), output=False)
+    examine("died", lambda: sorted(deaths.names))
+    examine("shut", lambda: [pm.is_shutdown, process.is_alive(), roslaunch.pmon.shutdown_process_monitor(pm)])
+    examine("no monitor", lambda: roslaunch.pmon.shutdown_process_monitor(None))
+    dead = roslaunch.pmon.DeadProcess(own)
+    examine("dead", lambda: [dead.is_alive(), dead.exit_code, dead.spawn_count, sorted(dead.get_info())])
+    examine("dead start", dead.start)
+    late = Mine("pkg", "late", [], {}, respawn=True, respawn_delay=100.0)
+    late.start()
+    late.is_up = False
+    examine("respawn", lambda: [late.is_alive(), 90 < late.should_respawn() <= 100, own.should_respawn()])
+    examine("descriptions", lambda: [own.get_exit_description(), late.get_exit_description()])
+    text = (
+        '<param name="rp" value="5"/><node pkg="programs" type="sleeper" name="r1"/>'
+        '<node pkg="programs" type="nope" name="r2"/>'
+    )
+    config = loaded(text)
+    pm = roslaunch.pmon.start_process_monitor()
+    runner = roslaunch.launch.ROSLaunchRunner(run_id, config, server_uri="http://127.0.0.1:1/", pmon=pm)
+    started, failed = runner.launch()
+    examine("runner", lambda: [len(started), failed, runner.is_node_running(config.nodes[0])])
+    examine("parameter", lambda: roslaunch.core.Master().get().getParam("/x", "/rp"))
+    for test in (
+        Test("t1", "programs", "ends", "t1"),
+        Test("t2", "programs", "sleeper", "t2", time_limit=1.0),
+        Test("t3", "programs", "nope", "t3"),
+    ):
+        test.machine = roslaunch.core.local_machine()
+        examine("test " + test.name, lambda: runner.run_test(test), output=False)
+    pm.shutdown()
+    pm.join()
+    examine("ended", lambda: [pm.done, pm.get_active_names()])
+
+
+def main():
+    examine_values()
+    examine_configurations()
+    examine_loaders()
+    examine_tools()
+    run_id = roslaunch.rlutil.get_or_generate_uuid(None, True)
+    examine_parents(run_id)
+    examine_monitors(run_id)
+
+
+if __name__ == "__main__":
+    main()

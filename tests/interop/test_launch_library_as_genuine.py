@@ -1,0 +1,87 @@
+"""The Python API of roslaunch behaves as genuine roslaunch's: one program, run with both, prints the same."""
+
+from __future__ import annotations
+
+import difflib
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.support.programs import make_programs
+from tests.support.ros import RosSystem, Side
+
+PROGRAM = Path(__file__).parent / "programs" / "examine_launch.py"
+
+FILES = {
+    "x.launch": """<launch>
+  <arg name="n" default="a" doc="a name"/><arg name="r"/>
+  <node pkg="programs" type="sleeper" name="$(arg n)" args="1 $(arg r)">
+    <remap from="a" to="b"/><env name="E" value="v"/>
+  </node>
+  <include file="$(dirname)/y.launch"/><param name="q" value="1"/>
+</launch>""",
+    "y.launch": '<launch><node pkg="programs" type="fails" name="f" output="screen"/></launch>',
+    "bad.launch": '<launch><arg name="w" default=""/><node pkg="a"/></launch>',
+    "full.launch": """<launch>
+  <arg name="x"/><arg name="d" default="dd"/><arg name="v" value="vv"/>
+  <param name="p" value="7"/><param name="text" value="longer than twenty characters"/>
+  <rosparam>{a: {b: [1, 2.5, yes]}}</rosparam>
+  <group ns="g" clear_params="true">
+    <node pkg="a" type="b" name="c" output="screen" respawn="true" respawn_delay="2"/>
+  </group>
+  <machine name="m" address="127.0.0.1" env-loader="/env.sh"/>
+  <node pkg="a" type="b" name="d" cwd="ros_home" machine="m" args="&lt;$(arg x)&gt;" launch-prefix="nice">
+    <remap from="x" to="y"/><env name="A" value="1"/><param name="z" value="1"/>
+  </node>
+  <node pkg="a" type="b" name="e" cwd="node" output="log" required="true" nonsense="1"/>
+  <test pkg="a" type="t" test-name="tt" time-limit="3" retry="2"/>
+  <test pkg="a" type="t" test-name="uu" name="named" ns="q"/>
+  <rosparam command="dump" file="/o" ns="x"/>
+</launch>""",
+}
+
+MANIFEST = (
+    '<package format="2"><name>programs</name><version>0.0.1</version><description>d</description>'
+    '<maintainer email="a@example.org">A</maintainer><license>Apache-2.0</license></package>'
+)
+
+#: Where pipros differs on purpose, by label; why.
+DIFFERENT = {
+    "no xml": "errors have the words of pipros, with file, line and column",
+    "bad element": "likewise",
+    "bad": "likewise",
+    "errors": "the unknown attribute is named with its place",
+    "unset ignored": "genuine reads nothing after the first argument that is not set",
+    "dead start": "it is a RuntimeError here",
+}
+
+
+def outcomes(side: Side, folder: Path) -> list[str]:
+    side.environment["ROS_PACKAGE_PATH"] = f"{folder.parent}:{side.environment['ROS_PACKAGE_PATH']}"
+    ended = side.run("python3", PROGRAM, folder, timeout_s=120, ROS_IP="127.0.0.1")
+    assert ended.returncode == 0, ended.output
+    found = []
+    for line in ended.stdout:
+        if line.startswith("@@"):
+            label, outcome = json.loads(line[2:])
+            if label not in DIFFERENT:
+                found.append(f"{label} | {json.dumps(outcome)}")
+    return found
+
+
+@pytest.mark.timeout(240)  # the program starts a dozen launches, twice
+def test_the_library_does_what_genuine_roslaunch_does(ros: RosSystem) -> None:
+    programs = {
+        "sleeper": "#!/bin/sh\nexec sleep 1000\n",
+        "fails": "#!/bin/sh\nexit 3\n",
+        "ends": "#!/bin/sh\nexit 0\n",
+    }
+    folder = make_programs(ros.home / "src" / "programs", programs)
+    (folder / "package.xml").write_text(MANIFEST)
+    for name, text in FILES.items():
+        (folder / name).write_text(text)
+    ros.pipros.start_master()
+    genuine, ours = outcomes(ros.genuine, folder), outcomes(ros.pipros, folder)
+    assert len(genuine) > 230
+    assert "\n".join(difflib.unified_diff(genuine, ours, "genuine", "pipros", lineterm="", n=0)) == ""
