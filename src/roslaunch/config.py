@@ -230,9 +230,9 @@ class ROSLaunchConfig:
             params={key: param.value for key, param in self.params.items()},
             clear_params=tuple(self.clear_params),
             commands=tuple(
-                _command(one.args)
-                for one in self.executables
-                if isinstance(one, RosbinExecutable) and one.command == "rosparam"
+                _command(executable.args)
+                for executable in self.executables
+                if isinstance(executable, RosbinExecutable) and executable.command == "rosparam"
             ),
             nodes=tuple(node.to_model() for node in self.nodes),
             tests=tuple(test.to_test() for test in self.tests),

@@ -519,7 +519,7 @@ def _master_uri(*args: Any) -> str:
 
 
 get_master_uri_env = rle_wrapper(_master_uri)
-"""The URI of the master that the environment names. Raises RLException when it is no such URI."""
+"""The URI of the master that the environment names. Raises RLException when it is not a URI with a port."""
 
 
 def get_ros_root(env: Mapping[str, str] | None = None) -> str | None:

@@ -288,7 +288,7 @@ class ROSLaunchRunner:
         self.pm.mainthread_spin()
 
     def stop(self) -> None:
-        """Ends everything that was started. Harmless when repeated."""
+        """Ends everything that was started. May be repeated."""
         self.pm.shutdown()
         if self.pm.ident is not None:
             self.pm.join()
@@ -298,7 +298,7 @@ class ROSLaunchRunner:
         run = self.session.run
         self._processes = RunProcesses(run, self.run_id, run.stop)
         self.pm.watch(self._processes)
-        process_names = {one.full_name: one.name for one in self._processes.all()}
+        process_names = {process.full_name: process.name for process in self._processes.all()}
         for node in self.config.nodes:
             node.process_name = process_names.get(names.join(node.namespace, node.name or ""))
 
@@ -316,8 +316,8 @@ class ROSLaunchRunner:
 
 def _check_executables(executables: Sequence[Executable]) -> None:
     """Only those run that launch files make; a configuration could hold any program."""
-    for one in executables:
-        if not isinstance(one, RosbinExecutable) or one.command != "rosparam":
+    for executable in executables:
+        if not isinstance(executable, RosbinExecutable) or executable.command != "rosparam":
             raise LaunchError(
-                f"the command [{one}] cannot be run: only rosparam can stand in a configuration"
+                f"the command [{executable}] cannot be run: only rosparam can stand in a configuration"
             )

@@ -72,7 +72,7 @@ class LoaderContext:
 
     def add_param(self, p: Param) -> None:
         """Adds a private parameter, which all later nodes get; a later one of the same name wins."""
-        self.params[:] = [one for one in self.params if one.key != p.key] + [p]
+        self.params[:] = [param for param in self.params if param.key != p.key] + [p]
 
     def add_remap(self, remap: Sequence[str]) -> None:
         """Adds a remapping; a later one of the same name wins.
@@ -199,7 +199,7 @@ class Loader:
         """The value of a `<param>` with these attributes, of which all but one are None.
 
         Raises:
-            ValueError: the text is no value of the type, or the command fails.
+            ValueError: the text does not fit the type, or the command fails.
             OSError: the file cannot be read.
         """
         context = LoadContext.of_process()
@@ -231,7 +231,7 @@ class Loader:
         """Adds what a `<rosparam>` loads, or the command that it stands for.
 
         Raises:
-            ValueError: it is no such command, or a value needs a name.
+            ValueError: the command is unknown, or a value needs a name.
             LoadException: the file or its YAML cannot be read.
         """
         if cmd not in ("load", "dump", "delete"):

@@ -86,8 +86,8 @@ def get_node_args(node_name: str, roslaunch_files: Sequence[FileAndArguments]) -
     name = node_name if node_name.startswith("$") else full_node_name(node_name)
     found = [node for node in (*config.nodes, *config.tests) if _full_name(node) == name]
     if not found:
-        known = "\n".join(f" * {one}" for one in get_node_list(config))
-        files = ", ".join(one if isinstance(one, str) else one[0] for one in roslaunch_files)
+        known = "\n".join(f" * {node}" for node in get_node_list(config))
+        files = ", ".join(file if isinstance(file, str) else file[0] for file in roslaunch_files)
         raise RLException(f"ERROR: Cannot find node named [{name}] in [{files}].\nNode names are:\n{known}")
     try:
         variables, words = command_words(

@@ -314,11 +314,11 @@ class RunProcesses:
 
     def alive(self) -> list[RunProcess]:
         """Those that run, or wait for their restart."""
-        return [one for one in self.all() if one.is_watched]
+        return [process for process in self.all() if process.is_watched]
 
     def ended(self) -> list[RunProcess]:
         """Those that ended for good."""
-        return [one for one in self.all() if not one.is_watched]
+        return [process for process in self.all() if not process.is_watched]
 
     def all(self) -> list[RunProcess]:
         """Those that run and those that ended, in the order of their start."""
@@ -327,7 +327,7 @@ class RunProcesses:
 
 def _await_ends(processes: Sequence[NodeProcess], timeout_s: float) -> list[NodeProcess]:
     deadline = time.monotonic() + timeout_s
-    return [one for one in processes if not wait_in_slices(one.wait, deadline - time.monotonic())]
+    return [process for process in processes if not wait_in_slices(process.wait, deadline - time.monotonic())]
 
 
 def create_node_process(
@@ -383,7 +383,7 @@ def create_master_process(
     """The process of a master of its own, to be registered at a monitor and started.
 
     Raises:
-        RLException: the port is no positive number, or there is no such type of master.
+        RLException: the port is not positive, or the type of master is unknown.
     """
     _ = ros_root
     if port < 1:

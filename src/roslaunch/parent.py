@@ -150,7 +150,7 @@ class ROSLaunchParent:
             self.shutdown()
 
     def shutdown(self) -> None:
-        """Ends everything that was started. Harmless when repeated."""
+        """Ends everything that was started. May be repeated."""
         if self._is_over:
             return
         self._is_over = True

@@ -233,7 +233,7 @@ class ProcessMonitor(threading.Thread):
         self._registrations_complete = True
 
     def unregister(self, p: Process) -> None:
-        """Forgets a registered process. Raises ValueError when it is none."""
+        """Forgets a registered process. Raises ValueError when it is not registered."""
         with self.plock:
             self._registered.remove(p)
 
@@ -243,7 +243,7 @@ class ProcessMonitor(threading.Thread):
 
     def get_process(self, name: str) -> Process | None:
         """The process of that name; None if none is watched."""
-        return next((one for one in self.procs if one.name == name), None)
+        return next((process for process in self.procs if process.name == name), None)
 
     def has_main_thread_jobs(self) -> int:
         """How much waits to be done in the main thread: nothing ever does."""
@@ -273,12 +273,12 @@ class ProcessMonitor(threading.Thread):
 
     def get_active_names(self) -> list[str]:
         """The names of the processes that run."""
-        return [one.name for one in self.procs]
+        return [process.name for process in self.procs]
 
     def get_process_names_with_spawn_count(self) -> list[list[tuple[str, int]]]:
         """Names and how often they were started: of the processes that run, and of those that ended."""
         ended = [*(self._run.ended() if self._run else ()), *self.dead_list]
-        return [[(one.name, one.spawn_count) for one in part] for part in (self.procs, ended)]
+        return [[(process.name, process.spawn_count) for process in part] for part in (self.procs, ended)]
 
     def mainthread_spin_once(self) -> bool:
         """False when the monitor is over."""
@@ -364,7 +364,7 @@ class ProcessMonitor(threading.Thread):
             printerrlog("Shutdown errors:\n" + "\n".join(f" * {error}" for error in errors))
 
     def _in_order_of_end(self, processes: Sequence[Process]) -> Iterator[Process]:
-        yield from (one for one in reversed(processes) if one not in self.core_procs)
+        yield from (process for process in reversed(processes) if process not in self.core_procs)
         yield from reversed(self.core_procs)
 
 

@@ -94,9 +94,9 @@ def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: b
         with_test_depends=use_test_depends,
         ignore_unset=ignore_unset_args,
     )
-    for one in found:
-        if one.startswith("Missing package dependencies"):
-            printerrlog(one)
+    for mistake in found:
+        if mistake.startswith("Missing package dependencies"):
+            printerrlog(mistake)
     return "\n".join(found) if found else None
 
 

@@ -46,7 +46,7 @@ class ROSLaunch:
 
         Raises:
             RLException: it cannot be started, or `start` was not called.
-            ValueError: it is no Node.
+            ValueError: it is not a Node.
         """
         if not self.started or self.parent.runner is None:
             raise RLException("please start ROSLaunch first")

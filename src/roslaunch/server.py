@@ -182,7 +182,7 @@ class ROSLaunchChildHandler(ROSLaunchBaseHandler):
             started, failed = runner.launch()
         except RLException as error:
             return -1, f"ERROR: {error}", [[], []]
-        return 1, "launched", [[one.name for one in started], failed]
+        return 1, "launched", [[process.name for process in started], failed]
 
 
 class ROSLaunchNode(XmlRpcNode):

@@ -20,7 +20,7 @@ def convert_value(value: str, type_: str) -> Any:
     """The value that a text has as a parameter of that type: auto, str, int, double, bool or yaml.
 
     Raises:
-        ValueError: there is no such type, or the text is no value of it.
+        ValueError: the type is unknown, or the text does not fit it.
     """
     return convert(value, type_)
 

@@ -211,7 +211,9 @@ class XmlLoader(Loader):
             name: value for name, value in scope.arguments.items() if value is not None
         }
         context.resolve_dict["arg_doc"] = {
-            one.name: (one.doc or None, one.default) for one in builder.arguments if not one.value
+            argument.name: (argument.doc or None, argument.default)
+            for argument in builder.arguments
+            if not argument.value
         }
         self.root_context = context
 

@@ -138,4 +138,3 @@ def _traits(node: Node) -> str:
         traits.append(f"on machine {node.machine}")
     traits.append(f"output to {(node.output or Output.LOG).value}")
     return ", " + ", ".join(traits) + f", from {node.place}"
-

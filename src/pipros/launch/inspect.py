@@ -50,11 +50,19 @@ def arguments_text(arguments: Iterable[Argument]) -> str:
 
     As in Noetic an argument of which the default is empty counts as needed.
     """
-    declared = sorted((one for one in arguments if not one.value), key=lambda one: one.name)
+    declared = sorted(
+        (argument for argument in arguments if not argument.value), key=lambda argument: argument.name
+    )
     lines = []
-    if required := [one for one in declared if not one.default]:
-        lines += ["Required Arguments:", *(f"  {one.name}: {one.doc or 'undocumented'}" for one in required)]
-    if optional := [one for one in declared if one.default]:
+    if required := [argument for argument in declared if not argument.default]:
+        lines += [
+            "Required Arguments:",
+            *(f"  {argument.name}: {argument.doc or 'undocumented'}" for argument in required),
+        ]
+    if optional := [argument for argument in declared if argument.default]:
         lines += ["Optional Arguments:"]
-        lines += [f'  {one.name} (default "{one.default}"): {one.doc or "undocumented"}' for one in optional]
+        lines += [
+            f'  {argument.name} (default "{argument.default}"): {argument.doc or "undocumented"}'
+            for argument in optional
+        ]
     return "\n".join(lines or ["No arguments."])
