@@ -11,7 +11,12 @@ from pipros.names import parse_arguments
 
 def echo(argv: Sequence[str]) -> int:
     arguments = parse_arguments(argv)
-    topic, options = parse(arguments.rest)
+    topic, options, bag = parse(arguments.rest)
+    if bag is not None:
+        from pipros.cli.rostopic.bag import echo_bag
+
+        echo_bag(bag.path, topic, options, shows_all=bag.shows_all)
+        return 0
     from pipros.cli.command_node import command_node
     from pipros.cli.rostopic.printing import MessagePrinter
     from pipros.graph.listening import Listening, wait_for_topic

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from optparse import OptionParser
-from pathlib import Path
 
-from pipros.cli.program import CommandError, option_parser
+from pipros.cli.program import option_parser
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +33,19 @@ class EchoOptions:
     expression: str | None = None
 
 
-def parse(argv: Sequence[str]) -> tuple[str, EchoOptions]:
-    """The topic, and how its messages are to be shown; ends the program when `argv` is wrong."""
+@dataclass(frozen=True, slots=True)
+class BagChoice:
+    """The bag to echo from, and whether all its topics are meant."""
+
+    path: str
+    shows_all: bool
+
+
+def parse(argv: Sequence[str]) -> tuple[str, EchoOptions, BagChoice | None]:
+    """The topic, how its messages are to be shown, and the bag if one is given.
+
+    Ends the program when `argv` is wrong.
+    """
     parser = option_parser("rostopic", "echo [options] /topic")
     add = parser.add_option
     add("-b", "--bag", dest="bag", metavar="BAGFILE", help="echo messages from .bag file")
@@ -78,19 +88,16 @@ def parse(argv: Sequence[str]) -> tuple[str, EchoOptions]:
         parser.error("you may only specify one input topic")
     if options.all and not options.bag:
         parser.error("Display all option is only valid when echoing from bag files")
-    if not arguments:
+    if not arguments and not options.all:
         parser.error("topic must be specified")
+    if options.bag and options.offset:
+        parser.error("offset time option is not valid with bag files")
     width = _integer(parser, options.width, "NUM_WIDTH")
     if width is not None and width < 2:
         parser.error("Fixed width for numeric values must be at least 2")
     count = _integer(parser, options.count, "COUNT")
-    if options.bag:
-        raise CommandError(
-            f"cannot read [{options.bag}]: this version of pipros reads no bag files"
-            if Path(options.bag).is_file()
-            else f"bag file [{options.bag}] does not exist"
-        )
-    return arguments[0], EchoOptions(
+    bag = BagChoice(options.bag, bool(options.all)) if options.bag else None
+    shown = EchoOptions(
         count,
         options.plot,
         options.no_arrays,
@@ -100,6 +107,7 @@ def parse(argv: Sequence[str]) -> tuple[str, EchoOptions]:
         options.offset,
         options.expression,
     )
+    return arguments[0] if arguments else "/", shown, bag
 
 
 def _integer(parser: OptionParser, text: str | None, name: str) -> int | None:

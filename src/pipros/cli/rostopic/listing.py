@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 
-from pipros.cli.program import CommandError, option_parser
+from pipros.cli.program import option_parser
 from pipros.errors import Refused
 from pipros.graph.client import GraphClient
 from pipros.graph.system_state import Registrations, SystemState, is_below
@@ -30,7 +29,10 @@ def list_topics(argv: Sequence[str]) -> int:
         for option in ("-s", "-p", "--host"):
             if option in argv:
                 parser.error(f"{option} option is not valid with bags")
-        raise _no_bags(options.bag)
+        from pipros.cli.rostopic.bag import list_bag
+
+        list_bag(options.bag, arguments[0] if arguments else None)
+        return 0
     if options.publishers and options.subscribers:
         parser.error("you may only specify one of -p, -s")
 
@@ -51,12 +53,6 @@ def list_topics(argv: Sequence[str]) -> int:
         print(f"Host [{listed(host)}]:")
         print(_indented(_lines(part, types, sections, options.verbose)))
     return 0
-
-
-def _no_bags(path: str) -> CommandError:
-    if not Path(path).is_file():
-        return CommandError(f"bag file [{path}] does not exist")
-    return CommandError(f"cannot read [{path}]: this version of pipros reads no bag files")
 
 
 def _below(registrations: Registrations, ns: str) -> Registrations:

@@ -26,7 +26,7 @@ class MessagePrinter:
     """Prints messages up to the requested count."""
 
     def __init__(
-        self, options: EchoOptions, source: TopicPart, clock: Clock, finish: Callable[[], object]
+        self, options: EchoOptions, source: TopicPart, clock: Clock | None, finish: Callable[[], object]
     ) -> None:
         """`finish` is called when the last requested message was printed."""
         self._options = options
@@ -45,8 +45,11 @@ class MessagePrinter:
 
     def show(self, raw: RawMessage) -> None:
         """Prints a message or the requested part of it; a message without that part prints an error."""
-        message = self._classes.decode(raw)
-        if self._filter is not None and not self._filter(message, self._source.topic):
+        self.show_message(self._classes.decode(raw), self._now_ns(), self._source.topic)
+
+    def show_message(self, message: Any, time_ns: int, topic: str) -> None:
+        """As `show`, for a message that came at a certain time."""
+        if self._filter is not None and not self._filter(message, topic):
             return
         try:
             part = extract(message, self._source.path)
@@ -56,7 +59,7 @@ class MessagePrinter:
         except IndexError as error:
             print(f"{error}: {describe_path(self._source.path)}", file=sys.stderr)
             return
-        text = self._as_row(message, part) if self._options.plot else self._as_text(part)
+        text = self._as_row(message, part, time_ns) if self._options.plot else self._as_text(part)
         sys.stdout.write(text)
         sys.stdout.flush()
         if self._left is not None:
@@ -66,12 +69,14 @@ class MessagePrinter:
 
     def _as_text(self, part: Part) -> str:
         value = self._elision.of(part) if self._elides else _readable(part)
-        now = _time(self._clock.now_ns()) if self._options.offset else None
+        now = _time(self._now_ns()) if self._options.offset else None
         text = strify_message(value, time_offset=now, fixed_numeric_width=self._options.width)
         return (CLEAR_SCREEN if self._options.clear else "") + text + "\n---\n"
 
-    def _as_row(self, message: Any, part: Part) -> str:
-        now_ns = self._clock.now_ns()
+    def _now_ns(self) -> int:
+        return 0 if self._clock is None else self._clock.now_ns()
+
+    def _as_row(self, message: Any, part: Part, now_ns: int) -> str:
         is_stamped = part.value is message and message._has_header
         time_ns = message.header.stamp.to_nsec() if is_stamped else now_ns
         heading = ""

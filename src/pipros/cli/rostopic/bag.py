@@ -1,0 +1,84 @@
+"""`rostopic echo -b` and `rostopic list -b`: what a bag holds, without a master."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pipros.bag.errors import BagError, NotIndexed
+from pipros.bag.index import Stamp
+from pipros.bag.reader import BagReader
+from pipros.cli.program import CommandError
+from pipros.graph.listening import TopicPart
+from pipros.graph.message_path import parse_path
+from pipros.msg.time import NS_PER_S
+from pipros.printable import listed
+
+if TYPE_CHECKING:
+    from pipros.cli.rostopic.echo_options import EchoOptions
+
+
+@contextmanager
+def opened(path: str) -> Iterator[BagReader]:
+    """The bag at a path.
+
+    Raises:
+        CommandError: there is none, or it cannot be read.
+    """
+    if not Path(path).is_file():
+        raise CommandError(f"bag file [{path}] does not exist")
+    try:
+        bag = BagReader(path)
+    except NotIndexed:
+        raise CommandError("unable to use bag file: Unindexed bag. Run rosbag reindex") from None
+    except (BagError, OSError) as error:
+        raise CommandError(f"unable to use bag file: {error}") from error
+    with bag:
+        try:
+            yield bag
+        except BagError as error:
+            raise CommandError(f"unable to use bag file: {error}") from error
+
+
+def echo_bag(path: str, topic: str, options: EchoOptions, *, shows_all: bool) -> None:
+    """Prints the messages of a topic, or of all."""
+    from pipros.cli.rostopic.printing import MessagePrinter
+
+    topic = topic if topic.startswith("/") else f"/{topic}"
+    with opened(path) as bag:
+        source = _part(topic, {connection.topic for connection in bag.connections})
+        is_over = [False]
+        printer = MessagePrinter(options, source, None, lambda: is_over.__setitem__(0, True))
+        for name, message, stamp, _ in bag.messages(None if shows_all else source.topic):
+            if is_over[0]:
+                return
+            printer.show_message(message, stamp.to_nsec(), name)
+
+
+def _part(topic: str, topics: set[str]) -> TopicPart:
+    """The topic of the bag that a path such as `/scan/ranges[0]` begins with, and the rest of the path."""
+    words = topic.split("/")
+    for count in range(len(words), 1, -1):
+        name = "/".join(words[:count])
+        if name in topics:
+            return TopicPart(name, tuple(parse_path("/".join(words[count:]))))
+    return TopicPart(topic, ())
+
+
+def list_bag(path: str, topic: str | None) -> None:
+    """Prints the topics of a bag; for a topic, how many messages it and those below it have, and when."""
+    with opened(path) as bag:
+        if topic is None:
+            print("\n".join(sorted({listed(connection.topic) for connection in bag.connections})))
+            return
+        stamps = bag.times([each for each in bag.connections if each.topic.startswith(topic)])
+    if not stamps:
+        raise CommandError(f"no messages of [{topic}] in [{path}]")
+    print(f"{len(stamps)} message(s) from {_date(stamps[0])} to {_date(stamps[-1])}")
+
+
+def _date(stamp: Stamp) -> str:
+    return time.strftime("%d %b %Y %H:%M:%S", time.localtime(stamp[0] + stamp[1] / NS_PER_S))
