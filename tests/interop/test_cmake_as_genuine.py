@@ -10,31 +10,19 @@ import pytest
 
 from pipros.cmake.language import CMakeError
 from pipros.cmake.program import run_script
+from tests.support.cmake_cases import MISTAKES, TOPICS, line_of_mistake, read_cases
 
 SCRIPTS = Path(__file__).parent / "cmake"
 
-MISTAKES = [
-    'message(FATAL_ERROR "a reason")',
-    "nonsense()",
-    "include(nope.cmake)",
-    "list(NOPE x)",
-    "list(GET)",
-    "set(L a b)\nlist(GET L 5 o)",
-    'string(SUBSTRING "abc" 7 1 o)',
-    "math(EXPR a)",
-    'math(EXPR a "1 +")',
-    'math(EXPR a "1 / 0")',
-    "file(READ nope o)",
-    "file(STRINGS nope o)",
-    "if(a b)\nendif()",
-    "while(TRUE",
-    "function(f a)\nendfunction()\nf()",
-    'string(REGEX MATCH "(" o x)',
-    "foreach(i RANGE 1 5 -1)\nendforeach()",
-    "configure_file(nope out)",
-    "execute_process(COMMAND false COMMAND_ERROR_IS_FATAL ANY)",
-    "find_program(X nope_of_that_name REQUIRED)",
-]
+CLEAN_UP = """\
+file(REMOVE_RECURSE ${CMAKE_CURRENT_SOURCE_DIR}/w)
+unset(X CACHE)
+unset(OPT CACHE)
+unset(P CACHE)
+unset(ENV{MY_V})
+unset(ENV{X_X})
+set_property(GLOBAL PROPERTY P)
+"""
 
 
 @pytest.mark.parametrize("name", ["language", "files"])
@@ -62,12 +50,29 @@ def test_a_mistake_is_one_for_cmake_too_and_named_with_its_line(
     monkeypatch.chdir(tmp_path / "work")
     with pytest.raises(CMakeError) as error:
         run_script(str(script))
-    lines_before = text.count("\n") if text.startswith(("set(", "function(")) else 0
-    assert f"{script}:{2 + lines_before}" in str(error.value)
+    assert f"{script}:{1 + line_of_mistake(text)}" in str(error.value)
 
 
-def carried_out_by_cmake(script: Path, folder: Path) -> subprocess.CompletedProcess[str]:
+@pytest.mark.parametrize("topic", TOPICS)
+def test_the_recorded_values_are_those_of_cmake(topic: str, tmp_path: Path) -> None:
+    cases = read_cases(topic)
+    lines = ["cmake_minimum_required(VERSION 3.25)"]
+    for number, case in enumerate(cases):
+        lines += [f"function(case_{number})", case.script, 'message(STATUS "o=[${o}]")', "endfunction()"]
+        lines += [f"case_{number}()", CLEAN_UP]
+    script = tmp_path / "work" / "cases.cmake"
+    printed = carried_out_by_cmake(script, script.parent, "\n".join(lines))
+    assert printed.returncode == 0, printed.stderr
+    values = [part.rpartition("]")[0] for part in printed.stdout.split("-- o=[")[1:]]
+    assert values == [case.expected for case in cases]
+
+
+def carried_out_by_cmake(
+    script: Path, folder: Path, text: str | None = None
+) -> subprocess.CompletedProcess[str]:
     folder.mkdir()
+    if text is not None:
+        script.write_text(text)
     return subprocess.run(
         ["/usr/bin/cmake", "-P", script], cwd=folder, capture_output=True, text=True, check=False
     )

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import ast
 import operator
+import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from pipros.cmake.scope import Scope
 
 _TWO_TO_63 = 2**63
+_LEADING_ZEROS = re.compile(r"\b0+(?=[0-9])")
 
 
 def math(words: list[str], scope: Scope) -> None:
@@ -21,7 +23,9 @@ def math(words: list[str], scope: Scope) -> None:
     if words[:1] != ["EXPR"] or len(words) < 3:
         raise ValueError("has the form math(EXPR variable expression)")
     try:
-        value = _value(ast.parse(words[2].strip(), mode="eval").body)
+        # Unlike in Python, a number may begin with zeros.
+        text = _LEADING_ZEROS.sub("", words[2].strip())
+        value = _value(ast.parse(text, mode="eval").body)
     except (SyntaxError, RecursionError):
         raise ValueError(f'cannot parse the expression: "{words[2]}"') from None
     except ZeroDivisionError:
@@ -40,14 +44,17 @@ _BINARY: Mapping[type, Callable[[int, int], int]] = {
     ast.BitOr: operator.or_,
     ast.BitAnd: operator.and_,
     ast.BitXor: operator.xor,
-    ast.LShift: lambda left, right: left << min(right, 64),
-    ast.RShift: lambda left, right: left >> min(right, 64),
+    # Processors look at six bits of the count.
+    ast.LShift: lambda left, right: left << (right & 63),
+    ast.RShift: lambda left, right: left >> (right & 63),
 }
 
 
 def _value(node: Any) -> int:
     match node:
         case ast.Constant(value=int(number)) if not isinstance(number, bool):
+            if number >= _TWO_TO_63:
+                raise ValueError(f"a numeric value is out of range: {number}")
             return number
         case ast.BinOp() if type(node.op) in _BINARY:
             return _BINARY[type(node.op)](_value(node.left), _value(node.right))

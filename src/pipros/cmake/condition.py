@@ -16,7 +16,11 @@ Word = tuple[str, bool]
 _CLOSING: Word = (")", False)
 _FALSE = frozenset(("", "0", "off", "no", "false", "n", "ignore", "notfound"))
 _TRUE = frozenset(("1", "on", "yes", "true", "y"))
-_NUMBER = re.compile(r"-?\d+(\.\d+)?")
+_NUMBER = re.compile(
+    r"\s*([-+]?(?:0x[0-9a-f]+|(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|inf(?:inity)?|nan))", re.IGNORECASE | re.ASCII
+)
+_VERSION = re.compile(r"\d+(?:\.\d+)*")
+_NEWEST_POLICY = 142
 _COMPARISONS = ("LESS", "GREATER", "EQUAL", "LESS_EQUAL", "GREATER_EQUAL")
 
 
@@ -26,19 +30,21 @@ def is_true(
     commands: Container[str] = (),
     targets: Container[str] = (),
     environment: Container[str] = (),
+    cache: Container[str] = (),
 ) -> bool:
     """Whether `if(words)` holds. What `MATCHES` finds is left in the variables `CMAKE_MATCH_0`, …
 
     Args:
-        commands, targets, environment: the names that exist, for `COMMAND`, `TARGET` and `DEFINED ENV{…}`.
+        commands, targets: the names that exist, for `COMMAND` and `TARGET`.
+        environment, cache: the names that exist, for `DEFINED ENV{…}` and `DEFINED CACHE{…}`.
 
     Raises:
         ValueError: the words do not form a condition.
     """
     if not words:
         return False
-    condition = _Condition(list(words), variables, commands, targets, environment)
-    value = condition.any_of()
+    condition = _Condition(list(words), variables, commands, targets, environment, cache)
+    value = condition.whole()
     condition.expect_end()
     return value
 
@@ -50,7 +56,7 @@ def is_on(value: str) -> bool:
 
 
 class _Condition:
-    """A recursive descent over the words: OR binds loosest, then AND, then NOT, then tests and brackets."""
+    """A recursive descent over the words: AND and OR from left to right, then NOT, tests and parentheses."""
 
     def __init__(
         self,
@@ -59,31 +65,31 @@ class _Condition:
         commands: Container[str],
         targets: Container[str],
         environment: Container[str],
+        cache: Container[str],
     ) -> None:
         self._words = words
         self._variables = variables
         self._commands = commands
         self._targets = targets
         self._environment = environment
+        self._cache = cache
 
-    def any_of(self) -> bool:
-        value = self._all_of()
-        while self._take("OR"):
-            value = self._all_of() or value
-        return value
-
-    def _all_of(self) -> bool:
+    def whole(self) -> bool:
         value = self._negated()
-        while self._take("AND"):
-            value = self._negated() and value
-        return value
+        while True:
+            if self._take("AND"):
+                value = self._negated() and value
+            elif self._take("OR"):
+                value = self._negated() or value
+            else:
+                return value
 
     def _negated(self) -> bool:
         # A NOT without anything behind it, as in if(NOT $ENV{UNSET}), is the name of a variable to CMake.
         if len(self._words) > 1 and self._words[1] != _CLOSING and self._take("NOT"):
             return not self._negated()
         if self._take("("):
-            value = self._words[:1] != [_CLOSING] and self.any_of()
+            value = self._words[:1] != [_CLOSING] and self.whole()
             if not self._take(")"):
                 raise ValueError("the condition lacks a )")
             return value
@@ -105,6 +111,8 @@ class _Condition:
         if test == "DEFINED":
             if word.startswith("ENV{"):
                 return word[4:-1] in self._environment
+            if word.startswith("CACHE{"):
+                return word[6:-1] in self._cache
             return word in self._variables
         if test == "TARGET":
             return word in self._targets
@@ -116,26 +124,31 @@ class _Condition:
             return os.path.isdir(word)
         if test == "IS_SYMLINK":
             return os.path.islink(word)
-        return test == "POLICY" or (test == "IS_ABSOLUTE" and os.path.isabs(word))
+        if test == "POLICY":
+            return re.fullmatch(r"CMP\d{4}", word) is not None and int(word[3:]) <= _NEWEST_POLICY
+        return test == "IS_ABSOLUTE" and os.path.isabs(word)
 
     def _two_word_test(self, left: Word, operator: str, right: Word) -> bool:
         first, second = self._value(left), self._value(right)
         if operator == "IN_LIST":
-            return first in split_list(self._variables.get(right[0], ""))
+            elements = self._variables.get(right[0])
+            return elements is not None and first in split_list(elements)
         if operator == "MATCHES":
             return search(second, first, self._variables)
         if operator == "IS_NEWER_THAN":
             return _is_newer(first, second)
         if operator == "PATH_EQUAL":
-            return os.path.normpath(first) == os.path.normpath(second)
+            return re.sub("//+", "/", first) == re.sub("//+", "/", second)
         relation = operator.removeprefix("VERSION_").removeprefix("STR")
         if operator.startswith("STR"):
             return _compare((first,), relation, (second,))
         if operator.startswith("VERSION_"):
             return _compare(_version(first), relation, _version(second))
-        if not (_NUMBER.fullmatch(first) and _NUMBER.fullmatch(second)):
+        # As with sscanf(), what follows the number does not count.
+        numbers = [_NUMBER.match(text) for text in (first, second)]
+        if numbers[0] is None or numbers[1] is None:
             return False
-        return _compare((float(first),), relation, (float(second),))
+        return _compare((_number(numbers[0]),), relation, (_number(numbers[1]),))
 
     def _value(self, word: Word) -> str:
         text, is_quoted = word
@@ -144,8 +157,9 @@ class _Condition:
     def _truth(self, word: Word) -> bool:
         text = word[0]
         lower = text.lower()
-        if lower in _TRUE or _NUMBER.fullmatch(text):
-            return lower in _TRUE or float(text) != 0
+        number = _NUMBER.fullmatch(text)
+        if lower in _TRUE or number:
+            return number is None or _number(number) != 0
         if lower in _FALSE or lower.endswith("-notfound") or word[1]:
             return False
         return is_on(self._variables.get(text, ""))
@@ -188,8 +202,15 @@ def _compare(left: Any, relation: str, right: Any) -> bool:
     return bool(left > right) or (relation.endswith("EQUAL") and left == right)
 
 
+def _number(match: re.Match[str]) -> float:
+    text = match[1].lower()
+    return float(int(text, 16)) if "0x" in text else float(text)
+
+
 def _version(text: str) -> tuple[int, ...]:
-    numbers = [int(part) for part in re.findall(r"\d+", text)]
+    """The numbers at the beginning of a version, without zeros at the end."""
+    match = _VERSION.match(text)
+    numbers = [int(part) for part in match[0].split(".")] if match else []
     while numbers and numbers[-1] == 0:
         numbers.pop()
     return tuple(numbers)

@@ -26,6 +26,8 @@ def configure_file(words: list[str], scope: Scope) -> None:
         if "COPYONLY" not in words:
             text = configured(content.decode("utf-8", "surrogateescape"), scope, at_only="@ONLY" in words,
                               escapes_quotes="ESCAPE_QUOTES" in words)  # fmt: skip
+            if text and not text.endswith("\n"):
+                text += "\n"
             content = text.encode("utf-8", "surrogateescape")
         target.parent.mkdir(parents=True, exist_ok=True)
         if not target.is_file() or target.read_bytes() != content:
@@ -51,7 +53,7 @@ def configured(text: str, scope: Scope, *, at_only: bool = False, escapes_quotes
         hash_sign, as_number, name, rest = match.groups()
         is_set = is_on(values.get(name, ""))
         if as_number:
-            return f"{hash_sign}define {name} {int(is_set)}"
+            return f"{hash_sign}define {name} {'' if rest is None else rest + ' '}{int(is_set)}"
         if is_set:
             return f"{hash_sign}define {name}" + (f" {rest}" if rest is not None else "")
         return f"/* #undef {name} */"

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import filecmp
 import fnmatch
+import hashlib
 import os
 import re
 import shutil
+import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from pipros.cmake import regex
 from pipros.cmake.configure import configured
-from pipros.cmake.copying import copy, read_copies
+from pipros.cmake.copying import CannotCopy, copy, read_copies
 from pipros.cmake.scope import Scope, Unsupported
 from pipros.cmake.words import options_of
 from pipros.input_file import read_file
 
+HASHES = ("MD5", "SHA1", "SHA224", "SHA256", "SHA384", "SHA512")
 _GIVEN_PERMISSIONS = frozenset(("PERMISSIONS", "FILE_PERMISSIONS", "NO_SOURCE_PERMISSIONS"))
 _WILD = re.compile(r"[*?\[]")
 
@@ -35,6 +39,8 @@ def carry_out(words: list[str], scope: Scope) -> None:
         raise Unsupported(f"file({operation})")
     try:
         action(rest, scope)
+    except CannotCopy as error:
+        raise ValueError(str(error)) from None
     except IndexError:
         raise ValueError(f"sub-command {operation} has too few arguments") from None
     except OSError as error:
@@ -120,13 +126,13 @@ def _write(words: list[str], scope: Scope, mode: str) -> None:
 def _touch(words: list[str], scope: Scope, *, makes: bool = True) -> None:
     for word in words:
         path = Path(scope.in_source(word))
-        if makes:
-            path.parent.mkdir(parents=True, exist_ok=True)
         if makes or path.exists():
             path.touch()
 
 
 def _remove(words: list[str], scope: Scope, *, is_recursive: bool) -> None:
+    if not words:
+        raise ValueError("must be called with at least two arguments")
     for word in filter(None, words):
         remove(scope.in_source(word), is_recursive=is_recursive)
 
@@ -187,6 +193,31 @@ def _set(compute: Callable[[list[str], Scope], str]) -> Callable[[list[str], Sco
     return carry_out
 
 
+def _relative_path(path: str, folder: str) -> str:
+    """A path relative to a folder. One that only leads upwards ends with a slash, as in CMake."""
+    relative = os.path.relpath(path, folder)
+    if relative == ".":
+        return ""
+    return f"{relative}/" if relative.endswith("..") else relative
+
+
+def _timestamp(words: list[str], scope: Scope) -> None:
+    format_and_zone = words[2:]
+    form = next((word for word in format_and_zone if word != "UTC"), "%Y-%m-%dT%H:%M:%S")
+    try:
+        changed = os.stat(scope.in_source(words[0])).st_mtime
+    except OSError:
+        scope.values[words[1]] = ""
+        return
+    when = time.gmtime(changed) if "UTC" in format_and_zone else time.localtime(changed)
+    scope.values[words[1]] = time.strftime(form, when)
+
+
+def _digest(words: list[str], scope: Scope, algorithm: str) -> None:
+    content = read_file(scope.in_source(words[0]), scope.limits.file_bytes)
+    scope.values[words[1]] = hashlib.new(algorithm, content, usedforsecurity=False).hexdigest()
+
+
 def _configure(words: list[str], scope: Scope) -> None:
     options = options_of(words, "OUTPUT", "CONTENT")
     target = Path(scope.in_binary(options["OUTPUT"]))
@@ -195,6 +226,7 @@ def _configure(words: list[str], scope: Scope) -> None:
 
 
 _OPERATIONS: Mapping[str, Callable[[list[str], Scope], None]] = {
+    **{name: partial(_digest, algorithm=name.lower()) for name in HASHES},
     "GLOB": lambda words, scope: _glob(words, scope, is_recursive=False),
     "GLOB_RECURSE": lambda words, scope: _glob(words, scope, is_recursive=True),
     "READ": _read,
@@ -213,7 +245,8 @@ _OPERATIONS: Mapping[str, Callable[[list[str], Scope], None]] = {
     "CREATE_LINK": _link,
     "CONFIGURE": _configure,
     "LOCK": lambda _words, _scope: None,
-    "RELATIVE_PATH": _set(lambda words, _scope: os.path.relpath(words[1], words[0])),
+    "RELATIVE_PATH": _set(lambda words, _scope: _relative_path(words[1], words[0])),
+    "TIMESTAMP": _timestamp,
     "TO_CMAKE_PATH": lambda words, scope: scope.values.update({words[1]: words[0].replace(":", ";")}),
     "TO_NATIVE_PATH": lambda words, scope: scope.values.update({words[1]: words[0].replace(";", ":")}),
     "SIZE": lambda words, scope: scope.values.update(

@@ -20,6 +20,7 @@ from pipros.cmake.loops import rounds
 from pipros.cmake.names import BUILTIN_COMMANDS
 from pipros.cmake.scope import Scope, Unsupported
 from pipros.cmake.value_commands import VALUE_COMMANDS
+from pipros.cmake.words import options_of, sections
 from pipros.input_file import read_text
 
 _MISTAKES = (ArithmeticError, LookupError, OSError, RecursionError, TypeError, ValueError)
@@ -41,6 +42,7 @@ class _Flow(enum.Enum):
     RETURN = enum.auto()
 
 
+_CLOSINGS = frozenset((*(f"end{name}" for name in BLOCKS), "else", "elseif"))
 _JUMPS = {"break": _Flow.BREAK, "continue": _Flow.CONTINUE, "return": _Flow.RETURN}
 
 
@@ -181,6 +183,8 @@ class Interpreter:
     def _run_block(self, opening: Command, body: Sequence[Command]) -> _Flow:
         if opening.name in ("function", "macro"):
             name, *parameters = self.words(opening) or [""]
+            if not name:
+                raise self.error(opening, "called with incorrect number of arguments")
             self._functions[name.lower()] = _Function(opening.name == "macro", parameters, body, self.file)
             return _Flow.NEXT
         if opening.name == "foreach":
@@ -188,9 +192,18 @@ class Interpreter:
         if opening.name == "while":
             return self._run_while(opening, body)
         if opening.name == "block":
-            with self.scope.inner():
-                return self._run(body)
+            return self._run_inner_block(opening, body)
         return self._run_if(opening, body)
+
+    def _run_inner_block(self, opening: Command, body: Sequence[Command]) -> _Flow:
+        options = sections(self.words(opening), ("SCOPE_FOR", "PROPAGATE"))
+        if options["SCOPE_FOR"] and "VARIABLES" not in options["SCOPE_FOR"]:
+            return self._run(body)
+        with self.scope.inner():
+            flow = self._run(body)
+            for name in options["PROPAGATE"]:
+                self.scope.set_in_parent(name, self.scope.values.get(name))
+            return flow
 
     def _run_if(self, opening: Command, body: Sequence[Command]) -> _Flow:
         for branch, commands in branches(opening, body):
@@ -209,7 +222,8 @@ class Interpreter:
             else:
                 words += [(word, False) for word in self._expanded([argument], command)]
         try:
-            return is_true(words, values, _Names(self._functions, self._commands), self._targets, environment)
+            names = _Names(self._functions, self._commands)
+            return is_true(words, values, names, self._targets, environment, self.scope.cache)
         except ValueError as error:
             raise self.error(command, str(error)) from None
 
@@ -251,6 +265,8 @@ class Interpreter:
         words = self.words(command)
         if command.name in self._functions:
             return self._call(command, words)
+        if command.name in _CLOSINGS:
+            raise self.error(command, "Flow control statements are not properly nested.")
         self._check(command)
         try:
             if command.name in VALUE_COMMANDS:
@@ -285,12 +301,17 @@ class Interpreter:
     def _include(self, command: Command, words: list[str]) -> None:
         if not words:
             raise self.error(command, "include() called with no file")
+        options = options_of(words[1:], "RESULT_VARIABLE")
         folders = [self.scope.in_source(""), *split_list(self.scope.values.get("CMAKE_MODULE_PATH", ""))]
         names = [words[0], f"{words[0]}.cmake"]
         for path in (os.path.join(folder, name) for folder in folders for name in names):
             if os.path.isfile(path):
+                if options:
+                    self.scope.values[options["RESULT_VARIABLE"]] = path
                 self.run_file(path)
                 return
+        if options:
+            self.scope.values[options["RESULT_VARIABLE"]] = "NOTFOUND"
         if "/" not in words[0] and not words[0].endswith(".cmake"):
             self._include_module(words[0])
         elif "OPTIONAL" not in words:

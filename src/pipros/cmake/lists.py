@@ -24,6 +24,8 @@ def carry_out(words: list[str], scope: Scope) -> None:
     if action is None:
         raise Unsupported(f"list({operation})")
     text = scope.values.get(name, "")
+    if operation == "GET" and not text and name in scope.values:
+        raise ValueError("GET given empty list")
     changed = action(split_list(text) if text else [], rest, scope)
     if changed is not None:
         scope.values[name] = ";".join(changed)
@@ -74,6 +76,8 @@ def _prepend(elements: Elements, rest: list[str], _scope: Scope) -> Elements:
 
 def _insert(elements: Elements, rest: list[str], _scope: Scope) -> Elements:
     place = _number(_first(rest))
+    if not elements and place not in (0, -1):
+        raise ValueError(f"index: {place} out of range (0, 0)")
     place = _place(str(place), len(elements) + (place >= 0)) if elements else 0
     return elements[:place] + rest[1:] + elements[place:]
 
@@ -114,8 +118,18 @@ def _filter(elements: Elements, rest: list[str], _scope: Scope) -> Elements:
     return [element for element in elements if (pattern.search(element) is not None) is (mode == "INCLUDE")]
 
 
+_SORT_OPTIONS = {
+    "COMPARE": ("STRING", "FILE_BASENAME", "NATURAL"),
+    "CASE": ("SENSITIVE", "INSENSITIVE"),
+    "ORDER": ("ASCENDING", "DESCENDING"),
+}
+
+
 def _sort(elements: Elements, rest: list[str], _scope: Scope) -> Elements:
     options = dict(zip(rest[::2], rest[1::2], strict=False))
+    for option, value in options.items():
+        if value not in _SORT_OPTIONS.get(option, ()):
+            raise ValueError(f'sub-command SORT value "{value}" for option "{option}" is invalid')
 
     def key(element: str) -> tuple[object, ...]:
         if options.get("COMPARE") == "FILE_BASENAME":

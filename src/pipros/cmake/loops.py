@@ -33,6 +33,8 @@ def _in(words: Sequence[str], variables: Mapping[str, str]) -> list[str]:
     for word in words:
         if word in ("LISTS", "ITEMS"):
             kind = word
+        elif not kind:
+            raise ValueError(f'unknown argument: "{word}"')
         elif kind == "LISTS":
             found += _elements(word, variables)
         else:
@@ -42,9 +44,9 @@ def _in(words: Sequence[str], variables: Mapping[str, str]) -> list[str]:
 
 def _range(numbers: list[int]) -> range:
     """The numbers including the last one, as in CMake. Without a step it may count down, too."""
-    first, last = (0, numbers[0]) if len(numbers) == 1 else numbers[:2]
+    first, last = (0, *numbers, 0)[:2] if len(numbers) < 2 else numbers[:2]
     direction = 1 if last >= first else -1
-    step = numbers[2] if len(numbers) > 2 else direction
+    step = numbers[2] if len(numbers) > 2 and numbers[2] else direction
     if step * direction <= 0:
         raise ValueError(f"incorrect range specification: start {first}, stop {last}, step {step}")
     return range(first, last + direction, step)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 from collections.abc import Callable
 
@@ -20,7 +21,8 @@ def get_filename_component(words: list[str], scope: Scope) -> None:
         raise ValueError("called with incorrect number of arguments")
     output, path, mode = words[:3]
     options = options_of(words[3:], "BASE_DIR")
-    folder, _, name = path.rpartition("/")
+    name = path.rpartition("/")[2]
+    folder = (re.sub("//+", "/", path).rstrip("/") or "/").rpartition("/")[0]
     stem, dot, extension = name.partition(".")
     longest_stem, last_dot, last_extension = name.rpartition(".")
     absolute = os.path.join(options.get("BASE_DIR", scope.in_source("")), path)

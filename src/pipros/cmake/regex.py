@@ -57,20 +57,34 @@ def keep_groups(match: re.Match[str], variables: MutableMapping[str, str]) -> No
         variables[f"CMAKE_MATCH_{number}"] = group
 
 
+def require_text(match: re.Match[str], mode: str) -> None:
+    """Raises ValueError if `string(REGEX mode)` matched an empty string, which CMake refuses."""
+    if match.start() == match.end():
+        raise ValueError(f"sub-command REGEX, mode {mode}: the expression matched an empty string")
+
+
 def replace(expression: str, replacement: str, text: str, limits: Limits) -> str:
     """The text with every match replaced; `\\1` in the replacement stands for the first group.
 
     Raises:
-        ValueError: it is not a valid expression, or the result would be too long.
+        ValueError: it is not a valid expression, it matches an empty string, the replacement names a group
+            that matched nothing, or the result would be too long.
     """
     made = 0
 
+    def group(match: re.Match[str], number: int) -> str:
+        text = match[number] if number <= match.re.groups else None
+        if text is None:
+            raise ValueError(f'the replacement "{replacement}" contains an out-of-range escape')
+        return text
+
     def expand(match: re.Match[str]) -> str:
         nonlocal made
+        require_text(match, "REPLACE")
         check_length(len(replacement), limits)
         expanded = re.sub(
             r"\\(.)",
-            lambda found: (match[int(found[1])] or "") if found[1].isdigit() else found[1],
+            lambda found: group(match, int(found[1])) if found[1].isdigit() else found[1],
             replacement,
             flags=re.DOTALL,
         )

@@ -8,11 +8,14 @@ import random
 import re
 import shlex
 import time
+import uuid
 from collections.abc import Callable, Mapping
 
 from pipros.cmake import regex
 from pipros.cmake.configure import configured
+from pipros.cmake.files import HASHES
 from pipros.cmake.scope import Scope, Unsupported, check_length
+from pipros.cmake.words import options_of
 
 
 def carry_out(words: list[str], scope: Scope) -> None:
@@ -27,9 +30,10 @@ def carry_out(words: list[str], scope: Scope) -> None:
     try:
         if action is not None:
             action(rest, scope)
-        elif operation in ("MD5", "SHA1", "SHA224", "SHA256", "SHA384", "SHA512"):
+        elif operation in HASHES:
             output, text = rest
-            scope.values[output] = hashlib.new(operation.lower(), text.encode()).hexdigest()
+            digest = hashlib.new(operation.lower(), text.encode(), usedforsecurity=False)
+            scope.values[output] = digest.hexdigest()
         else:
             raise Unsupported(f"string({operation})")
     except IndexError:
@@ -59,6 +63,7 @@ def _regex(words: list[str], scope: Scope) -> None:
     elif kind != "MATCHALL":
         raise ValueError(f"sub-command REGEX does not recognize mode {kind}")
     for match in matches:
+        regex.require_text(match, kind)
         regex.keep_groups(match, scope.values)
     scope.values[output] = ";".join(match[0] for match in matches)
 
@@ -89,6 +94,8 @@ def _change(change: Callable[[str], str]) -> Callable[[list[str], Scope], None]:
 
 def _substring(words: list[str], scope: Scope) -> None:
     text, begin, length = words[0], int(words[1]), int(words[2])
+    if length < -1:
+        raise ValueError(f"end index: {length} should be -1 or greater")
     if not 0 <= begin <= len(text):
         raise ValueError(f"sub-command SUBSTRING: begin index: {begin} is out of range 0 - {len(text)}")
     scope.values[words[3]] = text[begin:] if length < 0 else text[begin : begin + length]
@@ -96,6 +103,8 @@ def _substring(words: list[str], scope: Scope) -> None:
 
 def _repeat(words: list[str], scope: Scope) -> None:
     text, count = words[0], int(words[1])
+    if count < 0:
+        raise ValueError("repeat count is not a positive number")
     check_length(len(text) * count, scope.limits)
     scope.values[words[2]] = text * count
 
@@ -123,13 +132,24 @@ def _ascii(words: list[str], scope: Scope) -> None:
 
 
 def _configure(words: list[str], scope: Scope) -> None:
-    scope.values[words[1]] = configured(words[0], scope, at_only="@ONLY" in words[2:])
+    options = words[2:]
+    scope.values[words[1]] = configured(words[0], scope, at_only="@ONLY" in options,
+                                        escapes_quotes="ESCAPE_QUOTES" in options)  # fmt: skip
 
 
 def _timestamp(words: list[str], scope: Scope) -> None:
     rest = [word for word in words[1:] if word != "UTC"]
     now = time.gmtime() if "UTC" in words else time.localtime()
     scope.values[words[0]] = time.strftime(rest[0] if rest else "%Y-%m-%dT%H:%M:%S", now)
+
+
+def _uuid(words: list[str], scope: Scope) -> None:
+    options = options_of(words, "NAMESPACE", "NAME", "TYPE")
+    if len(options) < 3 or options["TYPE"] not in ("MD5", "SHA1"):
+        raise ValueError("sub-command UUID needs NAMESPACE, NAME, and TYPE with MD5 or SHA1")
+    make = uuid.uuid5 if options["TYPE"] == "SHA1" else uuid.uuid3
+    made = str(make(uuid.UUID(options["NAMESPACE"]), options["NAME"]))
+    scope.values[words[0]] = made.upper() if "UPPER" in words else made
 
 
 def _random(words: list[str], scope: Scope) -> None:
@@ -164,6 +184,7 @@ _OPERATIONS: Mapping[str, Callable[[list[str], Scope], None]] = {
     "CONFIGURE": _configure,
     "TIMESTAMP": _timestamp,
     "RANDOM": _random,
+    "UUID": _uuid,
 }
 
 
@@ -179,4 +200,5 @@ def separate_arguments(words: list[str], scope: Scope) -> None:
     if not rest:
         scope.values[name] = scope.values.get(name, "").replace(" ", ";")
         return
-    scope.values[name] = ";".join(shlex.split(" ".join(word for word in rest[1:] if word != "PROGRAM")))
+    found = shlex.split(" ".join(word for word in rest[1:] if word != "PROGRAM"))
+    scope.values[name] = ";".join(word.replace(";", "\\;") for word in found)

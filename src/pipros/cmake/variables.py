@@ -49,18 +49,31 @@ def option(words: list[str], scope: Scope) -> None:
 
 def set_property(words: list[str], scope: Scope) -> None:
     """Carries out `set_property(GLOBAL … PROPERTY name values…)`; other properties are for compilers."""
-    if words[:1] == ["GLOBAL"] and "PROPERTY" in words[:-1]:
-        name, *values = words[words.index("PROPERTY") + 1 :]
-        known = [scope.properties[name]] if name in scope.properties and "APPEND" in words else []
-        scope.properties[name] = ";".join(known + values)
+    if "PROPERTY" not in words[:-1]:
+        raise ValueError("called with incorrect number of arguments")
+    if words[0] == "GLOBAL":
+        place = words.index("PROPERTY")
+        name, *values = words[place + 1 :]
+        known = scope.properties.get(name, "")
+        text = ";".join(values)
+        if "APPEND_STRING" in words[:place]:
+            text = known + text
+        elif "APPEND" in words[:place] and known:
+            text = f"{known};{text}"
+        scope.properties[name] = text
 
 
 def get_property(words: list[str], scope: Scope) -> None:
     """Carries out `get_property(variable GLOBAL PROPERTY name)`; all other properties are empty."""
-    if not words:
+    if len(words) < 3:
         raise ValueError("called with incorrect number of arguments")
     name = words[words.index("PROPERTY") + 1] if "PROPERTY" in words[:-1] else ""
-    scope.values[words[0]] = scope.properties.get(name, "") if words[1:2] == ["GLOBAL"] else ""
+    value = scope.properties.get(name) if words[1] == "GLOBAL" else None
+    if words[-1] == "SET":
+        value = "0" if value is None else "1"
+    elif words[-1] in ("DEFINED", "BRIEF_DOCS", "FULL_DOCS"):
+        value = "0" if words[-1] == "DEFINED" else "NOTFOUND"
+    scope.values[words[0]] = value or ""
 
 
 def cmake_parse_arguments(words: list[str], scope: Scope) -> None:
@@ -68,37 +81,49 @@ def cmake_parse_arguments(words: list[str], scope: Scope) -> None:
     if words[:1] == ["PARSE_ARGV"]:
         _, first, prefix, options, single, multiple = words
         count = int(scope.values.get("ARGC", "0"))
-        # Unlike in the other form, a word that is a list stays one.
-        arguments = [scope.values[f"ARGV{n}"].replace(";", "\\;") for n in range(int(first), count)]
+        arguments = [scope.values[f"ARGV{n}"] for n in range(int(first), count)]
     elif len(words) >= 4:
         prefix, options, single, multiple, *arguments = words
     else:
         raise ValueError("must be called with at least 4 arguments")
     switches = split_list(options)
     one, many = split_list(single), split_list(multiple)
+    # Unlike in the other form, a word that is a list stays one among others.
+    keeps_lists = words[0] == "PARSE_ARGV"
     found: dict[str, list[str]] = {}
     given: set[str] = set()
+    missing: set[str] = set()
     unparsed: list[str] = []
     current = ""
     for word in arguments:
-        if word and word in switches:
+        is_keyword = bool(word) and word in (*switches, *one, *many)
+        if is_keyword and current and not found.get(current):
+            missing.add(current)
+        if is_keyword and word in switches:
             given.add(word)
             current = ""
-        elif word and word in (*one, *many):
+        elif is_keyword:
             current = word
-            found.setdefault(word, [])
+        elif current and current in many:
+            found.setdefault(current, []).append(_element(word) if keeps_lists else word)
         elif current:
-            found[current].append(word)
-            current = current if current in many else ""
+            found[current] = [word]
+            current = ""
         else:
-            unparsed.append(word)
+            unparsed.append(_element(word) if keeps_lists else word)
+    if current and (current in one or not found.get(current)):
+        missing.add(current)
     for name in filter(None, switches):
         scope.values[f"{prefix}_{name}"] = "TRUE" if name in given else "FALSE"
-    missing = [name for name, values in found.items() if not values]
     results = {name: found.get(name, []) for name in filter(None, (*one, *many))}
-    results |= {"UNPARSED_ARGUMENTS": unparsed, "KEYWORDS_MISSING_VALUES": missing}
+    results |= {"UNPARSED_ARGUMENTS": unparsed, "KEYWORDS_MISSING_VALUES": sorted(missing)}
     for name, values in results.items():
         if values:
             scope.values[f"{prefix}_{name}"] = ";".join(values)
         else:
             scope.unset(f"{prefix}_{name}")
+
+
+def _element(word: str) -> str:
+    """A word as one element of a list."""
+    return word.replace(";", "\\;")

@@ -92,7 +92,7 @@ def test_no_text_does_anything_but_parse_or_be_refused(text: str) -> None:
         ('"SET"', False),
         ("NOT UNSET", True),
         ("SET AND UNSET", False),
-        ("SET OR UNSET AND UNSET", True),
+        ("SET OR UNSET AND UNSET", False),
         ("( SET OR UNSET ) AND UNSET", False),
         ("DEFINED SET", True),
         ("DEFINED NOPE", False),

@@ -1,0 +1,48 @@
+"""The commands of CMake. `tests/golden/cmake` has the values of CMake 3.25; `tests/interop` asks it again."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from pipros.cmake.language import CMakeError
+from pipros.cmake.program import script_interpreter
+from tests.support.cmake_cases import MISTAKES, TOPICS, Case, line_of_mistake, read_cases
+
+
+def value_of(case: Case, folder: Path) -> str:
+    """The value of `o`, or the error."""
+    folder.mkdir()
+    interpreter = script_interpreter({})
+    interpreter.scope.values["CMAKE_CURRENT_SOURCE_DIR"] = str(folder)
+    interpreter.scope.values["CMAKE_CURRENT_BINARY_DIR"] = str(folder)
+    try:
+        interpreter.run_text(case.script, "case.cmake")
+    except CMakeError as error:
+        return str(error)
+    return interpreter.scope.values.get("o", "")
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_values_are_those_of_cmake(topic: str, tmp_path: Path) -> None:
+    wrong = []
+    for case in read_cases(topic):
+        value = value_of(case, tmp_path / str(case.line))
+        if value != case.expected:
+            wrong.append(f"{topic}.cmake:{case.line}: {case.script!r} gives {value!r}, not {case.expected!r}")
+    assert wrong == []
+
+
+@pytest.mark.parametrize("text", MISTAKES)
+def test_a_mistake_is_named_with_its_line(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(CMakeError) as error:
+        script_interpreter({}).run_text(text, "mistake.cmake")
+    assert f"mistake.cmake:{line_of_mistake(text)}" in str(error.value)
+
+
+def test_the_environment_of_the_process_is_left_alone(tmp_path: Path) -> None:
+    script_interpreter({}).run_text("set(ENV{PIPROS_TEST_OF_CMAKE} x)", "case.cmake")
+    assert "PIPROS_TEST_OF_CMAKE" not in os.environ
