@@ -93,10 +93,12 @@ class Signals:
 
     def give_back(self) -> None:
         """Restores what was there before `take`. In the main thread, once the node has ended."""
-        self._given_back.set()
-        if self._ending is not None:
-            self._ending.join()
-        self._restore()
+        try:
+            self._given_back.set()
+            if self._ending is not None:
+                self._ending.join()
+        finally:
+            self._restore()
         for sock in self._sockets:
             sock.close()
 

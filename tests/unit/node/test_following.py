@@ -1,0 +1,193 @@
+from __future__ import annotations
+
+import asyncio
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import pytest
+
+from pipros.errors import Refused, Unreachable
+from pipros.limits import Limits
+from pipros.net import unreachable
+from pipros.node.attempts import Attempts
+from pipros.node.context import NodeContext
+from pipros.node.following import RETRY_FIRST_S, RETRY_LONGEST_S, Ended, Following
+from tests.support.instant_loop import run_instantly
+from tests.support.nodes import listening_log
+
+A, B, C = "http://a:1/", "http://b:1/", "http://c:1/"
+
+
+class Publishers:
+    """Connects at once, unless told otherwise; notes when it was asked to whom.
+
+    Attributes:
+        moments: the times of the attempts, by URI.
+        ends: the futures of the links that were made, the latest by URI.
+        errors: raised instead of a link, by URI.
+        hangs: the URIs of publishers that never answer.
+    """
+
+    def __init__(self) -> None:
+        self.moments: dict[str, list[float]] = {}
+        self.ends: dict[str, Ended] = {}
+        self.errors: dict[str, Exception] = {}
+        self.hangs: set[str] = set()
+
+    async def connect(self, uri: str) -> Ended:
+        loop = asyncio.get_running_loop()
+        self.moments.setdefault(uri, []).append(loop.time())
+        if uri in self.hangs:
+            await loop.create_future()
+        if uri in self.errors:
+            raise self.errors[uri]
+        self.ends[uri] = loop.create_future()
+        return self.ends[uri]
+
+    def attempts(self) -> dict[str, int]:
+        return {uri: len(moments) for uri, moments in self.moments.items()}
+
+
+def following(publishers: Publishers, **limits: Any) -> tuple[Following, list[str]]:
+    log, lines = listening_log()
+    loop: Any = type("Loop", (), {"asyncio": asyncio.get_running_loop()})
+    connections: Any = None
+    context = NodeContext(
+        "/node", loop, log, lambda: 1, replace(Limits(), **limits), connections, Attempts(100)
+    )
+    return Following("/chatter", context, publishers.connect), lines
+
+
+def test_each_listed_publisher_gets_one_link() -> None:
+    async def run() -> None:
+        publishers = Publishers()
+        topic, _ = following(publishers)
+        topic.update([A, B, A])
+        await asyncio.sleep(0.01)
+        topic.update([B, C])
+        await asyncio.sleep(0.01)
+        assert publishers.attempts() == {A: 1, B: 1, C: 1}
+        assert not publishers.ends[A].done(), "a link stays until its publisher ends it"
+        topic.stop()
+
+    run_instantly(run())
+
+
+def test_a_link_that_ends_is_made_again_only_while_its_publisher_is_listed() -> None:
+    async def run() -> None:
+        publishers = Publishers()
+        topic, _ = following(publishers)
+        topic.update([A, B])
+        await asyncio.sleep(0.01)
+        topic.update([A])
+        for end in list(publishers.ends.values()):
+            end.set_result("")
+        await asyncio.sleep(2 * RETRY_FIRST_S)
+        assert publishers.attempts() == {A: 2, B: 1}
+        topic.stop()
+
+    run_instantly(run())
+
+
+def test_an_attempt_ends_when_its_publisher_leaves_the_list() -> None:
+    async def run() -> None:
+        publishers = Publishers()
+        publishers.hangs.add(A)
+        topic, lines = following(publishers)
+        topic.update([A])
+        await asyncio.sleep(0.01)
+        topic.update([])
+        publishers.hangs.clear()
+        await asyncio.sleep(10)
+        assert (publishers.attempts(), publishers.ends, lines) == ({A: 1}, {}, [])
+        topic.update([A])
+        await asyncio.sleep(0.01)
+        assert A in publishers.ends, "it came back"
+        topic.stop()
+
+    run_instantly(run())
+
+
+def test_a_publisher_out_of_reach_is_tried_ever_less_often_and_explained_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def explain(_: str) -> str:
+        return ". Is it switched on?"
+
+    monkeypatch.setattr(unreachable, "explain", explain)
+
+    async def run() -> None:
+        publishers = Publishers()
+        publishers.errors[A] = Unreachable(A, "Connection refused")
+        topic, lines = following(publishers)
+        topic.update([A])
+        await asyncio.sleep(40)
+        moments = publishers.moments[A]
+        waits = [round(later - earlier, 3) for earlier, later in pairwise(moments)]
+        assert waits[:3] == [RETRY_FIRST_S, 2 * RETRY_FIRST_S, 4 * RETRY_FIRST_S]
+        assert set(waits[-2:]) == {RETRY_LONGEST_S}
+        (line,) = lines
+        assert "cannot receive [/chatter]" in line
+        assert "Is it switched on?" in line
+        topic.stop()
+
+    run_instantly(run())
+
+
+def test_a_refusal_is_final_until_the_publisher_is_listed_anew() -> None:
+    async def run() -> None:
+        publishers = Publishers()
+        publishers.errors[A] = Refused(A, 0, "wrong md5sum")
+        topic, lines = following(publishers)
+        topic.update([A])
+        await asyncio.sleep(100)
+        assert publishers.attempts() == {A: 1}
+        assert "wrong md5sum" in lines[0]
+        topic.update([A])
+        await asyncio.sleep(0.01)
+        assert publishers.attempts() == {A: 2}
+        topic.stop()
+
+    run_instantly(run())
+
+
+def test_what_broke_a_link_is_logged() -> None:
+    async def run() -> None:
+        publishers = Publishers()
+        topic, lines = following(publishers)
+        topic.update([A])
+        await asyncio.sleep(0.01)
+        publishers.ends[A].set_result("the link is broken: not a message")
+        await asyncio.sleep(0.01)
+        assert lines == ["the link is broken: not a message"]
+        topic.stop()
+
+    run_instantly(run())
+
+
+def test_a_list_beyond_the_limit_keeps_the_links_there_are() -> None:
+    async def run() -> None:
+        publishers = Publishers()
+        topic, lines = following(publishers, publishers_per_topic=2)
+        topic.update([C])
+        await asyncio.sleep(0.01)
+        topic.update([A, B, C])
+        await asyncio.sleep(0.01)
+        assert publishers.attempts() == {C: 1, A: 1}
+        assert lines == ["[/chatter] has 3 publishers; the limit publishers_per_topic is 2"]
+        topic.stop()
+
+    run_instantly(run())
+
+
+def test_nothing_is_connected_after_the_end() -> None:
+    async def run() -> None:
+        publishers = Publishers()
+        topic, _ = following(publishers)
+        topic.stop()
+        topic.update([A])
+        await asyncio.sleep(0.01)
+        assert publishers.attempts() == {}
+
+    run_instantly(run())

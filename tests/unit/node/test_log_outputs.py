@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from pipros.env import Environment
+from pipros.node.identity import Identity
+from pipros.node.log import ConsoleHandler, FileHandler, RosoutHandler
+from pipros.node.log_outputs import open_console_and_file, open_rosout
+
+
+@pytest.fixture
+def root() -> Iterator[logging.Logger]:
+    """The root logger, whose handlers and level are restored."""
+    logger = logging.getLogger()
+    handlers, level = list(logger.handlers), logger.level
+    yield logger
+    for handler in set(logger.handlers) - set(handlers):
+        logger.removeHandler(handler)
+        handler.close()
+    logger.setLevel(level)
+
+
+def node(folder: Path, *argv: str, **variables: str) -> Any:
+    """What of a node its log needs."""
+    environment = Environment.from_os({"ROS_LOG_DIR": str(folder), **variables})
+    identity = Identity.settle("talker", anonymous=False, argv=argv, environment=environment)
+    params = SimpleNamespace(get_cached=lambda _: False)
+    return SimpleNamespace(
+        name=identity.name,
+        identity=identity,
+        environment=identity.environment,
+        params=params,
+        clock=SimpleNamespace(is_simulated=False, now_ns=lambda: 5_000_000_007),
+        endpoints=SimpleNamespace(publications=[SimpleNamespace(topic="/chatter")]),
+    )
+
+
+def opened_file(root: logging.Logger) -> FileHandler:
+    (handler,) = (handler for handler in root.handlers if isinstance(handler, FileHandler))
+    return handler
+
+
+def test_the_file_is_named_after_the_node_and_gets_what_all_loggers_say(
+    tmp_path: Path, root: logging.Logger
+) -> None:
+    logger = logging.Logger("rosout")
+    open_console_and_file(node(tmp_path / "log"), logger, None)
+    logging.getLogger("mine").warning("low battery")
+    opened_file(root).close()
+
+    (line,) = (tmp_path / "log" / "talker.log").read_text().splitlines()
+    assert line.startswith("[mine][WARNING]")
+    assert line.endswith("low battery")
+    assert [type(handler) for handler in logger.handlers] == [ConsoleHandler]
+
+
+def test_a_file_of_the_command_line_wins(tmp_path: Path, root: logging.Logger) -> None:
+    open_console_and_file(
+        node(tmp_path, f"__log:={tmp_path / 'my.log'}"), logging.Logger("rosout"), logging.INFO
+    )
+    logging.getLogger("mine").warning("low battery")
+    assert "low battery" in (tmp_path / "my.log").read_text()
+
+
+def test_a_folder_that_cannot_be_made_costs_the_file_only(
+    tmp_path: Path, root: logging.Logger, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "log").write_text("a file")
+    logger = logging.Logger("rosout")
+    open_console_and_file(node(tmp_path / "log"), logger, None)
+    logger.warning("low battery")
+    written = capsys.readouterr().err
+    assert f"WARNING: cannot log to [{tmp_path / 'log' / 'talker.log'}]" in written
+    assert "Please set ROS_LOG_DIR to a writable location." in written
+    assert "low battery" in written
+
+
+@pytest.mark.parametrize(
+    ("ros_level", "level"), [(1, 10), (2, 20), (4, 30), (8, 40), (16, 50), (3, 20), (None, 20)]
+)
+def test_levels_are_given_by_ros_numbers(
+    tmp_path: Path, root: logging.Logger, ros_level: int | None, level: int
+) -> None:
+    logger = logging.Logger("rosout")
+    open_console_and_file(node(tmp_path), logger, ros_level)
+    assert logger.level == level
+
+
+def test_a_configuration_of_pythons_logging_replaces_both(tmp_path: Path, root: logging.Logger) -> None:
+    config = tmp_path / "logging.yaml"
+    config.write_text("version: 1\nincremental: true\nloggers: {mine: {level: ERROR}}\n")
+    logger = logging.Logger("rosout")
+    before = list(root.handlers)
+    open_console_and_file(node(tmp_path, ROS_PYTHON_LOG_CONFIG_FILE=str(config)), logger, 1)
+    assert (logger.handlers, logger.level, root.handlers) == ([], logging.DEBUG, before)
+    assert logging.getLogger("mine").level == logging.ERROR
+    logging.getLogger("mine").setLevel(logging.NOTSET)
+
+
+@pytest.mark.parametrize(("is_off", "topics"), [(False, ["/chatter"]), (True, [])])
+def test_lines_on_rosout_name_the_topics_unless_a_parameter_says_no(
+    tmp_path: Path, is_off: bool, topics: list[str]
+) -> None:
+    talker = node(tmp_path)
+    published: list[Any] = []
+    talker.params.get_cached = {"/rosout_disable_topics_generation": is_off}.__getitem__
+    talker.advertise = lambda *_, **__: SimpleNamespace(publish=published.append)
+    logger = logging.Logger("rosout")
+    open_rosout(talker, logger)
+    logger.error("low battery")
+    assert [type(handler) for handler in logger.handlers] == [RosoutHandler]
+    (line,) = published
+    assert (line.name, line.msg, line.level, line.topics) == ("/talker", "low battery", 8, topics)
+    assert (line.header.stamp.secs, line.header.stamp.nsecs) == (5, 7)

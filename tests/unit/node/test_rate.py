@@ -1,0 +1,130 @@
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from pipros.node.clock import TimeMovedBackwards
+from pipros.node.rate import Rate, Tick, Timer
+
+PERIOD_NS = 100
+S = 1e-9
+
+
+class FakeClock:
+    """Time passes only while somebody sleeps.
+
+    Attributes:
+        slept: how long each sleep was asked to take, in nanoseconds.
+        is_over: the node has shut down.
+        jump_ns: the next sleep ends with a jump of that size.
+    """
+
+    is_simulated = False
+
+    def __init__(self) -> None:
+        self.time_ns = 1000
+        self.slept: list[int] = []
+        self.is_over = False
+        self.jump_ns = 0
+
+    def now_ns(self) -> int:
+        return self.time_ns
+
+    def sleep(self, duration_s: float) -> bool:
+        self.slept.append(round(duration_s / S))
+        if self.jump_ns:
+            self.time_ns += self.jump_ns
+            self.jump_ns = 0
+            raise TimeMovedBackwards(self.jump_ns * S)
+        self.time_ns += max(round(duration_s / S), 0)
+        return not self.is_over
+
+    def interrupt(self, exempt: int | None = None) -> None:
+        raise NotImplementedError
+
+
+def test_a_cycle_is_as_long_as_the_period_however_long_the_work_takes() -> None:
+    clock = FakeClock()
+    rate = Rate(clock, PERIOD_NS)
+    for work_ns in (0, 30, 99):
+        clock.time_ns += work_ns
+        assert rate.sleep()
+    assert clock.slept == [100, 70, 1]
+    assert clock.time_ns == 1300
+
+
+def test_a_loop_that_is_a_little_late_catches_up_and_one_that_is_very_late_begins_anew() -> None:
+    clock = FakeClock()
+    rate = Rate(clock, PERIOD_NS)
+    clock.time_ns += 150
+    rate.sleep()
+    assert rate.remaining_ns() == 50
+    clock.time_ns += 1000
+    rate.sleep()
+    assert rate.remaining_ns() == PERIOD_NS
+
+
+def test_the_remaining_time_is_negative_when_the_cycle_is_over_and_whole_after_a_jump_back() -> None:
+    clock = FakeClock()
+    rate = Rate(clock, PERIOD_NS)
+    clock.time_ns += 130
+    assert rate.remaining_ns() == -30
+    clock.time_ns = 10
+    assert rate.remaining_ns() == PERIOD_NS
+
+
+def test_a_jump_back_during_a_sleep_raises_unless_the_rate_is_to_begin_anew() -> None:
+    clock = FakeClock()
+    clock.jump_ns = -500
+    with pytest.raises(TimeMovedBackwards):
+        Rate(clock, PERIOD_NS).sleep()
+    clock.jump_ns = -400
+    rate = Rate(clock, PERIOD_NS, reset=True)
+    assert rate.sleep()
+    assert rate.last_ns == clock.time_ns
+
+
+def test_a_sleep_that_the_end_of_the_node_cuts_short_returns_false() -> None:
+    clock = FakeClock()
+    clock.is_over = True
+    assert not Rate(clock, PERIOD_NS).sleep()
+
+
+def test_a_timer_says_when_it_should_have_called_and_when_it_did() -> None:
+    clock = FakeClock()
+    ticks: list[Tick] = []
+
+    def work(tick: Tick) -> None:
+        ticks.append(tick)
+        clock.time_ns += 30
+        clock.is_over = len(ticks) == 2
+
+    Timer(clock, PERIOD_NS, work).join(30)
+
+    assert [(tick.current_expected_ns, tick.current_real_ns) for tick in ticks] == [
+        (1100, 1100),
+        (1200, 1200),
+    ]
+    assert (ticks[0].last_expected_ns, ticks[0].last_real_ns, ticks[0].last_duration_s) == (None, None, None)
+    assert (ticks[1].last_expected_ns, ticks[1].last_real_ns) == (1100, 1100)
+    assert ticks[1].last_duration_s == pytest.approx(30 * S)
+
+
+def test_a_timer_ends_after_one_call_or_when_it_is_shut_down() -> None:
+    calls: list[Tick] = []
+    Timer(FakeClock(), PERIOD_NS, calls.append, oneshot=True).join(30)
+    assert len(calls) == 1
+
+    made = threading.Event()
+    timer: Timer
+
+    def end(_: Tick) -> None:
+        calls.append(_)
+        made.wait(30)
+        timer.shutdown()
+
+    timer = Timer(FakeClock(), PERIOD_NS, end)
+    made.set()
+    timer.join(30)
+    assert len(calls) == 2

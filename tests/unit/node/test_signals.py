@@ -1,0 +1,145 @@
+from __future__ import annotations
+
+import signal
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from pipros.node.signals import NotInMainThread, Signals
+from tests.support.waiting import wait_until
+
+pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGUSR1"), reason="signals of POSIX")
+
+
+class Reader:
+    """The event loop of a node, as far as signals need it: it reads when the test says so."""
+
+    def __init__(self) -> None:
+        self._read: Callable[[], object]
+        self._sock: socket.socket
+
+    def add_reader(self, sock: socket.socket, on_readable: Callable[[], object]) -> None:
+        self._sock, self._read = sock, on_readable
+
+    def turn(self) -> None:
+        """Calls the reader if something has arrived."""
+        try:
+            self._sock.recv(1, socket.MSG_PEEK)
+        except BlockingIOError:
+            return
+        self._read()
+
+
+class Ends:
+    """The ends of a node, and their reasons."""
+
+    def __init__(self) -> None:
+        self.reasons: list[str] = []
+        self.came = threading.Event()
+
+    def __call__(self, reason: str) -> None:
+        self.reasons.append(reason)
+        self.came.set()
+
+    def wait(self) -> list[str]:
+        assert self.came.wait(30)
+        return self.reasons
+
+
+@pytest.fixture(autouse=True)
+def handlers() -> Iterator[list[Any]]:
+    """The handlers before the test, which has to leave them."""
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.getsignal(number) for number in numbers]
+    yield before
+    assert [signal.getsignal(number) for number in numbers] == before
+    assert signal.set_wakeup_fd(-1) == -1
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_node_once_and_raises_nothing(number: signal.Signals) -> None:
+    ends, reader = Ends(), Reader()
+    signals = Signals(ends)
+    signals.take()
+    signals.listen(reader)  # type: ignore[arg-type]
+    assert not signals.have_come
+    signal.raise_signal(number)
+    reader.turn()
+    assert ends.wait() == [f"signal-{int(number)}"]
+    assert signals.have_come
+    signals.give_back()
+
+
+def test_a_signal_that_comes_before_the_node_listens_is_kept() -> None:
+    ends, reader = Ends(), Reader()
+    signals = Signals(ends)
+    signals.take()
+    signal.raise_signal(signal.SIGINT)
+    signals.listen(reader)  # type: ignore[arg-type]
+    assert ends.reasons == []
+    reader.turn()
+    assert ends.wait() == ["signal-2"]
+    signals.give_back()
+
+
+def test_after_the_end_a_signal_raises_keyboard_interrupt() -> None:
+    ends, reader = Ends(), Reader()
+    signals = Signals(ends)
+    signals.take()
+    signals.listen(reader)  # type: ignore[arg-type]
+    signal.raise_signal(signal.SIGTERM)
+    reader.turn()
+    ends.wait()
+    with pytest.raises(KeyboardInterrupt):
+        wait_until(lambda: signal.raise_signal(signal.SIGINT), 30, "the end to be over")
+    signals.give_back()
+
+
+def test_a_main_thread_that_goes_on_is_interrupted_if_it_is_to_leave() -> None:
+    ends, reader = Ends(), Reader()
+    signals = Signals(ends, insist=True)
+    signals.take()
+    signals.listen(reader)  # type: ignore[arg-type]
+    signal.raise_signal(signal.SIGINT)
+    reader.turn()
+
+    def go_on() -> None:
+        try:
+            threading.Event().wait(30)
+        finally:
+            signals.give_back()
+
+    with pytest.raises(KeyboardInterrupt):
+        go_on()
+
+
+def test_a_handler_that_replaces_ours_decides() -> None:
+    ends, reader = Ends(), Reader()
+    signals = Signals(ends)
+    signals.take()
+    signals.listen(reader)  # type: ignore[arg-type]
+    came: list[int] = []
+    ours = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    signal.raise_signal(signal.SIGINT)
+    reader.turn()
+    assert (came, signals.have_come) == ([signal.SIGINT], False)
+    signal.signal(signal.SIGINT, ours)
+    signals.give_back()
+
+
+def test_another_thread_cannot_take_signals() -> None:
+    raised: list[BaseException] = []
+
+    def take() -> None:
+        try:
+            Signals(lambda _: None).take()
+        except NotInMainThread as error:
+            raised.append(error)
+
+    thread = threading.Thread(target=take)
+    thread.start()
+    thread.join(30)
+    assert "main thread" in str(raised[0])
