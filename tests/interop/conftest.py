@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from tests.support.catkin import CatkinWorkspace, build_once
@@ -11,10 +9,9 @@ from tests.support.ros import RosSystem
 
 
 @pytest.fixture(scope="session")
-def catkin_workspace(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> CatkinWorkspace:
+def catkin_workspace() -> CatkinWorkspace:
     """The example and the C++ nodes, built by genuine catkin."""
-    base: Path = tmp_path_factory.getbasetemp()
-    return build_once(base if worker_id == "master" else base.parent)
+    return build_once()
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ found; see `client_matrix/peer.py`. One such run for each master serves all test
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +15,7 @@ import pytest
 
 from pipros.net.master_client import MasterClient
 from tests.support.catkin import CatkinWorkspace
+from tests.support.once import alone, shared_folder
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
@@ -68,13 +68,11 @@ def findings_with(
     catkin_workspace: CatkinWorkspace,
 ) -> Callable[[str], Findings]:
     """What the three peers print with a master; run once, whatever the number of pytest's workers."""
-    base = tmp_path_factory.getbasetemp()
-    shared = base if worker_id == "master" else base.parent
+    shared = shared_folder(tmp_path_factory, worker_id)
 
     def findings(master: str) -> Findings:
         kept = shared / f"client_matrix_{master}.json"
-        with kept.with_suffix(".lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
+        with alone(kept.with_suffix(".lock")):
             if not kept.exists():
                 home = shared / f"client_matrix_{master}"
                 home.mkdir()

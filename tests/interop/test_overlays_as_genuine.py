@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from tests.support.environments import genuine_environment, pipros_environment
+from tests.support.once import make_once, shared_folder
 from tests.support.processes import Processes
 
 CMAKE = """\
@@ -58,12 +60,12 @@ NAMES = (
 SHOW = "; ".join(f'echo "{name}=${{{name}-unset}}"' for name in NAMES.split())
 
 
-@pytest.fixture(scope="module")
-def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("overlays")
+@pytest.fixture(scope="session")
+def base(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Path:
+    return shared_folder(tmp_path_factory, worker_id) / "overlays"
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def sides(base: Path, bare_tools: Path) -> dict[str, Processes]:
     """Programs of both worlds in environments without any workspace; each has the three, built once."""
     uri = "http://127.0.0.1:1"
@@ -75,13 +77,11 @@ def sides(base: Path, bare_tools: Path) -> dict[str, Processes]:
         for variable in ("ROS_PACKAGE_PATH", "ROS_MASTER_URI"):
             del environment[variable]
         made[name] = Processes(environment, base / name)
-        build(made[name], base / name)
+        make_once(base / name, partial(build, made[name], base / name))
     return made
 
 
 def build(side: Processes, base: Path) -> None:
-    if base.exists():
-        return
     for workspace in ("under", "over", "other"):
         for path, content in FILES.items():
             file = base / workspace / "src" / f"pkg_{workspace}" / path.format(name=f"pkg_{workspace}")

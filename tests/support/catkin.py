@@ -1,8 +1,8 @@
-"""A workspace built by genuine catkin: once a test run, shared by all workers of pytest-xdist."""
+"""A workspace built by genuine catkin: once on a machine, shared by all runs and workers of pytest-xdist."""
 
 from __future__ import annotations
 
-import fcntl
+import json
 import os
 import shutil
 import subprocess
@@ -10,8 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.support.environments import EXAMPLES, REPOSITORY, genuine_environment
+from tests.support.once import machine_folder, make_once
 
 _PACKAGES = (EXAMPLES / "composiv_tryouts", REPOSITORY / "tests" / "interop" / "cpp_battery")
+_ROSCPP = Path("/usr/share/roscpp/package.xml")  # with its version
 _BUILD_TIMEOUT_S = 300
 
 
@@ -30,22 +32,25 @@ class CatkinWorkspace:
     variables: dict[str, str]
 
 
-def build_once(shared: Path) -> CatkinWorkspace:
-    """Copies the example and the C++ nodes into `shared/catkin_ws` and runs catkin_make, unless that is done.
+def build_once() -> CatkinWorkspace:
+    """The example and the C++ nodes, copied and built by genuine catkin_make.
+
+    The workspace is kept for later runs, as long as neither these packages nor roscpp change.
 
     Raises:
         AssertionError: with the whole output, when the build fails.
     """
-    folder = shared / "catkin_ws"
-    log = shared / "catkin_make.log"
-    with (shared / "catkin.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not log.exists():
-            for package in _PACKAGES:
-                shutil.copytree(package, folder / "src" / package.name, dirs_exist_ok=True)
-            output = _run(shared, "catkin_make", "-C", str(folder))
-            log.write_text(output)
-    return CatkinWorkspace(folder, log.read_text(), _variables_after_sourcing(shared, folder))
+    base = machine_folder("catkin", (*_PACKAGES, _ROSCPP, Path(__file__)))
+    folder, log, variables = base / "catkin_ws", base / "catkin_make.log", base / "variables.json"
+
+    def make() -> None:
+        for package in _PACKAGES:
+            shutil.copytree(package, folder / "src" / package.name)
+        log.write_text(_run(base, "catkin_make", "-C", str(folder)))
+        variables.write_text(json.dumps(_variables_after_sourcing(base, folder)))
+
+    make_once(base, make)
+    return CatkinWorkspace(folder, log.read_text(), json.loads(variables.read_text()))
 
 
 def _variables_after_sourcing(home: Path, folder: Path) -> dict[str, str]:

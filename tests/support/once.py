@@ -1,0 +1,62 @@
+"""What is made once for many tests: for all workers of pytest-xdist, or for all runs on this machine."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import hashlib
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+import pytest
+
+_UNUSED_S = 14 * 24 * 3600
+
+
+def shared_folder(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Path:
+    """A folder that all workers of this run have in common."""
+    base = tmp_path_factory.getbasetemp()
+    return base if worker_id == "master" else base.parent
+
+
+@contextlib.contextmanager
+def alone(lock: Path) -> Iterator[None]:
+    """Runs the block while no other process runs it with the same lock file."""
+    with lock.open("w") as opened:
+        fcntl.flock(opened, fcntl.LOCK_EX)
+        yield
+
+
+def make_once(folder: Path, make: Callable[[], object]) -> Path:
+    """Calls `make`, which fills the folder, unless that has been done; returns the folder."""
+    made = folder / ".made"
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with alone(folder.with_name(f"{folder.name}.lock")):
+        if not made.exists():
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir()
+            make()
+        made.touch()
+    return folder
+
+
+def machine_folder(name: str, sources: Iterable[Path]) -> Path:
+    """A folder for what is made of these files and folders, kept for later runs; for `make_once`.
+
+    Its name has a digest of them all. Those that no run has used for two weeks are removed.
+    """
+    digest = hashlib.sha256()
+    for source in sources:
+        for file in sorted(source.rglob("*")) if source.is_dir() else [source]:
+            if file.is_file() and file.suffix != ".pyc":
+                digest.update(f"{file.relative_to(source.parent)} {file.stat().st_mode:o}\n".encode())
+                digest.update(file.read_bytes())
+    base = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "pipros" / "tests"
+    for made in base.glob(f"{name}-*/.made"):
+        with contextlib.suppress(OSError):
+            if time.time() - made.stat().st_mtime > _UNUSED_S:
+                shutil.rmtree(made.parent)
+    return base / f"{name}-{digest.hexdigest()[:16]}"
