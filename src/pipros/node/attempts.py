@@ -12,15 +12,15 @@ T = TypeVar("T")
 #: An attempt that takes longer makes room for others: most hosts that take so long do not answer at all.
 SLOW_S: Final = 1.0
 
-#: For each attempt that is allowed, so many that are slow may go on beside it.
+#: For each attempt that is allowed, so many slow ones may go on at the same time.
 SLOW_FACTOR: Final = 10
 
 
 class Attempts:
     """Bounds the attempts of a node to connect to publishers. For the event loop only.
 
-    Those for the first time have their turn before those that failed before, so that a peer that lists
-    publishers which do not exist does not keep others waiting for long.
+    First attempts come before repeated ones, so that a peer that lists publishers which do not exist does not
+    keep others waiting for long.
     """
 
     def __init__(self, limit: int) -> None:

@@ -9,7 +9,6 @@ import socket
 import threading
 import weakref
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from threading import get_ident
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -23,9 +22,7 @@ from pipros.net.connections import Connections
 from pipros.net.lookup import Lookups
 from pipros.net.loop import BackgroundLoop, in_daemon_thread
 from pipros.net.master_client import MasterClient
-from pipros.net.rpc_server import RpcServer
-from pipros.net.sockets import close_in_children, connections_that_fit
-from pipros.net.tcpros import TcprosServer
+from pipros.net.sockets import close_in_children
 from pipros.node import asyncio_support
 from pipros.node.clock import Clock, SimulatedClock, WallClock
 from pipros.node.codec import AnyMessage
@@ -34,9 +31,10 @@ from pipros.node.identity import Identity
 from pipros.node.params import Parameters
 from pipros.node.publisher import Publisher
 from pipros.node.registration import Registrations
+from pipros.node.running import RunningNode
 from pipros.node.service_client import OpenCalls, ServiceClient
 from pipros.node.service_server import ServiceClass, ServiceServer
-from pipros.node.slave import on_bad_arity, slave_methods
+from pipros.node.slave import slave_methods
 from pipros.node.subscriber import NO_ARGS, Subscriber
 from pipros.node.topic_statistics import WindowLimits
 
@@ -46,10 +44,6 @@ if TYPE_CHECKING:
 
 #: How often a node that found no master tries again.
 MASTER_RETRY_S = 0.2
-#: How long the end of a node may wait for its event loop to close everything.
-SHUTDOWN_DEADLINE_S = 2.0
-#: How much of the process's descriptors the connections of the slave API may take.
-RPC_SHARE = 0.125
 
 
 class Node:
@@ -103,15 +97,13 @@ class Node:
         self.limits = limits or process_limits()
         self.log = log or logging.Logger(self.name, logging.WARNING)
         self.master = MasterClient(self.environment.master_uri, self.name)
-        self.params = Parameters(self.master, self.resolve, lambda: self._registrations)
+        self.params = Parameters(self.master, self.resolve, self._registrations_if_started)
         self.clock: Clock = WallClock()
-        self.endpoints: Endpoints
-        self.uri = ""
         self._on_shutdown_request = on_shutdown_request or self.shutdown
         self._ports = rpc_port, tcpros_port
         self._calls = OpenCalls()
         self._loop = BackgroundLoop(f"node {self.name}", Lookups(self.limits.lookups))
-        self._registrations: Registrations | None = None
+        self._running: RunningNode | None = None
         self._lock = threading.Lock()
         self._ending_thread: int | None = None
         self._ended = OnceEvent()
@@ -120,70 +112,61 @@ class Node:
     # -- life -----------------------------------------------------------------
 
     def start(self) -> None:
-        """Opens the node's ports. The master hears of the node with its first entry.
+        """Opens the node's ports. The master learns of the node with its first entry.
 
         Raises:
             OSError: the address that the environment names is not of this machine.
         """
-        host = address.bind_host(self.environment)
+        bind_host = address.bind_host(self.environment)
         self._loop.start()
         try:
-            self._loop.run(self._open(host))
+            self._loop.run(self._open(bind_host))
         except BaseException:
             self._loop.stop()
             raise
         self._loop.spawn(self.registrations.watch())
         myself = weakref.ref(self)
-        close_in_children(lambda: node._ports_held() if (node := myself()) else ())
+        close_in_children(lambda: node._started.descriptors if (node := myself()) else ())
 
-    def _ports_held(self) -> list[int]:
-        return [*self._tcpros.descriptors, *self._rpc.descriptors]
-
-    async def _open(self, host: str) -> None:
-        rpc_connections = self.limits.rpc_connections or connections_that_fit(RPC_SHARE)
-        self._rpc = RpcServer(
+    async def _open(self, bind_host: str) -> None:
+        running = RunningNode(self.name, self.master, self._loop, self.log)
+        await running.open(
             slave_methods(self, self.environment.master_uri, self.limits),
-            host=host,
-            port=self._ports[0],
-            limits=replace(self.limits, rpc_connections=rpc_connections),
-            on_bad_arity=on_bad_arity,
-        )
-        await self._rpc.start()
-        self._tcpros = TcprosServer(
-            host,
-            self._ports[1],
-            on_connection=lambda connection: self.endpoints.attach(connection),
-            limits=self.limits,
-            log=self.log,
-        )
-        self.uri = address.uri(self.host, self._rpc.port)
-        self._registrations = Registrations(self.master, self.name, self.uri, self.log)
-        self.endpoints = Endpoints(
-            self.name,
             host=self.host,
-            port=self._tcpros.port,
-            loop=self._loop,
-            registrations=self._registrations,
-            log=self.log,
+            bind_host=bind_host,
+            ports=self._ports,
             limits=self.limits,
-            connections=self._tcpros.connections,
         )
-        self._tcpros.start()
+        self._running = running
 
-    async def _close(self) -> None:
-        self._tcpros.stop()
-        await self._rpc.stop()
+    @property
+    def _started(self) -> RunningNode:
+        if self._running is None:
+            raise RuntimeError(f"{self.name} was not started")
+        return self._running
+
+    @property
+    def uri(self) -> str:
+        """Where the slave API answers; empty before `start`."""
+        return self._running.uri if self._running is not None else ""
+
+    @property
+    def endpoints(self) -> Endpoints:
+        """The topics and services of the node."""
+        return self._started.endpoints
+
+    @property
+    def registrations(self) -> Registrations:
+        """The entries of the node at the master."""
+        return self._started.registrations
+
+    def _registrations_if_started(self) -> Registrations | None:
+        return self._running.registrations if self._running is not None else None
 
     @property
     def connections(self) -> Connections:
         """The TCPROS connections that peers have opened to the node."""
-        return self._tcpros.connections
-
-    @property
-    def registrations(self) -> Registrations:
-        if self._registrations is None:
-            raise RuntimeError(f"{self.name} was not started")
-        return self._registrations
+        return self._started.connections
 
     def wait_for_master(self, on_missing: Callable[[Unreachable], object] | None = None) -> None:
         """Waits until the master answers; `on_missing` is called once when it does not.
@@ -284,9 +267,9 @@ class Node:
                 self._ended.wait()
             return
         self.log.debug("signal_shutdown [%s]", reason)
-        is_started = self._registrations is not None
-        if is_started:
-            self.endpoints.restrict_publishing_to(get_ident())
+        running = self._running
+        if running is not None:
+            running.endpoints.restrict_publishing_to(get_ident())
         self.clock.interrupt(exempt=get_ident())
         # A hook may call services itself, and may wait for a thread that waits for one.
         self._calls.interrupt_present()
@@ -296,22 +279,14 @@ class Node:
             except Exception:
                 self.log.exception("a shutdown hook of %s failed", self.name)
         try:
-            if is_started:
-                self._leave()
+            if running is not None:
+                self._calls.interrupt()
+                running.leave()
+                self._loop.stop()
+                self.master.close()
         finally:
             self.clock.interrupt()
             self._ended.set()
-
-    def _leave(self) -> None:
-        self._calls.interrupt()
-        self.registrations.close()
-        self.endpoints.close()
-        try:
-            self._loop.run(self._close(), SHUTDOWN_DEADLINE_S)
-        except (TimeoutError, asyncio.TimeoutError):
-            self.log.debug("%s did not close its ports in time", self.name)
-        self._loop.stop()
-        self.master.close()
 
     def __enter__(self) -> Node:
         self.start()

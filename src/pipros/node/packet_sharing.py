@@ -6,7 +6,15 @@ packet of its own limits the rate. Outside a burst, a message must not wait for 
 
 from __future__ import annotations
 
-from typing import Final
+import threading
+import time
+from collections.abc import Callable, Iterable
+from typing import Final, Protocol
+
+from pipros.net.loop import BackgroundLoop
+
+#: Messages up to this size share packets when they follow each other closely.
+SHARED_BYTES: Final = 8 * 1024
 
 #: Messages closer than this belong together: at 5,000 a second and more.
 CLOSE_S: Final = 200e-6
@@ -18,6 +26,10 @@ LATE: Final = 8
 
 #: A pause of this length ends a burst without a further message.
 SILENCE_S: Final = 1e-3
+
+#: How often a burst is checked for its end: its last messages may wait this long in a shared packet when
+#: the subscriber is slow to acknowledge those before.
+CHECK_S: Final = 0.01
 
 
 class BurstDetector:
@@ -56,3 +68,60 @@ class BurstDetector:
             self._length = 0
             return True
         return False
+
+
+class SharingLink(Protocol):
+    """A link whose small frames can share packets."""
+
+    def share_packets(self, *, share: bool) -> None: ...
+
+
+class PacketSharing:
+    """Has the links of one topic share packets during bursts.
+
+    All methods but `close` are called with the lock held that keeps the frames of the topic in order.
+
+    Attributes:
+        note: as `BurstDetector.note`; when it returns True, call `apply`. An attribute, because it is called
+            for every small message.
+    """
+
+    __slots__ = ("_detector", "_is_closed", "_is_watched", "_links", "_lock", "_loop", "note")
+
+    def __init__(
+        self, loop: BackgroundLoop, lock: threading.Lock, links: Callable[[], Iterable[SharingLink]]
+    ) -> None:
+        """`links` returns those that the topic has at the moment."""
+        self._detector = BurstDetector()
+        self.note = self._detector.note
+        self._loop = loop
+        self._lock = lock
+        self._links = links
+        self._is_watched = False  # by the event loop, during a burst
+        self._is_closed = False
+
+    def welcome(self, link: SharingLink) -> None:
+        """Has a new link do as the others."""
+        link.share_packets(share=self._detector.in_burst)
+
+    def apply(self) -> None:
+        """Makes all links share packets, or stop doing so."""
+        in_burst = self._detector.in_burst
+        for link in self._links():
+            link.share_packets(share=in_burst)
+        if in_burst and not self._is_watched:
+            self._is_watched = True
+            self._loop.call(self._watch)
+
+    def close(self) -> None:
+        """Ends the watch of a burst that goes on."""
+        self._is_closed = True
+
+    def _watch(self) -> None:
+        """Sends the last messages of a burst when it has ended. In the event loop."""
+        with self._lock:
+            if self._detector.end_if_idle(time.monotonic()):
+                self.apply()
+            is_watched = self._is_watched = self._detector.in_burst and not self._is_closed
+        if is_watched:  # by us: meanwhile the next burst may have begun, with a watch of its own
+            self._loop.asyncio.call_later(CHECK_S, self._watch)

@@ -17,7 +17,7 @@ from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers
 from pipros.node.codec import AnyMessage, encoder
 from pipros.node.context import NodeContext
-from pipros.node.packet_sharing import BurstDetector
+from pipros.node.packet_sharing import SHARED_BYTES, PacketSharing
 from pipros.printable import printable
 from pipros.wire.handshake import WireType, accept_topic_link, topic_refusal
 from pipros.wire.header import encode_header
@@ -28,13 +28,6 @@ if TYPE_CHECKING:
 
 #: Frames up to this size are joined and written by one plain send; larger ones are never copied.
 JOIN_LIMIT_BYTES = 32 * 1024
-
-#: Messages up to this size share packets when they follow each other closely.
-SHARED_BYTES = 8 * 1024
-
-#: How often a burst is checked for its end: its last messages may wait this long in a shared packet when
-#: the subscriber is slow to acknowledge those before.
-BURST_CHECK_S = 0.01
 
 #: What was published last should arrive, but no slow subscriber keeps a node from ending.
 FAREWELL_S = 0.2
@@ -83,11 +76,10 @@ class Publication:
         self._context = context
         self._encode = encoder(message_class)
         self._has_header = bool(getattr(message_class, "_has_header", False))
-        self._burst = BurstDetector()
-        self._is_burst_watched = False  # by the event loop, during a burst
         self._sequence = 0
         self._latched: Message | None = None
         self._lock = threading.Lock()  # keeps sequence numbers and frames of several threads in step
+        self._sharing = PacketSharing(context.loop, self._lock, lambda: [peer.link for peer in self.links])
         self._is_closed = False
 
     def publish(self, message: Message) -> None:
@@ -109,8 +101,8 @@ class Publication:
             if not links:
                 return
             frame, size = self._frame(message)
-            if size <= SHARED_BYTES and self._burst.note(time.monotonic()):
-                self._apply_burst()
+            if size <= SHARED_BYTES and self._sharing.note(time.monotonic()):
+                self._sharing.apply()
             for peer in links:
                 peer.link.send(frame, size)
         for peer in links:
@@ -152,7 +144,7 @@ class Publication:
         with self._lock:
             link.greet(header)
             self._send_latched(link)
-            link.share_packets(share=self._burst.in_burst)
+            self._sharing.welcome(link)
             self.links = (*self.links, peer)
         if self._is_closed:  # and `close` may not have seen this link
             link.close()
@@ -182,6 +174,7 @@ class Publication:
         What waits gets until `end` (of `time.monotonic`) to go out, by default for FAREWELL_S.
         """
         self._is_closed = True
+        self._sharing.close()
         end = time.monotonic() + FAREWELL_S if end is None else end
         for peer in self.links:
             if peer.link.is_behind:
@@ -204,23 +197,6 @@ class Publication:
         if size <= JOIN_LIMIT_BYTES:
             return (b"".join((_pack_length(size), *buffers)),), size + 4
         return (_pack_length(size), *buffers), size + 4
-
-    def _apply_burst(self) -> None:
-        """Makes all links share packets, or stop doing so. With the lock held."""
-        for peer in self.links:
-            peer.link.share_packets(share=self._burst.in_burst)
-        if self._burst.in_burst and not self._is_burst_watched:
-            self._is_burst_watched = True
-            self._context.loop.call(self._watch_burst)
-
-    def _watch_burst(self) -> None:
-        """Sends the last messages of a burst when it has ended. Called in the event loop."""
-        with self._lock:
-            if self._burst.end_if_idle(time.monotonic()):
-                self._apply_burst()
-            is_watched = self._is_burst_watched = self._burst.in_burst and not self._is_closed
-        if is_watched:  # by us: meanwhile the next burst may have begun, with a watch of its own
-            self._context.loop.asyncio.call_later(BURST_CHECK_S, self._watch_burst)
 
     def _detach(self, link: OutgoingLink, seat: Seat) -> None:
         self._context.connections.leave(seat)

@@ -15,7 +15,7 @@ class Recheck:
 
     The first question goes out at once. Those that come while it is under way, and for `interval_s` after
     its answer, go out together then, each once. So a peer that calls a thousand times costs the master one
-    call, and a master that calls from an unexpected address is heard late, but is heard. A thread of its own
+    call, and what a master says from an unexpected address takes effect, though later. A thread of its own
     asks, so that the event loop never waits.
     """
 

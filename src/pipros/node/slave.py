@@ -34,14 +34,16 @@ _DOUBTED_LIMIT: Final = 100
 
 
 class SlaveNode(Protocol):
-    """What the slave API asks of the node that it speaks for."""
+    """What the slave API needs of its node."""
 
     name: str
     host: str
     log: logging.Logger
     master: MasterClient
     params: Parameters
-    endpoints: Endpoints
+
+    @property
+    def endpoints(self) -> Endpoints: ...
 
     @property
     def registrations(self) -> Registrations: ...

@@ -1,6 +1,21 @@
 """When messages follow each other closely enough to share packets."""
 
-from pipros.node.packet_sharing import CLOSE_S, LATE, RUN_LENGTH, SILENCE_S, BurstDetector
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from pipros.node.packet_sharing import (
+    CHECK_S,
+    CLOSE_S,
+    LATE,
+    RUN_LENGTH,
+    SILENCE_S,
+    BurstDetector,
+    PacketSharing,
+)
 
 CLOSE, FAR = CLOSE_S / 2, CLOSE_S * 2
 
@@ -69,3 +84,87 @@ def test_silence_ends_a_run_once() -> None:
     assert not messages.pace.end_if_idle(messages.now_s + SILENCE_S)
     messages.send(RUN_LENGTH, CLOSE)
     assert messages.pace.in_burst, "the next run begins anew"
+
+
+class Link:
+    """Notes whether its packets are shared."""
+
+    def __init__(self) -> None:
+        self.changes: list[bool] = []
+
+    def share_packets(self, *, share: bool) -> None:
+        self.changes.append(share)
+
+
+class Loop:
+    """Keeps what is to be called later, and after how long."""
+
+    def __init__(self) -> None:
+        self.later: list[tuple[float, Callable[[], None]]] = []
+        self.asyncio = self
+
+    def call(self, function: Callable[[], None]) -> None:
+        self.call_later(0, function)
+
+    def call_later(self, delay_s: float, function: Callable[[], None]) -> None:
+        self.later.append((delay_s, function))
+
+    def turn(self) -> float:
+        """Calls what is due next; the delay that it was called after."""
+        delay_s, function = self.later.pop(0)
+        function()
+        return delay_s
+
+
+class Topic:
+    """Packet sharing of one topic with two links."""
+
+    def __init__(self) -> None:
+        self.loop = Loop()
+        self.links = [Link(), Link()]
+        loop: Any = self.loop
+        self.sharing = PacketSharing(loop, threading.Lock(), lambda: self.links)
+        self.now_s = time.monotonic()
+
+    def send(self, count: int, gap_s: float) -> None:
+        for _ in range(count):
+            self.now_s += gap_s
+            if self.sharing.note(self.now_s):
+                self.sharing.apply()
+
+
+def test_all_links_share_packets_in_a_burst_and_new_ones_too() -> None:
+    topic = Topic()
+    topic.sharing.welcome(topic.links[0])
+    topic.send(1 + RUN_LENGTH, CLOSE)
+    assert [link.changes for link in topic.links] == [[False, True], [True]]
+    topic.links.append(Link())
+    topic.sharing.welcome(topic.links[2])
+    topic.send(RUN_LENGTH, FAR)
+    assert [link.changes[-2:] for link in topic.links] == [[True, False]] * 3
+
+
+def test_a_burst_is_watched_until_it_has_ended_in_silence() -> None:
+    topic = Topic()
+    topic.now_s += 3600  # so that the burst still goes on by the clock of the watch
+    topic.send(1 + RUN_LENGTH, CLOSE)
+    assert topic.loop.turn() == 0
+    assert topic.loop.turn() == CHECK_S
+    assert topic.links[0].changes == [True]
+    quiet = Topic()
+    quiet.now_s -= 3600
+    quiet.send(1 + RUN_LENGTH, CLOSE)
+    quiet.loop.turn()
+    assert quiet.links[0].changes == [True, False]
+    assert quiet.loop.later == []
+    quiet.send(1 + RUN_LENGTH, CLOSE)
+    assert len(quiet.loop.later) == 1, "the next burst is watched, too"
+
+
+def test_the_watch_ends_with_the_topic() -> None:
+    topic = Topic()
+    topic.now_s += 3600
+    topic.send(1 + RUN_LENGTH, CLOSE)
+    topic.sharing.close()
+    topic.loop.turn()
+    assert topic.loop.later == []

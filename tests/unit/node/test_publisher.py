@@ -13,7 +13,7 @@ PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
 
 def test_numbering_begins_anew_after_the_largest_sequence_number() -> None:
     sent: list[int] = []
-    context: Any = SimpleNamespace(limits=SimpleNamespace(stall_s=2.0))
+    context: Any = SimpleNamespace(limits=SimpleNamespace(stall_s=2.0), loop=None)
     publication = Publication("p", PointStamped, context)
     peer: Any = SimpleNamespace(link=SimpleNamespace(send=lambda frame, size: None, is_behind=False))
     publication.links = (peer,)

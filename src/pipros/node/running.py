@@ -1,0 +1,125 @@
+"""What a node has from its start to its end: an event loop, its ports, and its entries at the master."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from pipros.limits import Limits
+from pipros.net import address
+from pipros.net.connections import Connections
+from pipros.net.loop import BackgroundLoop
+from pipros.net.master_client import MasterClient
+from pipros.net.rpc_server import RpcServer
+from pipros.net.sockets import connections_that_fit
+from pipros.net.tcpros import TcprosServer
+from pipros.node.endpoints import Endpoints
+from pipros.node.registration import Registrations
+from pipros.node.slave import on_bad_arity
+
+#: How long the end of a node may wait for its event loop to close everything.
+SHUTDOWN_DEADLINE_S = 2.0
+#: How much of the process's descriptors the connections of the slave API may take.
+RPC_SHARE = 0.125
+
+
+class RunningNode:
+    """The servers of a node that was started, and what depends on their ports.
+
+    Attributes:
+        uri: where the slave API answers.
+        registrations: the entries of the node at the master.
+        endpoints: its topics and services.
+    """
+
+    uri: str
+    registrations: Registrations
+    endpoints: Endpoints
+
+    def __init__(self, name: str, master: MasterClient, loop: BackgroundLoop, log: logging.Logger) -> None:
+        """Nothing is open until `open`."""
+        self._name = name
+        self._master = master
+        self._loop = loop
+        self._log = log
+        self._rpc: RpcServer
+        self._tcpros: TcprosServer
+
+    async def open(
+        self,
+        methods: Mapping[str, Callable[..., Any]],
+        *,
+        host: str,
+        bind_host: str,
+        ports: tuple[int, int],
+        limits: Limits,
+    ) -> None:
+        """Opens the ports of the slave API and of TCPROS. In the event loop.
+
+        No request is answered before this has returned.
+
+        Args:
+            methods: what the slave API answers.
+            host: what peers are told to connect to.
+            bind_host: the address that the ports belong to.
+            ports: those of the slave API and of TCPROS; 0 takes a free one.
+            limits: what peers may cost.
+
+        Raises:
+            OSError: the address is not of this machine, or a port is taken.
+        """
+        rpc_connections = limits.rpc_connections or connections_that_fit(RPC_SHARE)
+        self._rpc = RpcServer(
+            methods,
+            host=bind_host,
+            port=ports[0],
+            limits=replace(limits, rpc_connections=rpc_connections),
+            on_bad_arity=on_bad_arity,
+        )
+        await self._rpc.start()
+        self._tcpros = TcprosServer(
+            bind_host,
+            ports[1],
+            on_connection=lambda connection: self.endpoints.attach(connection),
+            limits=limits,
+            log=self._log,
+        )
+        self.uri = address.uri(host, self._rpc.port)
+        self.registrations = Registrations(self._master, self._name, self.uri, self._log)
+        self.endpoints = Endpoints(
+            self._name,
+            host=host,
+            port=self._tcpros.port,
+            loop=self._loop,
+            registrations=self.registrations,
+            log=self._log,
+            limits=limits,
+            connections=self._tcpros.connections,
+        )
+        self._tcpros.start()
+
+    @property
+    def connections(self) -> Connections:
+        """The TCPROS connections that peers have opened."""
+        return self._tcpros.connections
+
+    @property
+    def descriptors(self) -> list[int]:
+        """The descriptors of the ports, which a forked child must not keep."""
+        return [*self._tcpros.descriptors, *self._rpc.descriptors]
+
+    def leave(self) -> None:
+        """Takes back all entries at the master, ends all links and closes the ports. Blocks."""
+        self.registrations.close()
+        self.endpoints.close()
+        try:
+            self._loop.run(self._close(), SHUTDOWN_DEADLINE_S)
+        except (TimeoutError, asyncio.TimeoutError):
+            self._log.debug("%s did not close its ports in time", self._name)
+
+    async def _close(self) -> None:
+        self._tcpros.stop()
+        await self._rpc.stop()
