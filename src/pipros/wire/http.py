@@ -112,6 +112,8 @@ def response_head(
 CONTINUE: Final = b"HTTP/1.1 100 Continue\r\n\r\n"
 
 _END_OF_HEAD = re.compile(rb"\r?\n\r?\n")
+_CONTROL = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]|\r(?!\n)").search
+"""Control characters that no head contains: what they mean differs between implementations."""
 _TOKEN = re.compile(r"[!#$%&'*+.^_`|~0-9A-Za-z-]+").fullmatch
 _REQUEST_LINE = re.compile(r"([A-Z]{1,20}) ([!-~]{1,2000}) HTTP/(\d)\.(\d)").fullmatch
 _STATUS_LINE = re.compile(r"HTTP/(\d)\.(\d) (\d{3})(?: ([^\r\n]*))?").fullmatch
@@ -159,11 +161,14 @@ class _Reader:
         if end is None:
             self._searched = len(buffer)
             return False
-        lines = bytes(buffer[: end.start()]).decode("latin-1").split("\n")
+        head = bytes(buffer[: end.start()])
+        if control := _CONTROL(head):
+            raise HttpError(400, f"an HTTP head with the control character {control[0]!r}")
+        lines = head.decode("latin-1").replace("\r\n", "\n").split("\n")
         del buffer[: end.end()]
         self._searched = 0
         self._headers = _parse_headers(lines)
-        self._start = self._parse_start_line(lines[0].rstrip("\r"))
+        self._start = self._parse_start_line(lines[0])
         self._length = self._body_length()
         if self._length > self._body_limit:
             limit = limit_text(self._limit_name, self._body_limit)
@@ -210,9 +215,10 @@ class _Reader:
 
     def _keep_alive(self, start: re.Match[str], major: int, minor: int) -> bool:
         connection = self._headers.get("connection", "").lower()
+        options = [option.strip() for option in connection.split(",")]
         if start[major] == "1" and start[minor] != "0":
-            return "close" not in connection
-        return "keep-alive" in connection
+            return "close" not in options
+        return "keep-alive" in options
 
     def _parse_start_line(self, line: str) -> re.Match[str]:
         raise HttpError(400, f"not an HTTP message: {line[:40]!r}")
@@ -356,7 +362,7 @@ def _parse_headers(lines: list[str]) -> dict[str, str]:
         if not colon or not _TOKEN(name):
             raise HttpError(400, f"an HTTP header line that begins with {line[:40]!r}")
         name = name.lower()
-        value = value.strip(" \t\r")
+        value = value.strip(" \t")
         if name in headers:
             if name == "content-length" and headers[name] != value:
                 raise HttpError(400, "two different values of Content-Length")

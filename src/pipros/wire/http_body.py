@@ -8,7 +8,7 @@ from typing import Final
 from pipros.errors import LimitExceeded, ProtocolError
 from pipros.limits import limit_text
 
-_SIZE_LINE = re.compile(rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r?").fullmatch
+_SIZE_LINE = re.compile(rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r").fullmatch
 _LINE_LIMIT: Final = 256
 CHUNKS_LIMIT: Final = 2_000
 """Chunks of one body, lines of its trailer included. Each takes time, even one of a single byte; clients send
@@ -67,7 +67,7 @@ class ChunkedBody:
             line = bytes(buffer[:line_end])
             if self._is_in_trailer:
                 del buffer[: line_end + 1]
-                if not line.rstrip(b"\r"):
+                if line in (b"", b"\r"):
                     return self._finish()
             elif not self._take_chunk(buffer, line):
                 return None

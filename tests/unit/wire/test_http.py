@@ -256,3 +256,26 @@ def test_a_response_that_never_ends_is_refused_at_the_limit() -> None:
 def test_a_body_above_the_limit_says_which_limit_to_raise(feed: Callable[[], object], name: str) -> None:
     with pytest.raises(HttpLimitExceeded, match=rf"the limit is \d+ \({name} in PIPROS_LIMITS\)"):
         feed()
+
+
+@pytest.mark.parametrize(
+    "stream",
+    [
+        request("Content-Length: 2\r", body=b"hi"),
+        request("Content-Length: 2", "X: a\rb", body=b"hi"),
+        request("Content-Length: 2", "X: a\x00", body=b"hi"),
+        request("Transfer-Encoding: chunked", body=b"2\nhi\r\n0\r\n\r\n"),
+    ],
+)
+def test_line_ends_that_others_read_otherwise_are_refused(stream: bytes) -> None:
+    with pytest.raises(HttpError) as refused:
+        read(stream)
+    assert refused.value.status == 400
+
+
+@pytest.mark.parametrize(
+    ("value", "keep_alive"), [("close", False), ("TE, Close", False), ("disclose", True), (": close", True)]
+)
+def test_a_connection_option_is_a_whole_word(value: str, keep_alive: bool) -> None:
+    [found] = read(request("Content-Length: 0", f"Connection: {value}"))
+    assert found.keep_alive is keep_alive
