@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import signal
 import socket
+import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from xmlrpc.client import ServerProxy
 
@@ -37,7 +40,23 @@ def main() -> int:
         end = threading.Timer(seconds, os.kill, (os.getpid(), signal.SIGINT))
         end.daemon = True
         end.start()
-    return roslaunch.main(["--screen", "composiv_tryouts", "composiv_tryout.launch"])
+    with _page():
+        return roslaunch.main(["--screen", "composiv_tryouts", "composiv_tryout.launch"])
+
+
+@contextlib.contextmanager
+def _page() -> Iterator[None]:
+    """`rqt_graph` beside the demo: it prints its address, and ends with the demo."""
+    page = subprocess.Popen(
+        [sys.executable, "-c", "from pipros.cli.rqt_graph import main; main()"],
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,  # Ctrl-C reaches it by this program, after the nodes have ended
+    )
+    try:
+        yield
+    finally:
+        page.terminate()
+        page.wait()
 
 
 class _PortTaken(Exception):

@@ -7,11 +7,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, expect, sync_playwright
 from playwright.sync_api import Page as Tab
 
 from tests.support.browser import find_chromium
 from tests.support.page import Page
+
+expect.set_options(timeout=30_000)
 
 OpenTab = Callable[..., Tab]
 

@@ -19,8 +19,19 @@ from pipros.graph.client import GraphClient
 from pipros.node import Node
 from pipros.web.server import Action, PageServer, Services, View
 from pipros.web.system import System
+from pipros.web.views.calls import CallViews
+from pipros.web.views.console import ConsoleViews
+from pipros.web.views.diagnostics import DiagnosticViews
+from pipros.web.views.frames import FrameViews
 from pipros.web.views.graph import GraphViews
+from pipros.web.views.images import ImageViews
+from pipros.web.views.params import ParamViews
+from pipros.web.views.plot import PlotViews
+from pipros.web.views.processes import ProcessViews
 from pipros.web.views.topics import TopicViews
+
+CHANGING = frozenset({"call_service", "delete_param", "publishing", "set_logger_level", "set_param"})
+"""The views and actions that change the system."""
 
 
 class ServerFailed(PiprosError):
@@ -95,20 +106,39 @@ async def _serve(options: PageOptions, system: System) -> None:
 
 def services(system: System, *, has_control: bool) -> Services:
     """All views and actions of the page."""
-    graph, topics = GraphViews(system), TopicViews(system)
+    graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
+    console, parameters = ConsoleViews(system), ParamViews(system)
     views: Mapping[str, View] = {
+        "console": console.console,
+        "diagnostics": DiagnosticViews(system).diagnostics,
+        "frames": FrameViews(system).frames,
         "graph": graph.graph,
+        "image": ImageViews(system).image,
         "node": graph.node,
-        "topics": topics.topics,
+        "params": parameters.params,
+        "plot": PlotViews(system).plot,
+        "processes": ProcessViews(system).processes,
+        "publishing": calls.publishing,
+        "services": calls.services,
         "topic": topics.topic,
+        "topics": topics.topics,
     }
-    actions: dict[str, Action] = {"picture": graph.picture}
 
     async def about(_: Mapping[str, Any]) -> Any:
         return {"master": system.graph.environment.master_uri, "control": has_control}
 
-    actions["about"] = about
-    return Services(views, actions, frozenset(), has_control)
+    actions: Mapping[str, Action] = {
+        "about": about,
+        "call_service": calls.call_service,
+        "delete_param": parameters.delete_param,
+        "loggers": console.loggers,
+        "message": calls.message,
+        "picture": graph.picture,
+        "service": calls.service,
+        "set_logger_level": console.set_logger_level,
+        "set_param": parameters.set_param,
+    }
+    return Services(views, actions, CHANGING, has_control)
 
 
 def _tls(options: PageOptions) -> ssl.SSLContext | None:

@@ -63,7 +63,7 @@ class Services:
 
     Attributes:
         views, actions: by their names.
-        changing: the names of actions that change the system; they need `has_control`.
+        changing: the names of those that change the system; they need `has_control`.
         has_control: whether these are allowed.
     """
 
@@ -197,6 +197,7 @@ class _Browser:
             view = self._services.views.get(str(request.get("view")))
             if view is None:
                 raise RequestRefused(f"there is no view {request.get('view')!r}")
+            self._check_control(str(request["view"]))
             async with contextlib.aclosing(view(arguments)) as values:  # type: ignore[type-var]
                 async for value in values:
                     if isinstance(value, bytes):
@@ -213,9 +214,12 @@ class _Browser:
         action = self._services.actions.get(name)
         if action is None:
             raise RequestRefused(f"there is no action {name!r}")
+        self._check_control(name)
+        return await action(arguments)
+
+    def _check_control(self, name: str) -> None:
         if name in self._services.changing and not self._services.has_control:
             raise RequestRefused("this page only looks; start it with --control to change the system")
-        return await action(arguments)
 
     async def _send(self, value: Mapping[str, Any]) -> None:
         await self._connection.send(json.dumps(value, separators=(",", ":"), allow_nan=False, default=str))

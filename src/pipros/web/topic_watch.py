@@ -140,6 +140,11 @@ class NewSamples:
             self._lost += len(self._values) == self._values.maxlen
             self._values.append(value)
 
+    def lose(self) -> None:
+        """Counts a value that was not even looked at."""
+        with self._lock:
+            self._lost += 1
+
     def take(self) -> tuple[list[object], int]:
         """All values since the last call, and how many were lost."""
         with self._lock:

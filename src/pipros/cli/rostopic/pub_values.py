@@ -9,11 +9,10 @@ from typing import Any
 from pipros.cli.program import CommandError
 from pipros.cli.yaml_args import value_of
 from pipros.errors import PiprosError
+from pipros.graph.errors import GraphError
+from pipros.graph.values import filled_message
 from pipros.msg import load_message_class
 from pipros.msg.base import Message
-from pipros.msg.errors import MessageException
-from pipros.msg.from_yaml import fill_message_args, get_printable_message_args
-from pipros.msg.time import NS_PER_S, Time
 from pipros.safe.yaml import YamlError
 
 
@@ -54,16 +53,7 @@ class Template:
         """Raises:
         CommandError: too many or too few values, an unknown field, or one of the wrong type.
         """
-        message = self._message_class()
-        now = Time(*divmod(now_ns, NS_PER_S))
-        keys: dict[str, Any] = {"now": now}
-        if message._has_header:
-            keys["auto"] = type(message.header)(stamp=now)  # type: ignore[attr-defined]
-        else:
-            keys["auto"] = load_message_class("std_msgs/Header")(stamp=now)
         try:
-            fill_message_args(message, list(values), keys)
-            message._check_types()
-        except (MessageException, ValueError) as error:
-            raise CommandError(f"{error}\n\nArgs are: [{get_printable_message_args(message)}]") from None
-        return message
+            return filled_message(self._message_class, list(values), now_ns)
+        except GraphError as error:
+            raise CommandError(str(error)) from None

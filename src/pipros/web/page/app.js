@@ -7,6 +7,15 @@ import { currentPlace, placeOf } from "./place.js";
 const TABS = [
   ["graph", "Graph"],
   ["topics", "Topics"],
+  ["plot", "Plot"],
+  ["console", "Console"],
+  ["params", "Parameters"],
+  ["nodes", "Nodes"],
+  ["images", "Images"],
+  ["tf", "TF"],
+  ["diagnostics", "Diagnostics"],
+  ["services", "Services"],
+  ["publish", "Publish"],
 ];
 
 const view = document.getElementById("view");
@@ -14,6 +23,8 @@ const tabs = document.getElementById("tabs");
 const system = document.getElementById("system");
 let close = () => {};
 let about = null;
+let tellKnown;
+const known = new Promise((resolve) => { tellKnown = resolve; }); // what the server is and may do
 
 // The token was for the first request only; it must not stay in the history.
 if (location.search) history.replaceState(null, "", location.pathname + location.hash);
@@ -31,9 +42,9 @@ async function show() {
     link.setAttribute("aria-selected", String(link.dataset.tab === name));
   }
   document.title = `pipros: ${TABS.find(([tab]) => tab === name)[1]}`;
-  const module = await import(`./tabs/${name}.js`);
-  if (place()[0] !== name) return;
-  view.className = name;
+  const [module] = await Promise.all([import(`./tabs/${name}.js`), known]);
+  if (place()[0] !== name || place()[1] !== argument) return;
+  view.className = `tab-${name}`;
   view.replaceChildren();
   close = module.open(view, argument, { control: Boolean(about?.control) }) ?? (() => {});
 }
@@ -59,6 +70,7 @@ live.addEventListener("state", async () => {
   showState();
   if (live.isOpen) {
     about = await live.act("about");
+    tellKnown();
     showState();
   }
 });

@@ -37,7 +37,7 @@ export function open(view, argument) {
   const side = h("aside", { hidden: true, "aria-label": "Selection" });
   const search = h("input", { type: "search", placeholder: "Search (/)", "aria-label": "Search nodes and topics", oninput: () => mark() });
   const empty = h("div", { class: "note", hidden: true }, "Nothing to show: no node is connected to another one, or everything is hidden.");
-  view.append(h("div", { class: "column" }, toolbar(), error, empty, canvas), side);
+  view.append(h("div", { class: "column graph" }, toolbar(), error, empty, canvas), side);
 
   let scene = null;
   let traffic = [];

@@ -1,0 +1,53 @@
+"""The family of `rqt_graph`: each command opens the page at its tab."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from urllib.parse import quote
+
+from pipros.cli.program import run
+from pipros.cli.rqt_graph import page_parser, show
+from pipros.cli.streams import command
+from pipros.graph.client import GraphClient
+
+Main = Callable[[Sequence[str] | None], int]
+
+
+def _tool(name: str, tab: str, argument: str = "", *, takes_several: bool = False) -> Main:
+    """A command that opens a tab; `argument` names what it takes, in its usage."""
+
+    def body(argv: Sequence[str]) -> int:
+        parser = page_parser(name, f"[options] {argument}".rstrip())
+        options, words = parser.parse_args(list(argv))
+        if len(words) > (len(words) if takes_several else 1 if argument else 0):
+            parser.error(f"unexpected argument: {words[-1]}")
+        with GraphClient(name) as graph:
+            wanted = ",".join(_resolved(graph, word) for word in words)
+        return show(name, f"{tab}/{quote(wanted, safe='')}" if wanted else tab, options)
+
+    @command
+    def main(argv: Sequence[str] | None = None) -> int:
+        return run(lambda: body(sys.argv[1:] if argv is None else argv))
+
+    main.__name__ = name
+    return main
+
+
+def _resolved(graph: GraphClient, word: str) -> str:
+    """A topic, node or field by its global name; the index and further fields of a field stay as they are."""
+    end = min((at for at in map(word.find, ":[") if at >= 0), default=len(word))
+    return graph.resolve(word[:end]) + word[end:]
+
+
+rqt = _tool("rqt", "graph")
+rqt_console = _tool("rqt_console", "console")
+rqt_image_view = _tool("rqt_image_view", "images", "[topic]")
+rqt_logger_level = _tool("rqt_logger_level", "console", "[node]")
+rqt_plot = _tool("rqt_plot", "plot", "[/topic/field1:field2 ...]", takes_several=True)
+rqt_publisher = _tool("rqt_publisher", "publish", "[topic]")
+rqt_robot_monitor = _tool("rqt_robot_monitor", "diagnostics")
+rqt_service_caller = _tool("rqt_service_caller", "services", "[service]")
+rqt_tf_tree = _tool("rqt_tf_tree", "tf")
+rqt_top = _tool("rqt_top", "nodes")
+rqt_topic = _tool("rqt_topic", "topics", "[topic]")

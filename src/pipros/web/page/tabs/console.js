@@ -1,0 +1,114 @@
+// The log of the system: 100,000 entries, of which only those in sight are in the document.
+
+import { live } from "../live.js";
+import { h, replace } from "../dom.js";
+
+const KEPT = 100000;
+const ROW = 24;
+const LEVELS = [[1, "Debug"], [2, "Info"], [4, "Warn"], [8, "Error"], [16, "Fatal"]];
+const [LEVEL, NODE, TEXT, STAMP, FILE, LINE, FUNCTION] = [0, 1, 2, 3, 4, 5, 6];
+
+export function open(view, argument, { control }) {
+  let entries = [];
+  let shown = [];
+  let lost = 0;
+  let isPaused = false;
+  let waiting = [];
+  const levels = new Set(LEVELS.map(([level]) => level));
+  const text = h("input", { type: "search", placeholder: "Text", "aria-label": "Filter by text", oninput: () => filter() });
+  const node = h("input", { type: "search", placeholder: "Node", "aria-label": "Filter by node", oninput: () => filter() });
+  const place = h("input", { type: "search", placeholder: "File or function", "aria-label": "Filter by place", size: 14, oninput: () => filter() });
+  const pause = h("button", { "aria-pressed": "false", onclick: () => {
+    isPaused = !isPaused;
+    pause.setAttribute("aria-pressed", String(isPaused));
+    replace(pause, isPaused ? "Go on" : "Pause");
+    if (!isPaused) take(waiting.splice(0));
+  } }, "Pause");
+  const count = h("span", {});
+  const error = h("div", { class: "error", role: "alert" });
+  const space = h("div", { class: "space" });
+  const rows = h("div", { class: "rows", role: "log", "aria-live": "off" });
+  const scroll = h("div", { class: "scroll log", tabindex: 0, onscroll: () => drawRows() }, space, rows);
+  const side = h("aside", { hidden: true, "aria-label": "Entry" });
+  view.append(h("div", { class: "column" },
+    h("div", { class: "bar" }, LEVELS.map(([level, name]) => h("label", { class: `level-${level}` }, h("input", { type: "checkbox", checked: true, onchange: (event) => { if (event.target.checked) levels.add(level); else levels.delete(level); filter(); } }), name)), node, text, place, h("span", { class: "spring" }), count, pause,
+      h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"), h("button", { onclick: () => showLoggers() }, "Logger levels")),
+    error, scroll), side);
+
+  const matches = (entry) => levels.has(entry[LEVEL])
+    && entry[NODE].includes(node.value) && entry[TEXT].toLowerCase().includes(text.value.toLowerCase())
+    && (!place.value || `${entry[FILE]} ${entry[FUNCTION]}`.includes(place.value));
+
+  function take(fresh) {
+    entries.push(...fresh);
+    shown.push(...fresh.filter(matches));
+    if (entries.length > KEPT * 1.1) {
+      entries = entries.slice(-KEPT);
+      shown = entries.filter(matches);
+    }
+    const isAtEnd = scroll.scrollTop + scroll.clientHeight >= scroll.scrollHeight - ROW * 2;
+    draw();
+    if (isAtEnd) scroll.scrollTop = scroll.scrollHeight;
+  }
+
+  function filter() {
+    shown = entries.filter(matches);
+    draw();
+    scroll.scrollTop = scroll.scrollHeight;
+  }
+
+  function draw() {
+    space.style.height = `${shown.length * ROW}px`;
+    replace(count, `${shown.length} of ${entries.length}${lost ? `, ${lost} lost` : ""}`);
+    drawRows();
+  }
+
+  function drawRows() {
+    const first = Math.max(0, Math.floor(scroll.scrollTop / ROW) - 5);
+    const last = Math.min(shown.length, first + Math.ceil(scroll.clientHeight / ROW) + 10);
+    rows.style.transform = `translateY(${first * ROW}px)`;
+    replace(rows, shown.slice(first, last).map((entry) => h("div", { class: `entry level-${entry[LEVEL]}`, onclick: () => showEntry(entry) },
+      h("span", { class: "when" }, time(entry[STAMP])), h("span", { class: "kind" }, levelName(entry[LEVEL])), h("span", { class: "node" }, entry[NODE]), h("span", { class: "text" }, entry[TEXT].replaceAll("\n", " ⏎ ")))));
+  }
+
+  function showEntry(entry) {
+    side.hidden = false;
+    replace(side, h("h2", {}, entry[NODE]), h("dl", {}, Object.entries({ Level: levelName(entry[LEVEL]), Time: `${time(entry[STAMP])} (${entry[STAMP]})`, Place: entry[FILE] ? `${entry[FILE]}:${entry[LINE]}` : "–", Function: entry[FUNCTION] || "–" }).map(([key, value]) => [h("dt", {}, key), h("dd", {}, value)])),
+      h("h3", {}, "Text"), h("pre", { class: "mono whole" }, entry[TEXT]), h("button", { onclick: () => { side.hidden = true; } }, "Close"));
+  }
+
+  // Logger levels -----------------------------------------------------------------------------------------------------
+
+  function showLoggers(ofNode = "") {
+    side.hidden = false;
+    const choice = h("input", { value: ofNode, placeholder: "/node", "aria-label": "Node", list: "logger-nodes", onchange: () => list() });
+    const nodes = h("datalist", { id: "logger-nodes" }, [...new Set(entries.map((entry) => entry[NODE]))].map((name) => h("option", { value: name })));
+    const found = h("div", {});
+    replace(side, h("h2", {}, "Logger levels"), control ? null : h("p", { class: "key" }, "Start with --control to change levels."), choice, nodes, found, h("button", { onclick: () => { side.hidden = true; } }, "Close"));
+    async function list() {
+      try {
+        const loggers = await live.act("loggers", { name: choice.value });
+        replace(found, h("table", {}, loggers.map((logger) => h("tr", {}, h("td", {}, logger.name), h("td", {},
+          h("select", { disabled: !control, "aria-label": `Level of ${logger.name}`, onchange: async (event) => {
+            try { await live.act("set_logger_level", { name: choice.value, logger: logger.name, level: event.target.value }); replace(error, ""); } catch (problem) { replace(error, problem.message); list(); }
+          } }, ["debug", "info", "warn", "error", "fatal"].map((level) => h("option", { value: level, selected: level === logger.level.toLowerCase() }, level))))))));
+      } catch (problem) {
+        replace(found, h("p", { class: "error" }, problem.message));
+      }
+    }
+    if (ofNode) list();
+  }
+
+  const close = live.watch("console", {}, (data) => {
+    lost += data.lost;
+    if (isPaused) waiting = waiting.concat(data.entries).slice(-KEPT);
+    else take(data.entries);
+  }, (problem) => replace(error, problem));
+  const resized = new ResizeObserver(() => drawRows());
+  resized.observe(scroll);
+  if (argument) showLoggers(argument);
+  return () => { close(); resized.disconnect(); };
+}
+
+const levelName = (level) => LEVELS.find(([number]) => number === level)?.[1] ?? String(level);
+const time = (stamp) => new Date(stamp * 1000).toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit", fractionalSecondDigits: 3 });

@@ -1,0 +1,133 @@
+// Images: pixels are converted here, compressed images are decoded by the browser.
+
+import { live } from "../live.js";
+import { bandwidth, download, h, hertz, replace } from "../dom.js";
+import { placeOf } from "../place.js";
+
+const TYPES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
+
+export function open(view, argument) {
+  const choice = h("select", { "aria-label": "Topic", onchange: () => look(choice.value) });
+  const figures = h("span", {});
+  const error = h("div", { class: "error", role: "alert" });
+  const canvas = h("canvas", { width: 2, height: 2, role: "img", "aria-label": "Image" });
+  const hint = h("div", { class: "note" }, "No image came yet.");
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, choice, figures, h("span", { class: "spring" }), h("button", { onclick: () => canvas.toBlob((blob) => download("image.png", blob)) }, "Save PNG")), error, hint, h("div", { class: "scroll picture" }, canvas)));
+  let topic = argument;
+  let close = () => {};
+
+  const closeTopics = live.watch("topics", {}, (data) => {
+    const names = data.topics.filter((each) => TYPES.includes(each.type)).map((each) => each.name);
+    if (topic && !names.includes(topic)) names.unshift(topic);
+    if ([...choice.options].map((option) => option.value).join() !== names.join()) replace(choice, names.map((name) => h("option", { value: name, selected: name === topic }, name)));
+    if (!names.length) replace(hint, "There is no topic with images.");
+    if (!topic && names.length) look(names[0]);
+  });
+
+  function look(name) {
+    close();
+    topic = name;
+    history.replaceState(null, "", placeOf("images", name));
+    replace(error, "");
+    close = live.watch("image", { name }, show, (problem) => replace(error, problem));
+  }
+
+  async function show(data) {
+    const all = new Uint8Array(data.buffer, data.byteOffset);
+    const end = all.indexOf(10);
+    const head = JSON.parse(new TextDecoder().decode(all.subarray(0, end)));
+    const pixels = all.subarray(end + 1);
+    const context = canvas.getContext("2d");
+    try {
+      if (head.compressed) {
+        const image = await createImageBitmap(new Blob([pixels], { type: `image/${head.compressed}` }));
+        Object.assign(canvas, { width: image.width, height: image.height });
+        context.drawImage(image, 0, 0);
+        head.full = [image.width, image.height];
+        head.encoding = head.format;
+      } else if (head.width && head.height) {
+        Object.assign(canvas, { width: head.width, height: head.height });
+        context.putImageData(new ImageData(colours(head, pixels), head.width, head.height), 0, 0);
+      }
+      hint.hidden = true;
+      replace(error, "");
+    } catch (problem) {
+      replace(error, `The image cannot be shown: ${problem.message}`);
+    }
+    replace(figures, `${head.full?.join(" × ")} ${head.encoding}${head.frame ? `, ${head.frame}` : ""} · ${hertz(head.rate)} · ${bandwidth(head.bandwidth)}`);
+  }
+
+  if (topic) look(topic);
+  return () => { close(); closeTopics(); };
+}
+
+// Pixels as red, green, blue, opacity.
+export function colours({ encoding, big, width, height }, pixels) {
+  const count = width * height;
+  const out = new Uint8ClampedArray(count * 4).fill(255);
+  const order = { rgb8: [0, 1, 2, 3], bgr8: [2, 1, 0, 3], rgba8: [0, 1, 2, 4], bgra8: [2, 1, 0, 4], "8UC3": [2, 1, 0, 3], "8UC4": [2, 1, 0, 4] }[encoding];
+  if (order) {
+    const [r, g, b, size] = order;
+    for (let i = 0, at = 0; i < count; i += 1, at += size) {
+      out[i * 4] = pixels[at + r];
+      out[i * 4 + 1] = pixels[at + g];
+      out[i * 4 + 2] = pixels[at + b];
+    }
+    return out;
+  }
+  if (encoding.startsWith("bayer")) return fromBayer(encoding, width, height, pixels, out);
+  if (encoding.startsWith("yuv")) return fromYuv(encoding, count, pixels, out);
+  const grey = encoding === "mono8" || encoding === "8UC1" ? pixels : stretched(encoding, big, count, pixels);
+  for (let i = 0; i < count; i += 1) out[i * 4] = out[i * 4 + 1] = out[i * 4 + 2] = grey[i];
+  return out;
+}
+
+// Wide numbers from the smallest, black, to the largest, white; what is not a number is black.
+function stretched(encoding, big, count, pixels) {
+  const view = new DataView(pixels.buffer, pixels.byteOffset, pixels.byteLength);
+  const read = encoding === "32FC1" ? (i) => view.getFloat32(i * 4, !big) : (i) => view.getUint16(i * 2, !big);
+  const values = Float64Array.from({ length: count }, (_, i) => read(i));
+  let low = Infinity;
+  let high = -Infinity;
+  for (const value of values) {
+    if (!Number.isFinite(value)) continue;
+    low = Math.min(low, value);
+    high = Math.max(high, value);
+  }
+  return values.map((value) => (Number.isFinite(value) && high > low ? ((value - low) * 255) / (high - low) : 0));
+}
+
+function fromBayer(encoding, width, height, pixels, out) {
+  const pattern = encoding.slice(6); // the colours of the upper left four pixels
+  for (let y = 0; y < height; y += 1) {
+    for (let x = 0; x < width; x += 1) {
+      const sums = { r: [0, 0], g: [0, 0], b: [0, 0] };
+      for (let ny = Math.max(0, y - 1); ny <= Math.min(height - 1, y + 1); ny += 1) {
+        for (let nx = Math.max(0, x - 1); nx <= Math.min(width - 1, x + 1); nx += 1) {
+          const sum = sums[pattern[(ny % 2) * 2 + (nx % 2)]];
+          sum[0] += pixels[ny * width + nx];
+          sum[1] += 1;
+        }
+      }
+      const at = (y * width + x) * 4;
+      out[at] = sums.r[0] / (sums.r[1] || 1);
+      out[at + 1] = sums.g[0] / (sums.g[1] || 1);
+      out[at + 2] = sums.b[0] / (sums.b[1] || 1);
+    }
+  }
+  return out;
+}
+
+function fromYuv(encoding, count, pixels, out) {
+  const [y0, u, y1, v] = encoding === "yuv422" ? [1, 0, 3, 2] : [0, 1, 2, 3];
+  for (let i = 0; i < count; i += 1) {
+    const at = (i >> 1) * 4;
+    const luma = pixels[at + (i % 2 ? y1 : y0)];
+    const du = pixels[at + u] - 128;
+    const dv = pixels[at + v] - 128;
+    out[i * 4] = luma + 1.402 * dv;
+    out[i * 4 + 1] = luma - 0.344 * du - 0.714 * dv;
+    out[i * 4 + 2] = luma + 1.772 * du;
+  }
+  return out;
+}

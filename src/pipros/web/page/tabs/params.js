@@ -1,0 +1,71 @@
+// The parameters as a tree; what changed lately is marked.
+
+import { live } from "../live.js";
+import { h, replace } from "../dom.js";
+
+const MARKED_MS = 4000;
+
+export function open(view, argument, { control }) {
+  const search = h("input", { type: "search", placeholder: "Search", value: argument, "aria-label": "Search parameters", oninput: () => draw() });
+  const error = h("div", { class: "error", role: "alert" });
+  const body = h("div", { class: "scroll params" });
+  const name = h("input", { placeholder: "/name", "aria-label": "Name", spellcheck: "false" });
+  const value = h("input", { placeholder: "value in YAML", "aria-label": "Value", spellcheck: "false", size: 24 });
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, search, h("span", { class: "spring" }),
+    control ? h("form", { onsubmit: async (event) => { event.preventDefault(); await change("set_param", { name: name.value, value: value.value }); } }, name, " ", value, " ", h("button", {}, "Set"), " ",
+      h("button", { type: "button", onclick: () => change("delete_param", { name: name.value }) }, "Delete")) : null), error, body));
+  let params = {};
+  let changed = new Map();
+  let isFirst = true;
+  const closed = new Set();
+
+  async function change(action, args) {
+    try {
+      await live.act(action, args);
+      replace(error, "");
+    } catch (problem) {
+      replace(error, problem.message);
+    }
+  }
+
+  function draw() {
+    const wanted = search.value.trim().toLowerCase();
+    const names = Object.keys(params).filter((key) => !wanted || `${key} ${JSON.stringify(params[key])}`.toLowerCase().includes(wanted));
+    const root = new Map();
+    for (const key of names) {
+      let level = root;
+      for (const part of key.slice(1).split("/").slice(0, -1)) {
+        if (!(level.get(part) instanceof Map)) level.set(part, new Map());
+        level = level.get(part);
+      }
+      level.set(key.slice(key.lastIndexOf("/") + 1), key);
+    }
+    replace(body, names.length ? branch(root, "") : h("div", { class: "note" }, wanted ? "No parameter matches." : "There are no parameters."));
+  }
+
+  function branch(level, ns) {
+    return h("ul", { class: "tree" }, [...level].map(([part, below]) => {
+      const path = `${ns}/${part}`;
+      if (below instanceof Map) {
+        const details = h("details", { open: !closed.has(path), ontoggle: () => { if (details.open) closed.delete(path); else closed.add(path); } }, h("summary", {}, `${part}/`), branch(below, path));
+        return h("li", {}, details);
+      }
+      return h("li", { class: changed.has(below) ? "changed" : "", onclick: () => { name.value = below; value.value = typeof params[below] === "string" ? params[below] : JSON.stringify(params[below]); } },
+        h("span", { class: "key" }, `${part}: `), JSON.stringify(params[below]));
+    }));
+  }
+
+  const close = live.watch("params", {}, (data) => {
+    if (data.error) { replace(error, data.error); return; }
+    replace(error, data.more ? `${data.more} more parameters are not shown.` : "");
+    const now = Date.now();
+    for (const [key, item] of Object.entries(data.params)) {
+      if (!isFirst && JSON.stringify(item) !== JSON.stringify(params[key])) changed.set(key, now);
+    }
+    isFirst = false;
+    params = data.params;
+    draw();
+    setTimeout(() => { changed = new Map([...changed].filter(([, when]) => Date.now() - when < MARKED_MS)); draw(); }, MARKED_MS + 100);
+  }, (problem) => replace(error, problem));
+  return close;
+}

@@ -1,0 +1,149 @@
+// Curves of numbers in messages, as they come. The address holds the fields: #plot/field,field
+
+import { live } from "../live.js";
+import { download, h, replace } from "../dom.js";
+import { placeOf } from "../place.js";
+import uPlot from "../vendor/uPlot.js";
+
+const COLOURS = ["#2f6fb3", "#c0392b", "#1a7f37", "#9a6700", "#7d4cdb", "#00838f", "#ad1457", "#5d6d7e"];
+const KEPT_POINTS = 50000;
+
+export function open(view, argument) {
+  const curves = new Map(); // field to {field, times, values, close, colour, lost}
+  const input = h("input", { size: 34, placeholder: "/topic/field or /topic/pose/x:y:z", "aria-label": "Topic and field", spellcheck: "false", list: "plot-topics" });
+  const topics = h("datalist", { id: "plot-topics" });
+  const seconds = h("select", { "aria-label": "Time span", onchange: () => draw() }, [10, 30, 60, 300, 1800].map((span) => h("option", { value: span, selected: span === 30 }, span < 60 ? `${span} s` : `${span / 60} min`)));
+  const low = h("input", { size: 6, placeholder: "auto", "aria-label": "Lowest value", onchange: () => rebuild() });
+  const high = h("input", { size: 6, placeholder: "auto", "aria-label": "Highest value", onchange: () => rebuild() });
+  const pause = h("button", { "aria-pressed": "false", onclick: () => setPaused(!isPaused) }, "Pause");
+  const error = h("div", { class: "error", role: "alert" });
+  const legend = h("div", { class: "bar legend" });
+  const chart = h("div", { class: "chart" });
+  const hint = h("div", { class: "note" }, "Type a topic and a field, such as /battery_topic or /imu/angular_velocity/x:y:z. Drag over the curves to zoom, double click to follow again.");
+  view.append(h("link", { rel: "stylesheet", href: "vendor/uPlot.css" }), h("div", { class: "column" },
+    h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, topics, h("button", {}, "Add"), pause, h("label", {}, "Show", seconds), h("label", {}, "y from", low), h("label", {}, "to", high), h("span", { class: "spring" }), h("button", { type: "button", onclick: () => saveCsv() }, "CSV")),
+    error, legend, hint, chart));
+  let plot = null;
+  let isPaused = false;
+  let isZoomed = false;
+  let needsDraw = false;
+
+  const closeTopics = live.watch("topics", {}, (data) => {
+    if (topics.childElementCount !== data.topics.length) replace(topics, data.topics.map((topic) => h("option", { value: topic.name })));
+  });
+
+  function expand(text) {
+    if (text.includes("[")) return [text];
+    const [first, ...others] = text.trim().split(":");
+    return [first, ...others.map((other) => `${first.slice(0, first.lastIndexOf("/"))}/${other}`)];
+  }
+
+  function add(text) {
+    for (const field of text.split(/[\s,]+/).flatMap(expand).filter((word) => word && !curves.has(word))) {
+      const curve = { field, times: [], values: [], lost: 0, problem: "", colour: COLOURS[curves.size % COLOURS.length] };
+      curve.close = live.watch("plot", { field }, (data) => {
+        curve.problem = data.error ?? "";
+        curve.lost += data.lost ?? 0;
+        for (const [time, value] of data.samples ?? []) {
+          if (curve.times.length && time < curve.times.at(-1)) continue;
+          curve.times.push(time);
+          curve.values.push(value);
+        }
+        if (curve.times.length > KEPT_POINTS * 1.2) {
+          curve.times = curve.times.slice(-KEPT_POINTS);
+          curve.values = curve.values.slice(-KEPT_POINTS);
+        }
+        needsDraw = true;
+      }, (problem) => { curve.problem = problem; needsDraw = true; });
+      curves.set(field, curve);
+    }
+    input.value = "";
+    remember();
+    rebuild();
+  }
+
+  function remove(field) {
+    curves.get(field).close();
+    curves.delete(field);
+    remember();
+    rebuild();
+  }
+
+  const remember = () => history.replaceState(null, "", placeOf("plot", [...curves.keys()].join(",")));
+
+  function setPaused(value) {
+    isPaused = value;
+    pause.setAttribute("aria-pressed", String(value));
+    replace(pause, value ? "Go on" : "Pause");
+    needsDraw = true;
+  }
+
+  function rebuild() {
+    plot?.destroy();
+    plot = null;
+    hint.hidden = curves.size > 0;
+    if (!curves.size) { replace(legend); return; }
+    const style = getComputedStyle(document.body);
+    const ink = style.getPropertyValue("--ink");
+    const line = style.getPropertyValue("--line");
+    const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 } };
+    const limit = (element) => (element.value.trim() === "" || Number.isNaN(Number(element.value)) ? null : Number(element.value));
+    plot = new uPlot({
+      ...size(),
+      series: [{}, ...[...curves.values()].map((curve) => ({ label: curve.field, stroke: curve.colour, width: 1.5, spanGaps: false }))],
+      axes: [axis, { ...axis, size: 64 }],
+      scales: { x: { time: true }, y: { range: (_, min, max) => {
+        const spread = max > min ? (max - min) * .05 : Math.abs(max) * .05 || 1;
+        return [limit(low) ?? min - spread, limit(high) ?? max + spread];
+      } } },
+      legend: { show: true },
+      cursor: { drag: { x: true, y: false } },
+      hooks: { setSelect: [(own) => { isZoomed = own.select.width > 0; }] },
+    }, data(), chart);
+    chart.ondblclick = () => { isZoomed = false; needsDraw = true; };
+    needsDraw = true;
+  }
+
+  const size = () => ({ width: Math.max(200, chart.clientWidth - 8), height: Math.max(160, chart.clientHeight - 44) });
+
+  function data() {
+    const all = [...curves.values()];
+    if (all.length === 1) return [all[0].times, all[0].values];
+    return uPlot.join(all.map((curve) => [curve.times, curve.values]), all.map(() => [2]));
+  }
+
+  function draw() {
+    if (!plot) return;
+    needsDraw = false;
+    replace(legend, [...curves.values()].map((curve) => h("span", { class: "curve" },
+      h("b", { class: "swatch" }), `${curve.field}: ${curve.values.at(-1) ?? "–"}${curve.lost ? ` (${curve.lost} not shown)` : ""} ${curve.problem}`,
+      h("button", { "aria-label": `Remove ${curve.field}`, onclick: () => remove(curve.field) }, "×"))));
+    [...legend.querySelectorAll(".swatch")].forEach((swatch, index) => { swatch.style.background = [...curves.values()][index].colour; });
+    replace(error, "");
+    plot.setData(data(), false);
+    if (!isZoomed) {
+      const end = Math.max(...[...curves.values()].map((curve) => curve.times.at(-1) ?? 0));
+      if (end) plot.setScale("x", { min: end - Number(seconds.value), max: end });
+    } else plot.redraw();
+  }
+
+  function saveCsv() {
+    const rows = [...curves.values()].flatMap((curve) => curve.times.map((time, index) => `${time},${curve.field},${curve.values[index] ?? ""}`));
+    download("rqt_plot.csv", `time,field,value\n${rows.join("\n")}\n`, "text/csv");
+  }
+
+  let frame = requestAnimationFrame(function onFrame() {
+    if (needsDraw && !isPaused) draw();
+    frame = requestAnimationFrame(onFrame);
+  });
+  const resized = new ResizeObserver(() => plot?.setSize(size()));
+  resized.observe(chart);
+  if (argument) add(argument);
+  return () => {
+    cancelAnimationFrame(frame);
+    resized.disconnect();
+    closeTopics();
+    for (const curve of curves.values()) curve.close();
+    plot?.destroy();
+  };
+}

@@ -1,0 +1,55 @@
+// Messages by hand, once or at a rate, for as long as this tab is open.
+
+import { live } from "../live.js";
+import { h, replace } from "../dom.js";
+import { yaml } from "./services.js";
+
+export function open(view, argument, { control }) {
+  const topic = h("input", { placeholder: "/topic", value: argument, "aria-label": "Topic", spellcheck: "false", list: "publish-topics", onchange: () => chosen() });
+  const type = h("input", { placeholder: "std_msgs/String", "aria-label": "Type", spellcheck: "false", onchange: () => defaults() });
+  const rate = h("input", { type: "number", value: 1, min: 0, max: 1000, step: "any", "aria-label": "Rate in hertz" });
+  const message = h("textarea", { rows: 12, class: "mono", "aria-label": "Message in YAML", spellcheck: "false" });
+  const topics = h("datalist", { id: "publish-topics" });
+  const error = h("div", { class: "error", role: "alert" });
+  const list = h("div", {});
+  view.append(h("div", { class: "column" }, error, h("div", { class: "scroll form" },
+    control ? null : h("p", { class: "note" }, "This page only looks. Start it with --control to publish."),
+    h("label", {}, "Topic", topic), topics, h("label", {}, "Type", type), h("label", {}, "Rate in Hz (0: once)", rate), message,
+    h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish")), list)));
+  let known = [];
+  const running = new Set();
+  const closeTopics = live.watch("topics", {}, (data) => {
+    known = data.topics;
+    replace(topics, known.map((each) => h("option", { value: each.name })));
+    if (argument && !type.value) chosen();
+  });
+
+  function chosen() {
+    const found = known.find((each) => each.name === topic.value);
+    if (found && found.type !== "*") { type.value = found.type; defaults(); }
+  }
+
+  async function defaults() {
+    try {
+      message.value = yaml(await live.act("message", { type: type.value }));
+      replace(error, "");
+    } catch (problem) {
+      replace(error, problem.message);
+    }
+  }
+
+  function publish() {
+    const count = h("span", {}, "0");
+    const args = { name: topic.value, type: type.value, message: message.value, rate: Number(rate.value) };
+    const row = h("p", {}, `${args.name} (${args.type}), ${args.rate ? `${args.rate} Hz` : "once"}: `, count, " ", h("button", { onclick: () => { close(); row.remove(); running.delete(close); } }, "Stop"));
+    const close = live.watch("publishing", args, (data) => replace(count, String(data.count)), (problem) => { replace(error, problem); row.remove(); running.delete(close); });
+    running.add(close);
+    list.append(row);
+    replace(error, "");
+  }
+
+  return () => {
+    closeTopics();
+    for (const close of running) close();
+  };
+}

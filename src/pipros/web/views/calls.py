@@ -1,0 +1,105 @@
+"""Services and messages by hand: `rqt_service_caller` and `rqt_publisher`."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator, Mapping
+from typing import Any
+
+from pipros.errors import PiprosError
+from pipros.graph.service_call import ServiceCaller
+from pipros.graph.services import argument_names, service_class_of
+from pipros.graph.values import filled_message
+from pipros.msg import load_message_class
+from pipros.safe.yaml import load
+from pipros.web.message_tree import message_tree
+from pipros.web.server import RequestRefused
+from pipros.web.system import System
+from pipros.web.views.topics import topic_name
+
+FASTEST_HZ = 1000.0
+TELL_INTERVAL_S = 0.5
+
+
+class CallViews:
+    """The views of the Services and Publish tabs."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    async def services(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """All services with their nodes."""
+        async for observation in self._system.observations():
+            services = observation.state.services
+            yield {"services": [[name, *nodes[:1]] for name, nodes in sorted(services.items())]}
+
+    async def service(self, arguments: Mapping[str, Any]) -> Any:
+        """The type of a service, the names of its arguments, and a request with default values."""
+        name = topic_name(arguments)
+        service_class = await asyncio.to_thread(service_class_of, self._system.graph.master, name)
+        return {
+            "type": service_class._type,
+            "arguments": argument_names(service_class),
+            "request": message_tree(service_class._request_class()),
+        }
+
+    async def call_service(self, arguments: Mapping[str, Any]) -> Any:
+        """Calls a service with a request in YAML."""
+        name, value = topic_name(arguments), _yaml(arguments, "request")
+
+        def call() -> Any:
+            caller = ServiceCaller(self._system.graph.master, name)
+            begin_s = time.monotonic()
+            response = caller.call(caller.request([] if value is None else [value]))
+            return {"response": message_tree(response), "seconds": round(time.monotonic() - begin_s, 4)}
+
+        return await asyncio.to_thread(call)
+
+    async def message(self, arguments: Mapping[str, Any]) -> Any:
+        """A message of a type with default values."""
+        return message_tree(_message_class(arguments)())
+
+    async def publishing(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Publishes a message at a rate for as long as the view is open; a rate of 0 publishes once."""
+        topic, value = topic_name(arguments), _yaml(arguments, "message")
+        rate = arguments.get("rate", 1.0)
+        if not isinstance(rate, (int, float)) or not 0.0 <= rate <= FASTEST_HZ:
+            raise RequestRefused(f"rate must be from 0 to {FASTEST_HZ:.0f} Hz, got {rate!r}")
+        message_class = _message_class(arguments)
+        filled_message(
+            message_class, value, time.time_ns()
+        )  # a mistake is told before anything is advertised
+        publisher = self._system.node.advertise(topic, message_class, queue_size=10, latch=not rate)
+        count = 0
+        begin_s = told_s = time.monotonic()
+        try:
+            while True:
+                publisher.publish(filled_message(message_class, value, time.time_ns()))
+                count += 1
+                now_s = time.monotonic()
+                if not rate or now_s - told_s >= TELL_INTERVAL_S or count == 1:
+                    told_s = now_s
+                    yield {"count": count}
+                if not rate:
+                    await asyncio.Event().wait()
+                await asyncio.sleep(max(0.0, begin_s + count / rate - time.monotonic()))
+        finally:
+            await asyncio.to_thread(publisher.unregister)
+
+
+def _message_class(arguments: Mapping[str, Any]) -> Any:
+    name = arguments.get("type")
+    if not isinstance(name, str) or name.count("/") != 1:
+        raise RequestRefused(f"type must be a message type such as std_msgs/String, got {name!r}")
+    try:
+        return load_message_class(name)
+    except PiprosError as error:
+        raise RequestRefused(f"the type {name} cannot be loaded: {error}") from None
+
+
+def _yaml(arguments: Mapping[str, Any], key: str) -> Any:
+    text = arguments.get(key, "")
+    if not isinstance(text, str):
+        raise RequestRefused(f"{key} must be a text in YAML, got {type(text).__name__}")
+    return load(text, key, angles=False)

@@ -1,0 +1,131 @@
+"""The tree of coordinate frames: `rqt_tf_tree`."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections.abc import AsyncIterator, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any
+
+from pipros.errors import PiprosError
+from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
+from pipros.graph.drawing.scene import draw
+from pipros.node.any_msg import RawMessage
+from pipros.web.system import System
+from pipros.web.topic_watch import TopicWatch
+from pipros.web.views.graph import scene_values
+
+SEND_INTERVAL_S = 1.0
+MOST_FRAMES = 2000
+
+
+@dataclass(slots=True)
+class Frame:
+    """What was heard of a frame.
+
+    Attributes:
+        parent: the last one.
+        authority: the node that sent it.
+        is_static: it came over `/tf_static`.
+        count: how many transforms came since `begin_s`.
+        begin_s, last_s: the wall times of the first and the last transform.
+        stamp_s: the stamp of the last one.
+    """
+
+    parent: str
+    authority: str
+    is_static: bool
+    begin_s: float
+    last_s: float
+    stamp_s: float
+    count: int = 1
+
+
+class FrameTree:
+    """All frames that were heard of. Transforms are taken in the threads of the links."""
+
+    def __init__(self) -> None:
+        self._frames: dict[str, Frame] = {}
+        self._lock = threading.Lock()
+
+    def take(self, message: Any, wall_s: float, authority: str, *, is_static: bool) -> None:
+        """Takes a `tf2_msgs/TFMessage`."""
+        with self._lock:
+            for transform in message.transforms:
+                child = transform.child_frame_id.lstrip("/")
+                known = self._frames.get(child)
+                parent, stamp_s = transform.header.frame_id.lstrip("/"), transform.header.stamp.to_sec()
+                if known is None or known.parent != parent:
+                    if known is None and len(self._frames) >= MOST_FRAMES:
+                        continue
+                    self._frames[child] = Frame(parent, authority, is_static, wall_s, wall_s, stamp_s)
+                    continue
+                known.count += 1
+                known.authority, known.is_static = authority, is_static
+                known.last_s, known.stamp_s = wall_s, stamp_s
+
+    def rows(self, now_s: float) -> list[Mapping[str, Any]]:
+        """Each frame with parent, rate in Hz and age of the newest transform in seconds, sorted by name."""
+        with self._lock:
+            return [
+                {
+                    "frame": child,
+                    "parent": frame.parent,
+                    "authority": frame.authority,
+                    "static": frame.is_static,
+                    "rate": (frame.count - 1) / (frame.last_s - frame.begin_s)
+                    if frame.last_s > frame.begin_s
+                    else None,
+                    "age": round(now_s - frame.last_s, 2),
+                    "delay": round(frame.last_s - frame.stamp_s, 3) if frame.stamp_s else None,
+                }
+                for child, frame in sorted(self._frames.items())
+            ]
+
+    def graph(self) -> NodeGraph:
+        """The tree as a graph, parents first."""
+        with self._lock:
+            parents = {child: frame.parent for child, frame in self._frames.items()}
+        names = sorted({*parents, *parents.values()})
+        arrows = [Arrow("t" + parent, "t" + child, child) for child, parent in sorted(parents.items())]
+        return NodeGraph({"t" + name: Vertex("t" + name, name, "topic") for name in names}, tuple(arrows))
+
+
+class FrameViews:
+    """The view of the TF tab."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    async def frames(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """The frames every second, and their drawing when the tree changes."""
+        tree = FrameTree()
+        shown = None
+        with ExitStack() as stack:
+            for topic, is_static in (("/tf", False), ("/tf_static", True)):
+                watch = stack.enter_context(self._system.topics.watch(topic))
+                stack.enter_context(watch.listening(_taker(tree, watch, is_static)))
+                if watch.newest is not None:  # others looked before, and latched messages came to them
+                    _taker(tree, watch, is_static)(watch.newest.message, watch.newest.wall_s)
+            while True:
+                values: dict[str, Any] = {"frames": tree.rows(time.time())}
+                graph = tree.graph()
+                if graph != shown:
+                    shown = graph
+                    values["scene"] = scene_values(await asyncio.to_thread(draw, graph))
+                yield values
+                await asyncio.sleep(SEND_INTERVAL_S)
+
+
+def _taker(tree: FrameTree, watch: TopicWatch, is_static: bool) -> Any:
+    def take(message: RawMessage, wall_s: float) -> None:
+        try:
+            decoded = watch.decode(message)
+        except PiprosError:
+            return
+        tree.take(decoded, wall_s, message.header.get("callerid", ""), is_static=is_static)
+
+    return take

@@ -1,0 +1,97 @@
+"""Images as they come: `rqt_image_view`. The browser converts the pixels and decodes compressed images."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Mapping
+from typing import Any
+
+from pipros.web.server import RequestRefused
+from pipros.web.system import System
+from pipros.web.views.topics import topic_name
+
+SEND_INTERVAL_S = 0.1
+LARGEST_BYTES = 2_000_000
+"""Larger raw images are sent with every second, third, … row and column."""
+IMAGE_TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
+
+BYTES_PER_PIXEL = {
+    "rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1, "8UC1": 1, "8UC3": 3, "8UC4": 4,
+    "mono16": 2, "16UC1": 2, "32FC1": 4,
+    "bayer_rggb8": 1, "bayer_bggr8": 1, "bayer_gbrg8": 1, "bayer_grbg8": 1,
+    "yuv422": 2, "yuv422_yuy2": 2,
+}  # fmt: skip
+
+
+class ImageViews:
+    """The view of the Images tab."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    async def image(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """The newest image of a topic, ten times a second at most: a JSON head, a line break, the pixels."""
+        with self._system.topics.watch(topic_name(arguments)) as watch:
+            number = -1
+            while True:
+                newest = watch.newest
+                if newest is not None and newest.number != number:
+                    number = newest.number
+                    message = await asyncio.to_thread(watch.decode, newest.message)
+                    head, pixels = await asyncio.to_thread(packed, message)
+                    yield json.dumps({**head, **watch.figures()}).encode() + b"\n" + pixels
+                await asyncio.sleep(SEND_INTERVAL_S)
+
+
+def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
+    """An image for the browser.
+
+    Raises:
+        RequestRefused: not an image, or in an encoding that is not known.
+    """
+    if message._type == "sensor_msgs/CompressedImage":
+        kind = "png" if "png" in message.format.lower() else "jpeg"
+        return {"compressed": kind, "format": message.format}, bytes(message.data)
+    if message._type != "sensor_msgs/Image":
+        raise RequestRefused(f"the topic must have the type {' or '.join(IMAGE_TYPES)}, got {message._type}")
+    size = BYTES_PER_PIXEL.get(message.encoding)
+    if size is None:
+        known = ", ".join(BYTES_PER_PIXEL)
+        raise RequestRefused(f"the encoding must be one of {known}, got {message.encoding!r}")
+    width, height, step = message.width, message.height, message.step
+    if width * size > step or step * height > len(message.data):
+        raise RequestRefused(
+            f"{width} x {height} pixels of {message.encoding} in rows of {step} bytes "
+            f"need {step * height} bytes, got {len(message.data)}"
+        )
+    every = _step(message.encoding, width * height * size)
+    data = memoryview(message.data)
+    tops = range(0, height * step, step * every)
+    pixels = b"".join(_thinned(data[top : top + width * size], size, every) for top in tops)
+    head = {
+        "encoding": message.encoding,
+        "big": bool(message.is_bigendian),
+        "width": len(range(0, width, every)),
+        "height": len(range(0, height, every)),
+        "full": [width, height],
+        "frame": message.header.frame_id,
+    }
+    return head, pixels
+
+
+def _step(encoding: str, size: int) -> int:
+    if encoding.startswith(("bayer", "yuv")):  # neighbouring pixels belong together
+        return 1
+    every = 1
+    while size // every**2 > LARGEST_BYTES:
+        every += 1
+    return every
+
+
+def _thinned(row: memoryview, size: int, every: int) -> bytes:
+    if every == 1:
+        return bytes(row)
+    if size == 1:
+        return bytes(row[::every])
+    return b"".join(row[left : left + size] for left in range(0, len(row), size * every))

@@ -1,0 +1,60 @@
+"""The parameters of the master."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Mapping
+from typing import Any
+
+from pipros.errors import PiprosError
+from pipros.graph import params
+from pipros.safe.yaml import load
+from pipros.web.message_tree import message_tree
+from pipros.web.server import RequestRefused
+from pipros.web.system import System
+from pipros.web.views.topics import topic_name
+
+LOOK_INTERVAL_S = 2.0
+MOST_PARAMETERS = 20_000
+
+
+class ParamViews:
+    """The views of the Parameters tab."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    async def params(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """All parameters by name whenever one changed; values are shortened."""
+        shown: Any = None
+        while True:
+            try:
+                values = await asyncio.to_thread(self._read)
+            except PiprosError as error:
+                values = {"error": str(error)}
+            if values != shown:
+                shown = values
+                yield values
+            await asyncio.sleep(LOOK_INTERVAL_S)
+
+    def _read(self) -> Mapping[str, Any]:
+        found = dict(params.leaves("/", params.read(self._system.graph.master, "/")))
+        names = sorted(found)[:MOST_PARAMETERS]
+        return {
+            "params": {name: message_tree(found[name]) for name in names},
+            "more": len(found) - len(names),
+        }
+
+    async def set_param(self, arguments: Mapping[str, Any]) -> Any:
+        """Sets a parameter to a value in YAML."""
+        name, text = topic_name(arguments), arguments.get("value")
+        if not isinstance(text, str):
+            raise RequestRefused(f"value must be a text in YAML, got {type(text).__name__}")
+        value = load(text, "value", angles=False) if text else ""
+        await asyncio.to_thread(params.write, self._system.graph.master, name, value)
+        return True
+
+    async def delete_param(self, arguments: Mapping[str, Any]) -> Any:
+        """Deletes a parameter or a namespace."""
+        await asyncio.to_thread(params.delete, self._system.graph.master, topic_name(arguments))
+        return True

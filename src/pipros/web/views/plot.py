@@ -1,0 +1,145 @@
+"""Curves: numbers from messages as they come, as `rqt_plot` shows them."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pipros.errors import PiprosError
+from pipros.graph.message_path import Step, extract, parse_path
+from pipros.node.any_msg import RawMessage
+from pipros.web.server import RequestRefused
+from pipros.web.system import System
+from pipros.web.topic_watch import NewSamples, TopicWatch
+
+SEND_INTERVAL_S = 0.1
+KEPT_SAMPLES = 5000
+"""Samples that wait for a slow browser."""
+DECODED_A_SECOND = 2000
+"""Messages of one curve that are decoded in a second; of a faster topic the rest is counted as lost."""
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A number in the messages of a topic: `/imu/linear_acceleration/x`."""
+
+    topic: str
+    path: Sequence[Step]
+    text: str
+
+
+def expand(text: str) -> Iterator[str]:
+    """The fields that one word of `rqt_plot` means: `/a/pose/x:y:z` is three.
+
+    >>> list(expand("/a/pose/x:y")), list(expand("/b/data"))
+    (['/a/pose/x', '/a/pose/y'], ['/b/data'])
+    """
+    first, *others = text.split(":") if "[" not in text else [text]
+    yield first
+    for other in others:
+        yield f"{first.rpartition('/')[0]}/{other}"
+
+
+def find_field(text: str, topics: Mapping[str, str]) -> Field | None:
+    """The field that a text means, by the longest topic that it begins with; None when there is none.
+
+    Raises:
+        InvalidIndex: malformed brackets.
+    """
+    words = text.split("/")
+    for end in range(len(words), 1, -1):
+        topic = "/".join(words[:end])
+        if topic in topics:
+            return Field(topic, parse_path("/".join(words[end:])), text)
+    return None
+
+
+class PlotViews:
+    """The view of the Plot tab."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    async def plot(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """The samples of one curve: wall times and values, ten times a second at most."""
+        text = arguments.get("field")
+        if not isinstance(text, str) or not text.startswith("/") or len(text) > 1000:
+            raise RequestRefused(
+                f"field must be a topic and a field such as /imu/orientation/x, got {text!r}"
+            )
+        field = None
+        observations = self._system.observations()
+        async with contextlib.aclosing(observations):  # type: ignore[type-var]
+            async for observation in observations:
+                field = find_field(text, observation.types)
+                if field is not None:
+                    break
+                yield {"error": f"no topic of this name is there yet: {text}"}
+        if field is None:  # the server ends
+            return
+        with self._system.topics.watch(field.topic) as watch:
+            curve = _Curve(watch, field)
+            with watch.listening(curve.take):
+                while True:
+                    samples, lost = curve.samples.take()
+                    if samples or lost or curve.error:
+                        yield {"samples": samples, "lost": lost, "error": curve.error}
+                    await asyncio.sleep(SEND_INTERVAL_S)
+
+
+class _Curve:
+    """Decodes in the thread of the link, and remembers what went wrong."""
+
+    def __init__(self, watch: TopicWatch, field: Field) -> None:
+        self.samples = NewSamples(KEPT_SAMPLES)
+        self.error = ""
+        self._watch = watch
+        self._field = field
+        self._second = 0
+        self._decoded = 0
+
+    def take(self, message: RawMessage, wall_s: float) -> None:
+        second = int(time.monotonic())
+        if second != self._second:
+            self._second, self._decoded = second, 0
+        self._decoded += 1
+        if self._decoded > DECODED_A_SECOND:
+            self.samples.lose()
+            return
+        try:
+            value = number_in(self._watch.decode(message), self._field)
+        except (PiprosError, ValueError) as error:
+            self.error = str(error)
+            return
+        self.error = ""
+        self.samples.add([round(wall_s, 4), value])
+
+
+def number_in(message: Any, field: Field) -> float | None:
+    """The number of a field; None for NaN and infinity, which end a line.
+
+    Raises:
+        ValueError: it is not a number.
+    """
+    from pipros.web.views.topics import percentage
+
+    value = extract(message, field.path).value
+    if isinstance(value, bool):
+        return float(value)
+    if hasattr(value, "to_sec"):
+        return float(value.to_sec())
+    if not field.path or isinstance(value, str):
+        level = percentage(message)
+        if level is not None:
+            return level
+        slots: Sequence[str] = getattr(value, "__slots__", ())
+        if len(slots) == 1:  # std_msgs/Float64 and the like
+            value = getattr(value, slots[0])
+    if not isinstance(value, (int, float)):
+        raise ValueError(f"{field.text} must be a number, got {type(value).__name__}")
+    number = float(value)
+    return number if number - number == 0.0 else None

@@ -1,0 +1,186 @@
+"""What the tabs of the page show of a running robot, and what they may change."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.page import Page
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+ROBOT = Path(__file__).parents[1] / "browser" / "programs" / "robot_program.py"
+
+
+def first(values: Iterator[Any], condition: Callable[[Any], object]) -> Any:
+    return next(value for value in values if condition(value))
+
+
+@pytest.fixture
+def robot(ros: RosSystem) -> RosSystem:
+    """A master and the node `/robot`."""
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, ROBOT, "robot")
+    ros.wait_for_publisher("/imu")
+    return ros
+
+
+def test_a_curve_of_numbers(robot: RosSystem) -> None:
+    with Page(robot).connect() as browser:
+        data = first(
+            browser.watch("plot", field="/imu/angular_velocity/x"), lambda value: value.get("samples")
+        )
+        assert all(-1.0 <= number <= 1.0 for _, number in data["samples"])
+        assert data["lost"] == 0
+
+
+def test_a_curve_waits_for_its_topic_and_names_what_is_not_a_number(robot: RosSystem) -> None:
+    with Page(robot).connect() as browser:
+        assert (
+            "no topic of this name is there yet" in next(browser.watch("plot", field="/nothing/x"))["error"]
+        )
+    with Page(robot).connect() as browser:
+        data = first(browser.watch("plot", field="/imu/header"), lambda value: value.get("error"))
+        assert "/imu/header must be a number" in data["error"]
+
+
+def test_the_log_with_levels_and_places(robot: RosSystem) -> None:
+    with Page(robot).connect() as browser:
+        data = first(browser.watch("console"), lambda value: value["entries"])
+        level, node, text, stamp, file, line, _ = data["entries"][0]
+        assert (level, node) == (4, "/robot")
+        assert text.startswith("wheel slips: ")
+        assert stamp > 1e9
+        assert file.endswith("robot_program.py")
+        assert line > 0
+
+
+def test_parameters_and_their_changes(robot: RosSystem) -> None:
+    with Page(robot).connect() as browser:
+        values = browser.watch("params")
+        assert first(values, lambda value: "/robot/wheel_radius" in value["params"])
+        robot.pipros.run("rosparam", "set", "/robot/wheel_radius", "0.25")
+        first(values, lambda value: value["params"].get("/robot/wheel_radius") == 0.25)
+
+
+def test_what_nodes_use(robot: RosSystem) -> None:
+    with Page(robot).connect() as browser:
+        data = first(
+            browser.watch("processes"),
+            lambda value: any(row["name"] == "/robot" and row.get("pid") for row in value["nodes"]),
+        )
+        row = next(row for row in data["nodes"] if row["name"] == "/robot")
+        assert row["memory"] > 1_000_000
+        assert row["threads"] >= 1
+
+
+def test_images(robot: RosSystem) -> None:
+    with Page(robot).connect() as browser:
+        head, _, pixels = next(browser.watch("image", name="/camera/image_raw")).partition(b"\n")
+        assert json.loads(head)["full"] == [8, 4]
+        assert pixels == b"\xff\x00\x00" * 32
+    with Page(robot).connect() as browser:
+        assert "must have the type sensor_msgs/Image" in next(browser.watch("image", name="/imu"))["error"]
+
+
+def test_frames(robot: RosSystem) -> None:
+    with Page(robot).connect() as browser:
+        data = first(browser.watch("frames"), lambda value: value["frames"] and value["frames"][0]["rate"])
+        frame = data["frames"][0]
+        assert (frame["frame"], frame["parent"], frame["authority"]) == ("base_link", "map", "/robot")
+
+
+def test_diagnostics(robot: RosSystem) -> None:
+    with Page(robot).connect() as browser:
+        data = first(browser.watch("diagnostics"), lambda value: value["components"])
+        component = data["components"][0]
+        assert (component["name"], component["level"], component["message"]) == ("/Motors/left", 1, "warm")
+        assert component["values"] == [["temperature", "70"]]
+
+
+def test_services_and_loggers(robot: RosSystem) -> None:
+    with Page(robot).connect() as browser:
+        data = first(browser.watch("services"), lambda value: value["services"])
+        assert ["/robot/get_loggers", "/robot"] in data["services"]
+        service = browser.act("service", name="/robot/set_logger_level")
+        assert service["type"] == "roscpp/SetLoggerLevel"
+        assert service["request"] == {"logger": "", "level": ""}
+        assert {"name": "rosout", "level": "INFO"} in browser.act("loggers", name="/robot")
+
+
+CHANGES = {
+    "set_param": {"name": "/robot/x", "value": "1"},
+    "delete_param": {"name": "/robot/wheel_radius"},
+    "set_logger_level": {"name": "/robot", "logger": "rosout", "level": "debug"},
+    "call_service": {"name": "/robot/get_loggers", "request": ""},
+}
+
+
+def test_a_page_that_only_looks_changes_nothing(robot: RosSystem) -> None:
+    with Page(robot).connect() as browser:
+        for action, arguments in CHANGES.items():
+            assert "start it with --control" in browser.act(action, **arguments)["error"]
+        view = browser.watch("publishing", name="/x", type="std_msgs/String", message="data: y", rate=0)
+        assert "start it with --control" in next(view)["error"]
+        assert robot.publishers("/x") == []
+
+
+def test_a_page_with_control_changes_parameters_loggers_and_calls(robot: RosSystem) -> None:
+    with Page(robot, "--control").connect() as browser:
+        assert browser.act("about")["control"] is True
+        assert browser.act("set_param", name="/robot/x", value="{a: 7}") is True
+        assert robot.pipros.run("rosparam", "get", "/robot/x/a").stdout == ["7"]
+        assert browser.act("delete_param", name="/robot/x") is True
+        assert "is not set" in browser.act("delete_param", name="/robot/x")["error"]
+        assert browser.act("set_logger_level", name="/robot", logger="rosout", level="debug") is True
+        assert {"name": "rosout", "level": "DEBUG"} in browser.act("loggers", name="/robot")
+        answer = browser.act("call_service", name="/robot/get_loggers", request="")
+        assert answer["response"]["loggers"]
+        assert (
+            "Incompatible arguments"
+            in browser.act("call_service", name="/robot/get_loggers", request="x: 1")["error"]
+        )
+        assert (
+            "level must be one of"
+            in browser.act("set_logger_level", name="/robot", logger="rosout", level="loud")["error"]
+        )
+
+
+def test_publishing_ends_with_the_browser(robot: RosSystem) -> None:
+    page = Page(robot, "--control")
+    with page.connect() as browser:
+        bad = browser.watch("publishing", name="/x", type="std_msgs/String", message="wrong: y", rate=0)
+        assert "wrong" in next(bad)["error"]
+    with page.connect() as browser:
+        arguments = {"name": "/x", "type": "std_msgs/String", "message": "data: hello", "rate": 50}
+        first(browser.watch("publishing", **arguments), lambda value: value["count"] > 1)
+        assert robot.pipros.run("rostopic", "echo", "-n1", "/x").stdout[0] == 'data: "hello"'
+    wait_until(lambda: robot.publishers("/x") == [], 30.0, "the publisher to end")
+
+
+@pytest.mark.parametrize(
+    ("command", "place"),
+    [
+        (("rqt",), "graph"),
+        (("rqt_console",), "console"),
+        (("rqt_image_view", "camera"), "images/%2Fcamera"),
+        (("rqt_logger_level", "/robot"), "console/%2Frobot"),
+        (("rqt_plot", "imu/x:y", "/joints/position[1]"), "plot/%2Fimu%2Fx%3Ay%2C%2Fjoints%2Fposition%5B1%5D"),
+        (("rqt_publisher",), "publish"),
+        (("rqt_robot_monitor",), "diagnostics"),
+        (("rqt_service_caller",), "services"),
+        (("rqt_tf_tree",), "tf"),
+        (("rqt_top",), "nodes"),
+        (("rqt_topic",), "topics"),
+    ],
+)
+def test_each_command_opens_its_tab(ros: RosSystem, command: tuple[str, ...], place: str) -> None:
+    page = Page(ros, *command[1:], command=command[0])
+    assert page.url.partition("#")[2] == place
+    page.process.press_ctrl_c()
+    assert page.process.wait() == 0

@@ -1,0 +1,176 @@
+"""What the tabs make of messages: numbers for curves, pixels, frames, components."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import TransformStamped
+from sensor_msgs.msg import CompressedImage, Image, Imu, JointState
+from std_msgs.msg import Bool, Float64, Header, String
+from tf2_msgs.msg import TFMessage
+
+from genpy import Time
+from pipros.graph.drawing.layered_layout import Box
+from pipros.web.server import RequestRefused
+from pipros.web.topic_watch import NewSamples
+from pipros.web.views.diagnostics import STALE, Statuses
+from pipros.web.views.frames import FrameTree
+from pipros.web.views.images import LARGEST_BYTES, packed
+from pipros.web.views.plot import expand, find_field, number_in
+
+TOPICS = {"/imu": "sensor_msgs/Imu", "/imu/raw": "sensor_msgs/Imu", "/joints": "sensor_msgs/JointState"}
+
+
+@pytest.mark.parametrize(
+    ("text", "topic", "path"),
+    [
+        ("/imu/angular_velocity/x", "/imu", ["angular_velocity", "x"]),
+        ("/imu/raw/angular_velocity/x", "/imu/raw", ["angular_velocity", "x"]),
+        ("/joints/position[2]", "/joints", ["position[2]"]),
+        ("/imu", "/imu", []),
+    ],
+)
+def test_a_field_belongs_to_the_longest_topic(text: str, topic: str, path: list[str]) -> None:
+    field = find_field(text, TOPICS)
+    assert field is not None
+    assert (field.topic, [step.text for step in field.path]) == (topic, path)
+
+
+def test_a_field_of_no_topic_is_not_found() -> None:
+    assert find_field("/im", TOPICS) is None
+
+
+def test_several_fields_in_one_word() -> None:
+    assert list(expand("/a/pose/x:y:z")) == ["/a/pose/x", "/a/pose/y", "/a/pose/z"]
+    assert list(expand("/joints/position[1:3]")) == ["/joints/position[1:3]"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "number"),
+    [
+        ("/imu/angular_velocity/x", Imu(), 0.0),
+        ("/joints/position[1]", JointState(position=[1.0, 2.5]), 2.5),
+        ("/imu/header/stamp", Imu(header=Header(stamp=Time(3, 500_000_000))), 3.5),
+        ("/imu", Float64(7.5), 7.5),
+        ("/imu", Bool(True), 1.0),
+        ("/imu", String("%25"), 25.0),
+        ("/imu", Float64(math.nan), None),
+    ],
+)
+def test_numbers_of_messages(text: str, message: Any, number: float | None) -> None:
+    field = find_field(text, TOPICS)
+    assert field is not None
+    assert number_in(message, field) == number
+
+
+def test_what_is_not_a_number_is_named() -> None:
+    field = find_field("/imu/header", TOPICS)
+    assert field is not None
+    with pytest.raises(ValueError, match=r"/imu/header must be a number, got "):
+        number_in(Imu(), field)
+
+
+def test_samples_of_a_slow_browser_are_lost_and_counted() -> None:
+    samples = NewSamples(3)
+    for number in range(5):
+        samples.add(number)
+    samples.lose()
+    assert samples.take() == ([2, 3, 4], 3)
+    assert samples.take() == ([], 0)
+
+
+def test_pixels_come_without_padding() -> None:
+    head, pixels = packed(Image(width=2, height=2, step=8, encoding="rgb8", data=b"abcdef--ghijkl--"))
+    assert pixels == b"abcdefghijkl"
+    assert (head["width"], head["height"], head["encoding"]) == (2, 2, "rgb8")
+
+
+@pytest.mark.parametrize(("encoding", "size"), [("mono8", 1), ("rgb8", 3), ("32FC1", 4)])
+def test_large_images_are_thinned_out(encoding: str, size: int) -> None:
+    side = math.isqrt(LARGEST_BYTES // size) * 2
+    image = Image(
+        width=side, height=side, step=side * size, encoding=encoding, data=bytes(side * side * size)
+    )
+    head, pixels = packed(image)
+    assert len(pixels) == head["width"] * head["height"] * size <= LARGEST_BYTES
+    assert head["full"] == [side, side]
+
+
+def test_compressed_images_are_left_to_the_browser() -> None:
+    assert packed(CompressedImage(format="bgr8; png compressed", data=b"x"))[0]["compressed"] == "png"
+    assert packed(CompressedImage(format="jpeg", data=b"x")) == (
+        {"compressed": "jpeg", "format": "jpeg"},
+        b"x",
+    )
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        (Image(width=2, height=2, step=1, encoding="mono8", data=b"1234"), "in rows of 1 bytes"),
+        (Image(width=2, height=9, step=2, encoding="mono8", data=b"1234"), "need 18 bytes, got 4"),
+        (Image(width=1, height=1, step=1, encoding="<b>", data=b"1"), "encoding must be one of"),
+        (String("x"), "must have the type sensor_msgs/Image"),
+    ],
+)
+def test_images_that_cannot_be_shown(message: Any, words: str) -> None:
+    with pytest.raises(RequestRefused, match=words):
+        packed(message)
+
+
+def transform(parent: str, child: str, stamp_s: int = 0) -> TransformStamped:
+    return TransformStamped(header=Header(frame_id=parent, stamp=Time(stamp_s)), child_frame_id=child)
+
+
+def test_frames_have_parents_rates_and_ages() -> None:
+    tree = FrameTree()
+    for wall_s in (10.0, 10.1, 10.2):
+        tree.take(TFMessage([transform("map", "/base", 10)]), wall_s, "/slam", is_static=False)
+    tree.take(TFMessage([transform("base", "laser")]), 9.0, "/model", is_static=True)
+    base, laser = tree.rows(11.2)
+    assert (base["frame"], base["parent"], base["authority"], base["static"]) == (
+        "base",
+        "map",
+        "/slam",
+        False,
+    )
+    assert base["rate"] == pytest.approx(10.0)
+    assert (base["age"], base["delay"]) == (1.0, 0.2)
+    assert (laser["frame"], laser["static"], laser["rate"]) == ("laser", True, None)
+    assert [(arrow.start, arrow.end) for arrow in tree.graph().arrows] == [
+        ("tmap", "tbase"),
+        ("tbase", "tlaser"),
+    ]
+
+
+def test_a_frame_that_gets_another_parent_begins_anew() -> None:
+    tree = FrameTree()
+    tree.take(TFMessage([transform("map", "base")]), 1.0, "/a", is_static=False)
+    tree.take(TFMessage([transform("odom", "base")]), 2.0, "/a", is_static=False)
+    assert [(row["parent"], row["rate"]) for row in tree.rows(2.0)] == [("odom", None)]
+
+
+def test_a_tree_with_a_cycle_can_be_drawn() -> None:
+    from pipros.graph.drawing.scene import draw
+
+    tree = FrameTree()
+    tree.take(
+        TFMessage([transform("a", "b"), transform("b", "a"), transform("c", "c")]), 1.0, "", is_static=False
+    )
+    boxes = [box for _, box, _ in draw(tree.graph()).boxes]
+    assert len(boxes) == 3
+    assert all(isinstance(box, Box) for box in boxes)
+
+
+def test_components_have_levels_values_and_a_history() -> None:
+    statuses = Statuses()
+    for wall_s, level in ((1.0, 0), (2.0, 2)):
+        status = DiagnosticStatus(level, "/Motors/left", "hot", "m1", [KeyValue("temperature", "90")])
+        statuses.take(DiagnosticArray(status=[status]), wall_s)
+    (row,) = statuses.rows(3.0)
+    assert (row["name"], row["level"], row["values"]) == ("/Motors/left", 2, [["temperature", "90"]])
+    assert row["history"] == [(1.0, 0), (2.0, 2)]
+    assert statuses.rows(30.0)[0]["level"] == STALE
