@@ -36,10 +36,10 @@ from pipros.node.service_client import OpenCalls, ServiceClient
 from pipros.node.service_server import ServiceClass, ServiceServer
 from pipros.node.slave import slave_methods
 from pipros.node.subscriber import NO_ARGS, Subscriber
-from pipros.node.topic_statistics import WindowLimits
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
+    from pipros.node.topic_statistics import WindowLimits
 
 
 #: How often a node that found no master tries again.
@@ -219,6 +219,7 @@ class Node:
     def enable_statistics(self, limits: WindowLimits | None = None) -> None:
         """Publishes on `/statistics` what the subscriptions measure."""
         from pipros.node.statistics_publisher import StatisticsPublisher
+        from pipros.node.topic_statistics import WindowLimits
 
         self.endpoints.observe(
             StatisticsPublisher(

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipros.node.node import Node
-from pipros.node.topic_statistics import WindowLimits
+
+if TYPE_CHECKING:
+    from pipros.node.topic_statistics import WindowLimits
 
 _WINDOW_PARAMETERS = {
     "min_elements": "/statistics_window_min_elements",
@@ -42,6 +44,8 @@ def is_on(node: Node, switch: str) -> bool:
 
 def window_limits(node: Node) -> WindowLimits:
     """The windows of topic statistics: the limits that parameters set, else the defaults."""
+    from pipros.node.topic_statistics import WindowLimits
+
     given: dict[str, Any] = {}
     for field, parameter in _WINDOW_PARAMETERS.items():
         with contextlib.suppress(LookupError):

@@ -40,6 +40,7 @@ _COMPILER = (
     "language/digest.py",
     "language/parse.py",
     "language/spec.py",
+    "language/type_names.py",
     "time.py",
 )
 """The files that generate the code, and those with the functions that it calls."""

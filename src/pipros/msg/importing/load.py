@@ -13,7 +13,7 @@ from typing import Any
 from pipros.errors import NotFound
 from pipros.msg.base import Message
 from pipros.msg.importing.hook import install, installed_library
-from pipros.msg.language.parse import is_full_type_name
+from pipros.msg.language.type_names import is_full_type_name
 
 install()  # where pipros.pth did not
 
