@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from pathlib import Path
+
 import pytest
 
 from tests.support.catkin import CatkinWorkspace, build_once
+from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
 
 
@@ -12,6 +16,14 @@ from tests.support.ros import RosSystem
 def catkin_workspace() -> CatkinWorkspace:
     """The example and the C++ nodes, built by genuine catkin."""
     return build_once()
+
+
+@pytest.fixture
+def plain_ros(claimed_port: ClaimedPort, tmp_path: Path, bare_tools: Path) -> Iterator[RosSystem]:
+    """A ROS system as in other tests: for tests that need no workspace, and need not wait for its build."""
+    system = RosSystem(claimed_port.number, tmp_path, bare_tools)
+    yield system
+    system.close()
 
 
 @pytest.fixture

@@ -53,12 +53,13 @@ def test_messages_are_transformed_alike() -> None:
     assert differing(geometry_script, 1, 50) == []
 
 
+@pytest.mark.timeout(200)
 @pytest.mark.parametrize(
     ("sender", "asker"), [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros")]
 )
-def test_nodes_of_both_sides_know_each_others_frames(ros: RosSystem, sender: str, asker: str) -> None:
-    ros.pipros.start_master()
-    sides = {"pipros": ros.pipros, "genuine": ros.genuine}
+def test_nodes_of_both_sides_know_each_others_frames(plain_ros: RosSystem, sender: str, asker: str) -> None:
+    plain_ros.pipros.start_master()
+    sides = {"pipros": plain_ros.pipros, "genuine": plain_ros.genuine}
     sending = sides[sender].start("python3", PROGRAMS / "send_frames.py")
 
     ended = sides[asker].run("python3", PROGRAMS / "ask_frames.py", timeout_s=90)

@@ -28,7 +28,7 @@ FLOORS: list[list[set[str]]] = [
     [{"msg"}],
     [{"startup", "net", "workspace"}],
     [{"master", "node"}],
-    [{"launch", "graph", "transforms", "filters", "bag"}],
+    [{"launch", "graph", "transforms", "filters", "actions", "bag"}],
     [{"testing", "web", "health"}],
     [{"cli"}],
 ]
@@ -40,6 +40,7 @@ STEP = {room: step for step, rooms in enumerate(STEPS) for room in rooms}
 
 # Facades that stand on others, whose names are part of what they promise.
 FACADES_BELOW: dict[str, set[str]] = {
+    "actionlib": {"rospy"},
     "genpy": {"genmsg"},  # the exceptions of generate_dynamic
     "message_filters": {"rospy"},  # topics, the clock and logs of rospy's node
     "roslaunch": {"rosgraph"},  # its server is a rosgraph.xmlrpc.XmlRpcNode

@@ -1,0 +1,16 @@
+"""actionlib, as Noetic has it, on pipros: goals that take time, with feedback, results and cancellation."""
+
+from actionlib.action_client import ActionClient as ActionClient
+from actionlib.action_client import ClientGoalHandle as ClientGoalHandle
+from actionlib.action_client import CommState as CommState
+from actionlib.action_client import TerminalState as TerminalState
+from actionlib.action_client import get_name_of_constant as get_name_of_constant
+from actionlib.action_server import ActionServer as ActionServer
+from actionlib.exceptions import ActionException as ActionException
+from actionlib.goal_id_generator import GoalIDGenerator as GoalIDGenerator
+from actionlib.handle_tracker_deleter import HandleTrackerDeleter as HandleTrackerDeleter
+from actionlib.server_goal_handle import ServerGoalHandle as ServerGoalHandle
+from actionlib.simple_action_client import SimpleActionClient as SimpleActionClient
+from actionlib.simple_action_client import SimpleGoalState as SimpleGoalState
+from actionlib.simple_action_server import SimpleActionServer as SimpleActionServer
+from actionlib.status_tracker import StatusTracker as StatusTracker

@@ -1,0 +1,5 @@
+"""The exception of actionlib."""
+
+
+class ActionException(Exception):
+    """A type is no action."""

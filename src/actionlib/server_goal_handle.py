@@ -1,0 +1,121 @@
+"""A goal in the hands of the program that works on it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from actionlib_msgs.msg import GoalID, GoalStatus
+
+import rospy
+from pipros.actions.server_goal import Event, after, why_not
+from pipros.actions.status import TERMINAL
+
+
+class ServerGoalHandle:
+    """A goal: accept or reject it, say how it goes and how it ended.
+
+    What cannot be (succeed before it was accepted, end twice) is logged as an error and changes nothing.
+    """
+
+    def __init__(
+        self, status_tracker: Any = None, action_server: Any = None, handle_tracker: Any = None
+    ) -> None:
+        self.status_tracker = status_tracker
+        self.action_server = action_server
+        self.handle_tracker = handle_tracker
+        self.goal = status_tracker.goal if status_tracker else None
+
+    def get_default_result(self) -> Any:
+        """A result with all fields at their defaults."""
+        return self.action_server.ActionResultType()
+
+    def set_accepted(self, text: str = "") -> None:
+        """The goal is worked on from now."""
+        self._set(Event.ACCEPT, None, text)
+
+    def set_canceled(self, result: Any = None, text: str = "") -> None:
+        """The goal ended because it was cancelled."""
+        self._set(Event.CANCEL, result, text)
+
+    def set_rejected(self, result: Any = None, text: str = "") -> None:
+        """The goal will not be worked on."""
+        self._set(Event.REJECT, result, text)
+
+    def set_aborted(self, result: Any = None, text: str = "") -> None:
+        """The goal failed."""
+        self._set(Event.ABORT, result, text)
+
+    def set_succeeded(self, result: Any = None, text: str = "") -> None:
+        """The goal is reached."""
+        self._set(Event.SUCCEED, result, text)
+
+    def publish_feedback(self, feedback: Any) -> None:
+        """Tells the client how it goes."""
+        if not self.goal:
+            rospy.logerr("a ServerGoalHandle without a goal cannot publish feedback")
+            return
+        with self.action_server.lock:
+            self.action_server.publish_feedback(self.status_tracker.status, feedback)
+
+    def get_goal(self) -> Any:
+        """What the client asked for; None for a handle without a goal."""
+        return self.goal.goal if self.goal else None
+
+    def get_goal_id(self) -> GoalID:
+        """The id of the goal."""
+        if not self.goal:
+            rospy.logerr("a ServerGoalHandle without a goal has no goal id")
+            return GoalID()
+        with self.action_server.lock:
+            goal_id: GoalID = self.status_tracker.status.goal_id
+            return goal_id
+
+    def get_goal_status(self) -> GoalStatus:
+        """The status of the goal."""
+        if not self.goal:
+            rospy.logerr("a ServerGoalHandle without a goal has no status")
+            return GoalStatus()
+        with self.action_server.lock:
+            status: GoalStatus = self.status_tracker.status
+            return status
+
+    def set_cancel_requested(self) -> bool:
+        """A client asked to cancel the goal. Returns whether that is news."""
+        if not self.goal:
+            return False
+        with self.action_server.lock:
+            status = self.status_tracker.status
+            new = after(status.status, Event.CANCEL_REQUESTED)
+            if new is None:
+                return False
+            status.status = int(new)
+            self.action_server.publish_status()
+            return True
+
+    def _set(self, event: Event, result: Any, text: str) -> None:
+        if not self.goal:
+            rospy.logerr("a ServerGoalHandle without a goal cannot be %s", event.value)
+            return
+        with self.action_server.lock:
+            status = self.status_tracker.status
+            new = after(status.status, event)
+            if new is None:
+                rospy.logerr("goal %s: %s", status.goal_id.id, why_not(status.status, event))
+                return
+            status.status, status.text = int(new), text
+            if new not in TERMINAL:
+                self.action_server.publish_status()
+                return
+            self.status_tracker.handle_destruction_time = rospy.Time.now()
+            self.action_server.publish_result(status, result or self.get_default_result())
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, ServerGoalHandle) or not self.goal or not other.goal:
+            return False
+        return self.get_goal_id().id == other.get_goal_id().id
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return hash(self.get_goal_id().id)

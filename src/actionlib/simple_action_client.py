@@ -1,0 +1,184 @@
+"""`SimpleActionClient`: one goal at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Condition, RLock
+from typing import Any
+
+from actionlib_msgs.msg import GoalStatus
+
+import rospy
+from actionlib.action_client import ActionClient, ClientGoalHandle, CommState, get_name_of_constant
+
+_SLICE_S = 0.1
+"""How long a wait lasts before it looks for Ctrl-C, a shutdown, and a simulated clock."""
+
+
+class SimpleGoalState:
+    """The states of the only goal."""
+
+    PENDING = 0
+    ACTIVE = 1
+    DONE = 2
+
+    to_string = classmethod(get_name_of_constant)
+
+
+class SimpleActionClient:
+    """Sends goals to the action server below the name `ns`, one at a time.
+
+    Callbacks come one at a time. A goal that another one replaced is not followed any more; the server may go
+    on.
+    """
+
+    def __init__(self, ns: str, ActionSpec: Any) -> None:
+        self.action_client = ActionClient(ns, ActionSpec)
+        self.simple_state = SimpleGoalState.DONE
+        self.gh: ClientGoalHandle | None = None
+        self.done_condition = Condition(RLock())
+        self.done_cb: Callable[..., object] | None = None
+        self.active_cb: Callable[..., object] | None = None
+        self.feedback_cb: Callable[..., object] | None = None
+        self._number = 0
+
+    def wait_for_server(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
+        """Waits until a server is connected on all topics; for ever where `timeout` is zero.
+
+        Returns False where it is not in that time, or the node ends.
+        """
+        return self.action_client.wait_for_server(timeout)
+
+    def send_goal(
+        self, goal: Any, done_cb: Any = None, active_cb: Any = None, feedback_cb: Any = None
+    ) -> None:
+        """Sends a goal, and follows it instead of the one before.
+
+        Args:
+            done_cb: called with the last status and the result.
+            active_cb: called without arguments when the server begins.
+            feedback_cb: called with the feedback.
+        """
+        with self.done_condition:
+            self._number = number = self._number + 1
+            self.gh = None
+            self.done_cb, self.active_cb, self.feedback_cb = done_cb, active_cb, feedback_cb
+            self.simple_state = SimpleGoalState.PENDING
+        # News may come before `gh` is set: the number says whether they are of this goal.
+        handle = self.action_client.send_goal(
+            goal,
+            lambda gh: self._handle_transition(gh, number),
+            lambda gh, feedback: self._handle_feedback(gh, feedback, number),
+        )
+        with self.done_condition:
+            if self._number == number:
+                self.gh = handle
+
+    def send_goal_and_wait(
+        self,
+        goal: Any,
+        execute_timeout: Any = rospy.Duration(),  # noqa: B008
+        preempt_timeout: Any = rospy.Duration(),  # noqa: B008
+    ) -> int:
+        """Sends a goal, waits for its end, and returns its status.
+
+        Args:
+            execute_timeout: how long to wait before it is cancelled; zero for ever.
+            preempt_timeout: how long to wait after that; zero for ever.
+        """
+        self.send_goal(goal)
+        if not self.wait_for_result(execute_timeout):
+            self.cancel_goal()
+            self.wait_for_result(preempt_timeout)
+        return self.get_state()
+
+    def wait_for_result(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
+        """Waits until the goal has ended; for ever where `timeout` is zero. Returns whether it has."""
+        if self.gh is None:
+            rospy.logerr("wait_for_result was called, but no goal was sent")
+            return False
+        end = rospy.get_rostime() + timeout
+        is_endless = timeout.is_zero()
+        with self.done_condition:
+            while self.simple_state != SimpleGoalState.DONE and not rospy.is_shutdown():
+                left = _SLICE_S
+                if not is_endless:
+                    left = (end - rospy.get_rostime()).to_sec()
+                    if left <= 0.0:
+                        break
+                self.done_condition.wait(min(left, _SLICE_S))
+            return self.simple_state == SimpleGoalState.DONE
+
+    def get_result(self) -> Any:
+        """The result of the goal, None as long as there is none."""
+        if self.gh is None:
+            rospy.logerr("get_result was called, but no goal was sent")
+            return None
+        return self.gh.get_result()
+
+    def get_state(self) -> int:
+        """The status of the goal: PENDING, ACTIVE, or how it ended. LOST where none was sent."""
+        if self.gh is None:
+            return GoalStatus.LOST
+        status = self.gh.get_goal_status()
+        visible = {GoalStatus.RECALLING: GoalStatus.PENDING, GoalStatus.PREEMPTING: GoalStatus.ACTIVE}
+        return visible.get(status, status)
+
+    def get_goal_status_text(self) -> str:
+        """What the server said with the status."""
+        if self.gh is None:
+            rospy.logerr("get_goal_status_text was called, but no goal was sent")
+            return "ERROR: Called get_goal_status_text when no goal is running"
+        return self.gh.get_goal_status_text()
+
+    def cancel_all_goals(self) -> None:
+        """Asks the server to end all goals, of all clients."""
+        self.action_client.cancel_all_goals()
+
+    def cancel_goals_at_and_before_time(self, time: Any) -> None:
+        """Asks the server to end all goals, of all clients, with this stamp or an earlier one."""
+        self.action_client.cancel_goals_at_and_before_time(time)
+
+    def cancel_goal(self) -> None:
+        """Asks the server to end the goal."""
+        handle = self.gh
+        if handle is not None:
+            handle.cancel()
+
+    def stop_tracking_goal(self) -> None:
+        """Follows the goal no more; the server goes on with it."""
+        with self.done_condition:
+            self._number += 1
+            self.gh = None
+
+    def _handle_transition(self, gh: ClientGoalHandle, number: int) -> None:
+        state = gh.get_comm_state()
+        call: Callable[[], object] | None = None
+        with self.done_condition:
+            if number != self._number or self.simple_state == SimpleGoalState.DONE:
+                return
+            self.gh = gh
+            if state in (CommState.ACTIVE, CommState.PREEMPTING):
+                if self.simple_state == SimpleGoalState.PENDING:
+                    self.simple_state = SimpleGoalState.ACTIVE
+                    call = self.active_cb
+            elif state != CommState.DONE:
+                return
+            done_cb = self.done_cb
+        if state != CommState.DONE:
+            if call:
+                call()
+            return
+        try:
+            if done_cb:
+                done_cb(gh.get_goal_status(), gh.get_result())
+        finally:  # whatever the callback does, those who wait must go on
+            with self.done_condition:
+                if number == self._number:
+                    self.simple_state = SimpleGoalState.DONE
+                    self.done_condition.notify_all()
+
+    def _handle_feedback(self, gh: ClientGoalHandle, feedback: Any, number: int) -> None:  # noqa: ARG002
+        callback = self.feedback_cb
+        if number == self._number and callback:
+            callback(feedback)

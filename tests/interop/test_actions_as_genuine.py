@@ -1,0 +1,74 @@
+"""Goals between both sides: the same ends, whoever serves and whoever asks."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from pipros.actions.client_goal import TRANSITIONS
+from tests.support.ros import RosSystem
+
+PROGRAMS = Path(__file__).parent / "programs"
+
+TABLE = """
+import json
+from actionlib.action_client import _transitions
+print(json.dumps([[state, status, list(way) if isinstance(way, tuple) else [way]]
+                  for state, ways in _transitions.items() for status, way in ways.items()]))
+"""
+
+
+def test_the_table_of_clients_is_that_of_genuine() -> None:
+    genuine = subprocess.run(
+        ["/usr/bin/python3", "-c", TABLE],
+        env={"PATH": "/usr/bin:/bin"},
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+
+    # -1 stays, -2 cannot be; DONE is left by nothing, so it is not in our table.
+    theirs = {
+        (state, status): [number for number in way if number != -1]
+        for state, status, way in json.loads(genuine.stdout)
+        if way != [-2] and state != 7
+    }
+    ours = {
+        (int(s), int(t)): [int(x) for x in way] for s, ways in TRANSITIONS.items() for t, way in ways.items()
+    }
+    assert ours == theirs
+
+
+@pytest.mark.timeout(200)
+@pytest.mark.parametrize(
+    ("server", "client"), [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros")]
+)
+def test_goals_end_alike(plain_ros: RosSystem, server: str, client: str) -> None:
+    plain_ros.pipros.start_master()
+    sides = {"pipros": plain_ros.pipros, "genuine": plain_ros.genuine}
+    serving = sides[server].start("python3", PROGRAMS / "serve_goals.py")
+
+    ended = sides[client].run("python3", PROGRAMS / "send_goals.py", timeout_s=120)
+    serving.press_ctrl_c()
+
+    lines = ended.stdout
+    assert lines == [
+        "True",
+        "3 5 reached",
+        "[('done', 'SUCCEEDED', 7)]",
+        "101 False",
+        "True 2 -1 asked to end",
+        "2",
+        "3 8",
+        "4 Exception in execute callback: by the goal",
+        "4",
+        "True",
+        "['WAITING_FOR_RESULT', 'DONE'] REJECTED -2",
+        "not below zero",
+        "['WAITING_FOR_RESULT', 'DONE'] ABORTED -3",
+        "never",
+        "True 2",
+    ], ended.output
