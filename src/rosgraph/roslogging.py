@@ -1,4 +1,4 @@
-"""`rosgraph.roslogging`: log files of programs that are no nodes, and the console handler of ROS."""
+"""`rosgraph.roslogging`: log files of programs that are not nodes, and the console handler of ROS."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def makedirs_with_parent_perms(p: str) -> None:
 
 
 def renew_latest_logdir(logfile_dir: str) -> bool:
-    """Has the link `latest` beside a folder of logs lead to it; False when `latest` is no link.
+    """Has the link `latest` beside a folder of logs lead to it; False when `latest` is not a link.
 
     Raises:
         OSError: the link cannot be made.

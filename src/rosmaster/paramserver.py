@@ -85,7 +85,7 @@ class ParamDictionary:
             caller_id: who sets it, and is not told.
 
         Raises:
-            TypeError: the root is set to something that is no dictionary.
+            TypeError: the root is set to something other than a dictionary.
         """
         with self.lock:
             try:

@@ -47,7 +47,7 @@ class NodeRef:
         """Adds a name; `type_` is one of the numbers of `Registrations`.
 
         Raises:
-            Exception: `type_` is none of them.
+            Exception: `type_` is not one of them.
         """
         names = self._names(type_)
         if key not in names:
@@ -91,7 +91,7 @@ class Registrations:
         """`registry` holds them, together with those of other types. (Not in Noetic.)
 
         Raises:
-            rosmaster.exceptions.InternalException: `type_` is none of the four numbers.
+            rosmaster.exceptions.InternalException: `type_` is not one of the four numbers.
         """
         if type_ not in _ROLES:
             raise InternalException(f"invalid registration type: {type_}")

@@ -11,7 +11,7 @@ _proxies = threading.local()
 
 
 def xmlrpcapi(uri: str | None) -> ServerProxy | None:
-    """An XML-RPC proxy of a node or master; None for what is no URI. Each thread keeps its own."""
+    """An XML-RPC proxy of a node or master; None for what is not a URI. Each thread keeps its own."""
     if uri is None:
         return None
     parts = urlsplit(uri)

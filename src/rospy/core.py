@@ -138,7 +138,7 @@ def configure_logging(node_name: str, level: int = logging.INFO) -> None:
     """Opens the log file of a node, as `init_node` does; see `rosgraph.roslogging.configure_logging`.
 
     Raises:
-        ROSInitException: the name is no base name or empty.
+        ROSInitException: the name is empty, or not a base name.
     """
     from rosgraph import roslogging
 

@@ -43,17 +43,17 @@ class RegistrationListeners:
 
     def notify_added(self, resolved_name: str, data_type: str, reg_type: str) -> None:
         """Tells the listeners that something was registered. One that fails does not stop the others."""
-        for one in list(self.listeners):
+        for listener in list(self.listeners):
             try:
-                one.reg_added(resolved_name, data_type, reg_type)
+                listener.reg_added(resolved_name, data_type, reg_type)
             except Exception as error:
                 logerr("error notifying listener of registration: %s", error)
 
     def notify_removed(self, resolved_name: str, data_type_or_uri: str, reg_type: str) -> None:
         """As `notify_added`, for what was taken back."""
-        for one in list(self.listeners):
+        for listener in list(self.listeners):
             try:
-                one.reg_removed(resolved_name, data_type_or_uri, reg_type)
+                listener.reg_removed(resolved_name, data_type_or_uri, reg_type)
             except Exception as error:
                 logerr("error notifying listener of unregistration: %s", error)
 

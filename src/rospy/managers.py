@@ -42,7 +42,8 @@ class TopicManager:
         from rospy.topic_impl import impls
 
         node = session.node
-        return {one.topic: impls.of_publication(one) for one in (node.endpoints.publications if node else ())}
+        publications = node.endpoints.publications if node else ()
+        return {publication.topic: impls.of_publication(publication) for publication in publications}
 
     @property
     def subs(self) -> Mapping[str, SubscriberImpl]:
@@ -50,9 +51,8 @@ class TopicManager:
         from rospy.topic_impl import impls
 
         node = session.node
-        return {
-            one.topic: impls.of_subscription(one) for one in (node.endpoints.subscriptions if node else ())
-        }
+        subscriptions = node.endpoints.subscriptions if node else ()
+        return {subscription.topic: impls.of_subscription(subscription) for subscription in subscriptions}
 
     @property
     def topics(self) -> set[str]:

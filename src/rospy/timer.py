@@ -108,7 +108,7 @@ class Timer(rate.Timer):
         super().__init__(clock(), 0, on_tick, oneshot=oneshot, reset=reset)
 
     def run(self) -> None:
-        """What the thread does; not for callers. A period that is no Duration ends it here, as in Noetic."""
+        """What the thread does; not for callers. As in Noetic, a period that is not a Duration ends it."""
         self._period.to_sec()
         self._period_ns = self._period.to_nsec()
         super().run()

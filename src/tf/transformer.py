@@ -182,7 +182,7 @@ class Transformer:
         return (x, y, z), angular
 
     def setUsingDedicatedThread(self, value: bool) -> None:
-        """Whether somebody fills the buffer, so that waiting makes sense."""
+        """Whether something fills the buffer, so that waiting can help."""
         self._using_dedicated_thread = value
 
     def getTFPrefix(self) -> str:

@@ -28,7 +28,7 @@ class BufferInterface:
 
         Raises:
             TypeException: nobody registered the type.
-            TransformException: there is no such transform.
+            TransformException: the transform does not exist.
         """
         do_transform = self.registration.get(type(object_stamped))
         header = object_stamped.header
@@ -49,7 +49,7 @@ class BufferInterface:
 
         Raises:
             TypeException: nobody registered the type.
-            TransformException: there is no such transform.
+            TransformException: the transform does not exist.
         """
         do_transform = self.registration.get(type(object_stamped))
         header = object_stamped.header

@@ -19,7 +19,7 @@ def field_of(value: Any, name: str) -> Any:
     """A field of a message, what type it is, or a field or method of a time.
 
     Raises:
-        AttributeError: there is no such field.
+        AttributeError: the field does not exist.
     """
     if isinstance(value, TVal) and name in _OF_TIMES:
         return getattr(value, name)

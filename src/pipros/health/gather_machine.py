@@ -39,9 +39,9 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
         master_host, _ = split_master_uri(environment.master_uri)
     except InvalidEnvironment:
         master_host = ""
-    hosts = {one for one in (hostname, master_host, environment.hostname) if one}
+    hosts = {host for host in (hostname, master_host, environment.hostname) if host}
     resolved = _resolve(hosts)
-    questioned = {*hosts, *(one for one in (environment.ip,) if one)}
+    questioned = {*hosts, *filter(None, [environment.ip])}
     own_programs = Path(sys.executable).parent
     own_packages = Path(pipros.__file__).parent.parent
     master_error = _error_of_master(environment.master_uri, timeout_s) if master_host else None
@@ -68,7 +68,7 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
 
 def own_addresses(hostname: str) -> tuple[str, ...]:
     """The IP addresses of this machine, as far as they are found without its interfaces; loopback first."""
-    found = [one for one in addresses_of(hostname) if is_this_machine(one)]
+    found = [address for address in addresses_of(hostname) if is_this_machine(address)]
     return tuple(dict.fromkeys([LOOPBACK, *found, address_towards("http://192.0.2.1:9/")]))
 
 

@@ -64,7 +64,10 @@ def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> System:
         services = _in_parallel(servers, lambda name: _ask_service(master, name, servers[name]))
     finally:
         master.close()
-    named = {*types.values(), *(one.type for one in publishers.values() if one.type)} - {"*", ""}
+    named = {*types.values(), *(publisher.type for publisher in publishers.values() if publisher.type)} - {
+        "*",
+        "",
+    }
     return replace(
         system,
         nodes=nodes,

@@ -15,7 +15,7 @@ Findings = Iterator[Finding]
 
 CLOCK_TOLERANCE_S = 2.0
 STAMP_TOLERANCE_S = 10.0
-"""Sensors and planners stamp with the moment that data is for, so some seconds are no fault."""
+"""Sensors and planners stamp with the moment that data is for, so some seconds are not a fault."""
 
 _CLOSE_NAMES = 0.75  # how much alike two names must be for one to be taken for a misspelling of the other
 

@@ -223,7 +223,7 @@ def _own_ip(machine: Machine, ip: str, *, is_master_here: bool) -> Findings:
     if ip not in machine.own_hosts:
         yield error(
             "ip-of-another",
-            f"ROS_IP [{ip}] is no address of this machine, which has {', '.join(machine.addresses)}",
+            f"ROS_IP [{ip}] is not an address of this machine, which has {', '.join(machine.addresses)}",
             f"export ROS_IP={good or 'ADDRESS'}, or unset it.",
             "ROS_IP",
         )

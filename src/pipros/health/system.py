@@ -148,9 +148,9 @@ class System:
             return set()
         return {
             name
-            for one in report.connections
-            if one.topic == topic and one.direction in (direction, "b")
-            for name in self.nodes_at(one.peer)
+            for connection in report.connections
+            if connection.topic == topic and connection.direction in (direction, "b")
+            for name in self.nodes_at(connection.peer)
         }
 
     def pairs(self) -> list[tuple[str, str, str]]:

@@ -27,7 +27,7 @@ def resolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
     """The global name that a legal name means to the caller.
 
     Raises:
-        ParameterInvalid: it is no text, empty, or has a colon or blank in it.
+        ParameterInvalid: it is not a text, is empty, or has a colon or blank in it.
     """
     return names.resolve(unresolved_name(param_name, param_value, caller_id), caller_id)
 

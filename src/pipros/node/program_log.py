@@ -1,4 +1,4 @@
-"""Log files of programs that are no nodes: tools, and programs that log before their node starts."""
+"""Log files of programs that are not nodes: tools, and programs that log before their node starts."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def make_folders_as_parent(folder: Path) -> None:
 
 
 def link_latest(folder: Path) -> bool:
-    """Has the link `latest` beside the folder lead to it; False when there is a `latest` that is no link.
+    """Has the link `latest` beside the folder lead to it; False when there is a `latest` that is not a link.
 
     Raises:
         OSError: the link cannot be made.

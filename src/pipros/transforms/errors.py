@@ -6,7 +6,7 @@ from pipros.errors import PiprosError
 
 
 class TransformException(PiprosError):
-    """There is no such transform."""
+    """The transform does not exist."""
 
 
 class LookupException(TransformException):

@@ -43,7 +43,7 @@ class ParamServerCache:
         """Sets a parameter, and makes the namespaces above it.
 
         Raises:
-            TypeError: the root is set to something that is no dictionary.
+            TypeError: the root is set to something other than a dictionary.
         """
         with self.lock:
             if key == GLOBALNS:
@@ -96,7 +96,7 @@ class ParamServerCache:
             for part, tree in zip(reversed(above), reversed(trees[:-1]), strict=True):
                 if tree[part]:
                     break
-                del tree[part]  # a namespace without parameters is none
+                del tree[part]  # a namespace without parameters does not exist
 
     def set_notifier(self, notifier: Callable[[str, Any], object]) -> None:
         """Has the function called with name and value of each update."""
