@@ -164,7 +164,7 @@ class CommStateMachine:
 
 
 class ClientGoalHandle:
-    """A goal that was sent. As long as somebody holds it, the client follows the goal."""
+    """A goal that was sent. As long as a program holds it, the client follows the goal."""
 
     def __init__(self, comm_state_machine: CommStateMachine) -> None:
         self.comm_state_machine = comm_state_machine
@@ -210,7 +210,7 @@ class ClientGoalHandle:
 
 
 class GoalManager:
-    """The goals of a client that somebody still holds."""
+    """The goals of a client that a program still holds."""
 
     def __init__(self, ActionSpec: Any) -> None:
         types = ActionTypes(ActionSpec)

@@ -11,7 +11,7 @@ class ActionTypes:
     """The classes that belong to an action's own class, such as `TestAction`.
 
     Raises:
-        ActionException: the class is none of an action.
+        ActionException: the class is not of an action.
     """
 
     def __init__(self, ActionSpec: Any) -> None:

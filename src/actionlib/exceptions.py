@@ -2,4 +2,4 @@
 
 
 class ActionException(Exception):
-    """A type is no action."""
+    """A type is not an action."""
