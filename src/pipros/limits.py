@@ -133,7 +133,7 @@ class Limits:
     subscriber_bytes: int = 4 * _KIB
     definition_bytes: int = 4 * _MIB
     definition_types: int = 1000
-    definition_fields: int = 20_000
+    definition_fields: int = 3000
     definition_copies_bytes: int = 64 * _MIB
     bag_header_bytes: int = 1 * _MIB
     bag_connection_bytes: int = 16 * _MIB

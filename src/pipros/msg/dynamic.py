@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any
 from weakref import WeakValueDictionary
 
-from pipros.limits import Limits, process_limits
+from pipros.limits import Limits, limit_text, process_limits
 from pipros.msg.base import Message
 from pipros.msg.compile.compiler import message_source
 from pipros.msg.compile.layout import Layouts
@@ -63,10 +63,10 @@ def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
     check_nesting(specs.values(), lookup)
     where = next(iter(specs.values())).file
     layouts = Layouts(lookup)
-    if sum(layouts.of(spec).code_size for spec in specs.values()) > limits.definition_fields:
-        raise DefinitionError(
-            f"the types of the text have more than {limits.definition_fields} fields together", file=where
-        )
+    fields = sum(layouts.of(spec).code_size for spec in specs.values())
+    if fields > limits.definition_fields:
+        limit = limit_text("definition_fields", limits.definition_fields)
+        raise DefinitionError(f"the types of the text have {fields} fields together; {limit}", file=where)
     bytes_left = limits.definition_copies_bytes
     for spec in specs.values():
         bytes_left -= len(spec.text) + sum(len(inner.text) for inner in embedded_types(spec, lookup).values())

@@ -133,7 +133,7 @@ def part(name: str, text: str) -> str:
                 for a, b in zip("ABCDE", "BCDEF", strict=True)
             )
             + part("p/F", "int8 x"),
-            "more than 20000 fields",
+            "fields together; the limit is 3000",
         ),
     ],
 )

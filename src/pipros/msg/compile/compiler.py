@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from pipros.limits import Limits, process_limits
+from pipros.limits import Limits, limit_text, process_limits
 from pipros.msg.base import Message
 from pipros.msg.compile.decode import deserialize_body
 from pipros.msg.compile.emitter import Names, python_name
@@ -112,9 +112,8 @@ def _checked(spec: MessageSpec, lookup: Lookup, limits: Limits) -> tuple[Complet
     whole = complete(spec, lookup)  # also finds types that contain themselves, which have no layout
     layout = Layouts(lookup).of(spec)
     if layout.code_size > limits.definition_fields:
-        raise DefinitionError(
-            f"the message has more than {limits.definition_fields} fields in all", file=spec.file
-        )
+        limit = limit_text("definition_fields", limits.definition_fields)
+        raise DefinitionError(f"the message has {layout.code_size} fields in all; {limit}", file=spec.file)
     if layout.value_count > limits.message_values:  # fixed arrays in fixed arrays multiply
         raise DefinitionError(
             f"a new message would hold more than {limits.message_values} values", file=spec.file
