@@ -1,7 +1,18 @@
 """`genmsg`, for those who import it. The code is in `pipros.msg`."""
 
 from genmsg import base, gentools, msg_loader, msgs, names, srvs
-from genmsg.base import EXT_MSG, EXT_SRV, MSG_DIR, SEP, SRV_DIR, InvalidMsgSpec, MsgGenerationException
+from genmsg.base import (
+    EXT_MSG,
+    EXT_SRV,
+    MSG_DIR,
+    SEP,
+    SRV_DIR,
+    InvalidMsgSpec,
+    MsgGenerationException,
+    log,
+    log_verbose,
+    plog,
+)
 from genmsg.gentools import compute_full_text, compute_md5, compute_md5_text
 from genmsg.msg_loader import MsgContext, MsgNotFound, load_depends, load_msg_by_type, load_srv_by_type
 from genmsg.msgs import DURATION, HEADER, TIME, Constant, Field, MsgSpec
@@ -42,10 +53,13 @@ __all__ = [
     "load_depends",
     "load_msg_by_type",
     "load_srv_by_type",
+    "log",
+    "log_verbose",
     "msg_loader",
     "msgs",
     "names",
     "package_resource_name",
+    "plog",
     "resource_name",
     "resource_name_base",
     "resource_name_package",

@@ -1,4 +1,4 @@
-"""`genmsg.base`: the constants of the definition language, and its errors."""
+"""`genmsg.base`: the constants of the definition language, its errors, and what generators print."""
 
 SEP = "/"
 MSG_DIR = "msg"
@@ -16,3 +16,27 @@ class InvalidMsgSpec(Exception):
 
 class MsgGenerationException(Exception):
     """A definition cannot be made into a class."""
+
+
+verbose = False
+
+_is_verbose = [verbose]
+
+
+def log_verbose(value: bool) -> None:
+    """Whether `log` and `plog` print from now on. They do not at first."""
+    _is_verbose[0] = value
+
+
+def log(*args: object) -> None:
+    """Prints what a generator does, for those who asked by `log_verbose`."""
+    if _is_verbose[0]:
+        print("LOG:", *args)
+
+
+def plog(msg: object, obj: object) -> None:
+    """As `log`, of an object with a text in front."""
+    if _is_verbose[0]:
+        from pprint import pformat
+
+        print("LOG:", msg, pformat(obj))

@@ -6,11 +6,33 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from genmsg.base import EXT_MSG, EXT_SRV, InvalidMsgSpec
-from genmsg.msgs import HEADER, HEADER_FULL_NAME, MsgSpec, bare_msg_type, is_builtin
-from genmsg.names import package_resource_name
-from genmsg.srvs import SrvSpec
-from pipros.msg.language.parse import parse_message, parse_service
+from genmsg.base import COMMENTCHAR as COMMENTCHAR
+from genmsg.base import CONSTCHAR as CONSTCHAR
+from genmsg.base import EXT_MSG as EXT_MSG
+from genmsg.base import EXT_SRV as EXT_SRV
+from genmsg.base import IODELIM as IODELIM
+from genmsg.base import SEP as SEP
+from genmsg.base import InvalidMsgSpec as InvalidMsgSpec
+from genmsg.base import log as log
+from genmsg.msgs import DURATION as DURATION
+from genmsg.msgs import DURATION_MSG as DURATION_MSG
+from genmsg.msgs import HEADER as HEADER
+from genmsg.msgs import HEADER_FULL_NAME as HEADER_FULL_NAME
+from genmsg.msgs import TIME as TIME
+from genmsg.msgs import TIME_MSG as TIME_MSG
+from genmsg.msgs import Constant as Constant
+from genmsg.msgs import Field as Field
+from genmsg.msgs import MsgSpec as MsgSpec
+from genmsg.msgs import bare_msg_type as bare_msg_type
+from genmsg.msgs import is_builtin as is_builtin
+from genmsg.msgs import is_valid_constant_type as is_valid_constant_type
+from genmsg.msgs import is_valid_msg_field_name as is_valid_msg_field_name
+from genmsg.msgs import is_valid_msg_type as is_valid_msg_type
+from genmsg.msgs import resolve_type as resolve_type
+from genmsg.names import normalize_package_context as normalize_package_context
+from genmsg.names import package_resource_name as package_resource_name
+from genmsg.srvs import SrvSpec as SrvSpec
+from pipros.msg.language.parse import constant_value, parse_message, parse_service
 from pipros.msg.language.spec import DefinitionError
 
 SearchPath = Mapping[str, Sequence[str]]
@@ -43,7 +65,12 @@ class MsgContext:
 
     @staticmethod
     def create_default() -> MsgContext:
-        return MsgContext()
+        """A context that knows `time` and `duration`."""
+        context = MsgContext()
+        for name, text in ((TIME, TIME_MSG), (DURATION, DURATION_MSG)):
+            kind = text.partition(" ")[0]
+            context.register(name, MsgSpec([kind, kind], ["secs", "nsecs"], [], text, name))
+        return context
 
     def register(self, full_msg_type: str, msgspec: MsgSpec) -> None:
         self._registered[bare_msg_type(full_msg_type)] = msgspec
@@ -87,7 +114,9 @@ def get_msg_file(package: str, base_type: str, search_path: SearchPath, ext: str
 
     Raises:
         MsgNotFound: the package or the type is not on the search path.
+        ValueError: the search path is not a dictionary.
     """
+    _check_search_path(search_path)
     if package not in search_path:
         problem = f"unknown package [{package}] on search path [{search_path}]"
         raise MsgNotFound(f"Cannot locate message [{base_type}]: {problem}", base_type, package, search_path)
@@ -106,6 +135,30 @@ def get_msg_file(package: str, base_type: str, search_path: SearchPath, ext: str
 
 def get_srv_file(package: str, base_type: str, search_path: SearchPath) -> str:
     return get_msg_file(package, base_type, search_path, ext=EXT_SRV)
+
+
+def convert_constant_value(field_type: str, val: str) -> bool | int | float | str:
+    """The value that a text means for a constant of that type.
+
+    Raises:
+        InvalidMsgSpec: the type cannot hold it, or constants cannot have it.
+        ValueError: the text is not such a value.
+    """
+    if not is_valid_constant_type(field_type):
+        raise InvalidMsgSpec(f"invalid constant type: [{field_type}]")
+    if field_type == "bool":
+        from ast import literal_eval
+
+        return bool(literal_eval(val))
+    if field_type == "string":
+        return val.strip()
+    if field_type.startswith("float"):
+        return float(val)
+    value = int(val)
+    try:
+        return constant_value(field_type, val)
+    except ValueError:
+        raise InvalidMsgSpec(f"cannot coerce [{value}] to {field_type} (out of bounds)") from None
 
 
 def load_msg_from_string(msg_context: MsgContext, text: str, full_name: str) -> MsgSpec:
@@ -135,6 +188,7 @@ def load_msg_by_type(msg_context: MsgContext, msg_type: str, search_path: Search
         MsgNotFound: it is not on the search path.
         InvalidMsgSpec: it breaks the rules.
     """
+    _check_search_path(search_path)
     full_name = HEADER_FULL_NAME if msg_type == HEADER else msg_type
     package, base_type = package_resource_name(full_name)
     return load_msg_from_file(msg_context, get_msg_file(package, base_type, search_path), full_name)
@@ -165,23 +219,35 @@ def load_msg_depends(msg_context: MsgContext, spec: MsgSpec, search_path: Search
         The types that it embeds itself.
     """
     depends = [name for name in map(bare_msg_type, spec.types) if not is_builtin(name)]
-    msg_context.set_depends(spec.full_name, depends)
     for name in depends:
         if not msg_context.is_registered(name):
             load_msg_by_type(msg_context, name, search_path)
+    msg_context.set_depends(spec.full_name, depends)
+    for name in depends:
         if msg_context.get_depends(name) is None:
             load_msg_depends(msg_context, msg_context.get_registered(name), search_path)
     return depends
 
 
 def load_depends(msg_context: MsgContext, spec: MsgSpec | SrvSpec, msg_search_path: SearchPath) -> list[str]:
-    """As `load_msg_depends`, also for both halves of a service."""
+    """As `load_msg_depends`, also for both halves of a service.
+
+    Raises:
+        ValueError: `spec` is neither.
+    """
+    if not isinstance(spec, (MsgSpec, SrvSpec)):
+        raise ValueError("spec does not appear to be a message or service")  # as in genmsg
     if isinstance(spec, SrvSpec):
         return [
             *load_msg_depends(msg_context, spec.request, msg_search_path),
             *load_msg_depends(msg_context, spec.response, msg_search_path),
         ]
     return load_msg_depends(msg_context, spec, msg_search_path)
+
+
+def _check_search_path(search_path: object) -> None:
+    if not isinstance(search_path, dict):
+        raise ValueError("search_path must be a dictionary of {namespace: dirpath}")  # as in genmsg
 
 
 def _registered(msg_context: MsgContext, spec: SrvSpec) -> SrvSpec:

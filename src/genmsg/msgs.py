@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from typing import overload
 
-from genmsg.base import EXT_MSG, MSG_DIR, SEP, InvalidMsgSpec
-from genmsg.names import is_legal_resource_base_name, is_legal_resource_name
+from genmsg.base import EXT_MSG, MSG_DIR, SEP, InvalidMsgSpec, log
+from genmsg.names import (
+    is_legal_resource_base_name,
+    is_legal_resource_name,
+    package_resource_name,
+    resource_name,
+)
 from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import BUILTINS, CONSTANT_TYPES, DefinitionError, MessageSpec
 from pipros.msg.language.spec import HEADER as HEADER_FULL_NAME
@@ -15,7 +20,10 @@ TIME = "time"
 DURATION = "duration"
 TIME_MSG = "uint32 secs\nuint32 nsecs"
 DURATION_MSG = "int32 secs\nint32 nsecs"
-PRIMITIVE_TYPES = sorted(BUILTINS - {TIME, DURATION})
+PRIMITIVE_TYPES = [
+    *("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"),
+    *("string", "bool", "char", "byte"),
+]
 BUILTIN_TYPES = [*PRIMITIVE_TYPES, TIME, DURATION]
 
 __all__ = [
@@ -40,8 +48,11 @@ __all__ = [
     "is_valid_constant_type",
     "is_valid_msg_field_name",
     "is_valid_msg_type",
+    "log",
+    "package_resource_name",
     "parse_type",
     "resolve_type",
+    "resource_name",
 ]
 
 
@@ -64,15 +75,15 @@ def resolve_type(msg_type: str, package_context: str) -> str:
     return f"{package_context}{SEP}{msg_type}"
 
 
-def parse_type(msg_type: str) -> tuple[str, bool, int | None]:
+def parse_type(msg_type: str | None) -> tuple[str, bool, int | None]:
     """The bare type, whether it is an array, and the length of a fixed array.
 
     Raises:
         ValueError: for an empty type, an array of arrays, and a length that is not a number.
     """
-    base, bracket, length = msg_type.partition("[")
-    if not base:
+    if not msg_type:
         raise ValueError("Invalid empty type")
+    base, bracket, length = msg_type.partition("[")
     if not bracket:
         return base, False, None
     if "[" in length:
@@ -83,7 +94,10 @@ def parse_type(msg_type: str) -> tuple[str, bool, int | None]:
         raise ValueError(f"Invalid array dimension: [{length}") from None
 
 
-def is_valid_msg_type(x: str) -> bool:
+def is_valid_msg_type(x: str | None) -> bool:
+    """True for a type that a field may have, with or without brackets."""
+    if not x:
+        return False
     base, bracket, length = x.partition("[")
     if not is_legal_resource_name(base) or not base:
         return False
@@ -112,7 +126,7 @@ class Constant:
     __slots__ = ["name", "type", "val", "val_text"]
 
     def __init__(self, type_: str, name: str, val: bool | int | float | str, val_text: str) -> None:
-        if type_ is None or name is None or val is None or val_text is None:
+        if name is None or val is None or val_text is None:
             raise ValueError("Constant must have non-None parameters")
         self.type = type_
         self.name = name
@@ -168,6 +182,11 @@ class MsgSpec:
             raise AssertionError(f"len({types}) != len({names})")
         if len(set(names)) != len(names):
             raise InvalidMsgSpec(f"Duplicate field names in message: {names}")
+        for kind in types:
+            try:
+                parse_type(kind)
+            except ValueError as error:
+                raise InvalidMsgSpec(f"invalid field: {error}") from None
         self.types = types
         self.names = names
         self.constants = constants
@@ -225,5 +244,7 @@ class MsgSpec:
         return self.text
 
     def __repr__(self) -> str:
-        parts = [repr(part) for part in (self.constants, self.types, self.names) if part]
+        parts = [
+            repr(part) for part in ([self.constants] if self.constants else []) + [self.types, self.names]
+        ]
         return f"MsgSpec[{', '.join(parts)}]"

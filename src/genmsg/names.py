@@ -6,6 +6,9 @@ import re
 
 PRN_SEPARATOR = "/"
 
+RESOURCE_NAME_LEGAL_CHARS_P = re.compile(r"^[A-Za-z][\w/]*$", re.ASCII)
+BASE_RESOURCE_NAME_LEGAL_CHARS_P = re.compile(r"^[A-Za-z]\w*$", re.ASCII)
+
 _LEGAL = re.compile(r"[A-Za-z][\w/]*", re.ASCII)
 _LEGAL_BASE = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
@@ -48,4 +51,5 @@ def resource_name_package(name: str) -> str | None:
 
 
 def normalize_package_context(package_context: str) -> str:
-    return package_context.rstrip(PRN_SEPARATOR)
+    """The package without blanks around it and slashes behind it."""
+    return package_context.strip().rstrip(PRN_SEPARATOR)

@@ -4,9 +4,23 @@ from __future__ import annotations
 
 from genmsg.base import SEP
 from genmsg.msgs import MsgSpec
+from genmsg.names import (
+    is_legal_resource_base_name,
+    is_legal_resource_name,
+    package_resource_name,
+    resource_name,
+)
 from pipros.msg.language.spec import ServiceSpec
 
-__all__ = ["SrvSpec"]
+__all__ = [
+    "SEP",
+    "MsgSpec",
+    "SrvSpec",
+    "is_legal_resource_base_name",
+    "is_legal_resource_name",
+    "package_resource_name",
+    "resource_name",
+]
 
 
 class SrvSpec:
@@ -35,8 +49,9 @@ class SrvSpec:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, SrvSpec):
             return False
-        mine = (self.request, self.response, self.text, self.full_name)
-        return mine == (other.request, other.response, other.text, other.full_name)
+        mine = (self.request, self.response, self.text, self.full_name, self.short_name, self.package)
+        names = (other.full_name, other.short_name, other.package)
+        return mine == (other.request, other.response, other.text, *names)
 
     def __ne__(self, other: object) -> bool:
         return not self == other

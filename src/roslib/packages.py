@@ -9,21 +9,29 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from subprocess import PIPE as PIPE
 from typing import TYPE_CHECKING
 
 from pipros.env import Environment
 from pipros.workspace.executables import find_executables
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.overlays import built_workspaces
+from pipros.workspace.shared_files import find_in_workspaces as catkin_find
 from roslib.launcher import find_package
 
 if TYPE_CHECKING:
     from rospkg import RosPack
 
 __all__ = [
+    "MANIFEST_FILE",
+    "PACKAGE_FILE",
+    "ROS_PACKAGE_PATH",
+    "ROS_ROOT",
+    "SRC_DIR",
     "InvalidROSPkgException",
     "MultipleNodesException",
     "ROSPkgException",
+    "catkin_find",
     "find_node",
     "find_resource",
     "get_dir_pkg",
@@ -32,6 +40,12 @@ __all__ = [
     "list_pkgs_by_path",
     "resource_file",
 ]
+
+MANIFEST_FILE = "manifest.xml"
+PACKAGE_FILE = "package.xml"
+SRC_DIR = "src"
+ROS_PACKAGE_PATH = "ROS_PACKAGE_PATH"
+ROS_ROOT = "ROS_ROOT"
 
 
 class ROSPkgException(Exception):
@@ -149,10 +163,20 @@ def find_resource(
     return found
 
 
-def list_pkgs_by_path(path: str, packages: list[str] | None = None) -> list[str]:
-    """The packages below a folder, appended to `packages` if that is given."""
+def list_pkgs_by_path(
+    path: str,
+    packages: list[str] | None = None,
+    cache: dict[str, str] | None = None,
+    env: Mapping[str, str] | None = None,
+) -> list[str]:
+    """The packages below a folder, appended to `packages`, their folders put into `cache`, if given."""
+    del env
     found = packages if packages is not None else []
-    found += [package.name for package in PackageIndex([Path(path)]) if package.name not in found]
+    for package in PackageIndex([Path(path)]):
+        if package.name not in found:
+            found.append(package.name)
+            if cache is not None:
+                cache[package.name] = str(package.path)
     return found
 
 

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from rospkg import STACK_FILE as STACK_FILE
 from rospkg import ResourceNotFound, RosPack, RosStack
+
+ROS_ROOT = "ROS_ROOT"
+ROS_PACKAGE_PATH = "ROS_PACKAGE_PATH"
+ROS_STACK = "ros"
 
 
 class ROSStackException(Exception):
@@ -55,6 +60,29 @@ def get_stack_version(stack: str, env: object = None) -> str | None:
     del env
     version: str | None = RosStack().get_stack_version(stack)
     return version
+
+
+def get_stack_version_by_dir(stack_dir: str) -> str | None:
+    """The version that the `stack.xml` in a folder gives; None when there is none."""
+    from pipros.workspace.dry_manifest import DryManifest, read_into
+
+    file = Path(stack_dir, STACK_FILE)
+    if not file.is_file():
+        return None
+    return read_into(DryManifest("stack"), file.read_text("utf-8"), str(file)).version
+
+
+def list_stacks_by_path(
+    path: str, stacks: list[str] | None = None, cache: dict[str, str] | None = None
+) -> list[str]:
+    """The stacks below a folder, added to `stacks`, and their folders to `cache`, when these are given."""
+    found = stacks if stacks is not None else []
+    for file in sorted(Path(path).rglob(STACK_FILE)):
+        if file.parent.name not in found:
+            found.append(file.parent.name)
+            if cache is not None:
+                cache[file.parent.name] = str(file.parent)
+    return found
 
 
 def expand_to_packages(names: Iterable[str], env: object = None) -> tuple[list[str], list[str]]:

@@ -44,7 +44,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "genpy": {"genmsg"},  # the exceptions of generate_dynamic
     "message_filters": {"rospy"},  # topics, the clock and logs of rospy's node
     "roslaunch": {"rosgraph"},  # its server is a rosgraph.xmlrpc.XmlRpcNode
-    "roslib": {"genpy"},  # roslib.message is the former home of genpy.message
+    "roslib": {"genmsg", "genpy", "rosgraph"},  # the former home of their names, messages and network
     "rosbag": {"rospy"},  # timestamps are rospy.Time
     "rosmaster": {"rosgraph"},  # ROSMasterHandler is a handler of rosgraph.xmlrpc; its log is rosgraph's
     "rosparam": {"rosgraph"},  # get_param_server returns a rosgraph.Master

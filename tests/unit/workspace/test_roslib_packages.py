@@ -86,8 +86,11 @@ def test_load_manifest_is_satisfied_with_a_package_that_there_is(package: Path) 
     roslib.load_manifest("rospy")
     with pytest.raises(ResourceNotFound, match="no_robot"):
         roslib.load_manifest("no_robot")
-    assert roslib.manifest.load_manifest("old_robot").description == "d"
-    assert roslib.manifest.manifest_file("old_robot", required=False) is None
+    with pytest.raises(roslib.packages.InvalidROSPkgException, match="no manifest file"):
+        roslib.manifest.load_manifest("old_robot")
+    file = roslib.manifest.manifest_file("old_robot", required=False)
+    Path(file).write_text("<package><description>dry</description></package>")
+    assert roslib.manifest.load_manifest("old_robot").description == "dry"
 
 
 def test_import_roslib_alone_gives_its_modules() -> None:

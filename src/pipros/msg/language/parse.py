@@ -195,7 +195,7 @@ class _Line:
                 f"the name of a constant must be a letter, then letters, digits and _, got [{name}]"
             )
         try:
-            value = _constant_value(type_name, text)
+            value = constant_value(type_name, text)
         except (ValueError, OverflowError) as error:
             raise self._error(f"[{text}] is not a valid {type_name} constant: {error}") from None
         return Constant(type_name, name, value, text)
@@ -227,7 +227,12 @@ class _Line:
         return DefinitionError(reason, file=self._file, line=self._number, column=column)
 
 
-def _constant_value(type_name: str, text: str) -> bool | int | float | str:
+def constant_value(type_name: str, text: str) -> bool | int | float | str:
+    """The value that a text means for a constant of that type.
+
+    Raises:
+        ValueError: it means none, or one that the type cannot hold.
+    """
     if type_name == "string":
         return text
     if type_name in FLOATS:

@@ -1,0 +1,267 @@
+"""`manifest.xml` and `stack.xml` of packages from before catkin, with everything that they say.
+
+What builds and finds packages reads them by `manifest.py`; this is for programs that show or change them.
+Source: http://wiki.ros.org/Manifest
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from pipros.errors import PiprosError
+from pipros.safe import xml
+from pipros.safe.xml import Element, XmlError
+
+REQUIRED = ["author", "license"]
+ALLOWXHTML = ["description"]
+OPTIONAL = [
+    *("logo", "url", "brief", "description", "status", "notes", "depend", "rosdep", "export", "review"),
+    *("versioncontrol", "platform", "version", "rosbuild2", "catkin"),
+]
+VALID = REQUIRED + OPTIONAL
+
+
+class MalformedManifest(PiprosError):
+    """A manifest is not what it should be."""
+
+
+def _filled(name: str, value: str) -> str:
+    if not value or not isinstance(value, str):
+        raise ValueError(f"bad '{name}' attribute")
+    return value
+
+
+@dataclass
+class Depend:
+    """A package that is needed."""
+
+    package: str
+
+    def __post_init__(self) -> None:
+        _filled("package", self.package)
+
+    def __str__(self) -> str:
+        return self.package
+
+    __repr__ = __str__
+
+    def xml(self) -> str:
+        return f'<depend package="{self.package}" />'
+
+
+class StackDepend:
+    """A stack that is needed."""
+
+    def __init__(self, stack: str) -> None:
+        self.stack = _filled("stack", stack)
+        self.annotation: str | None = None
+
+    def __str__(self) -> str:
+        return self.stack
+
+    __repr__ = __str__
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, StackDepend) and other.stack == self.stack
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def xml(self) -> str:
+        if self.annotation:
+            return f'<depend stack="{self.stack}" /> <!-- {self.annotation} -->'
+        return f'<depend stack="{self.stack}" />'
+
+
+@dataclass
+class ROSDep:
+    """A package of the system that is needed."""
+
+    name: str
+
+    def __post_init__(self) -> None:
+        _filled("name", self.name)
+
+    def xml(self) -> str:
+        return f'<rosdep name="{self.name}" />'
+
+
+class VersionControl:
+    """Where the sources are."""
+
+    def __init__(self, type_: str, url: str) -> None:
+        self.type = type_
+        self.url = url
+
+    def xml(self) -> str:
+        if self.url:
+            return f'<versioncontrol type="{self.type}" url="{self.url}" />'
+        return f'<versioncontrol type="{self.type}" />'
+
+
+class Platform:
+    """An operating system that it is known to work on."""
+
+    def __init__(self, os: str, version: str, notes: str | None = None) -> None:
+        self.os = _filled("os", os)
+        self.version = _filled("version", version)
+        self.notes = notes
+
+    def __str__(self) -> str:
+        return f"{self.os} {self.version}"
+
+    __repr__ = __str__
+
+    def xml(self) -> str:
+        if self.notes is not None:
+            return f'<platform os="{self.os}" version="{self.version}" notes="{self.notes}"/>'
+        return f'<platform os="{self.os}" version="{self.version}"/>'
+
+
+class Export:
+    """What the package tells others: `tag` is who it is for, `attrs` and `str` what."""
+
+    def __init__(self, tag: str, attrs: Mapping[str, str], str: str) -> None:  # noqa: A002  # roslib's name
+        self.tag = tag
+        self.attrs = attrs
+        self.str = str
+
+    def get(self, attr: str) -> str | None:
+        """The value of an attribute."""
+        return self.attrs.get(attr)
+
+    def xml(self) -> str:
+        attributes = "".join(f' {name}="{value}" ' for name, value in self.attrs.items()).rstrip()
+        if self.str:
+            return f"<{self.tag}{attributes}>{self.str}</{self.tag}>"
+        return f"<{self.tag}{attributes} />"
+
+
+@dataclass
+class DryManifest:
+    """What a `manifest.xml` or `stack.xml` says.
+
+    Attributes:
+        unknown_tags: elements that mean nothing in such a file.
+    """
+
+    root: str = "package"
+    description: str | None = None
+    brief: str = ""
+    author: str = ""
+    license: str = ""
+    license_url: str = ""
+    url: str | None = None
+    logo: str | None = None
+    status: str = ""
+    notes: str = ""
+    version: str | None = None
+    depends: list[Depend] | list[StackDepend] = field(default_factory=list)
+    rosdeps: list[ROSDep] = field(default_factory=list)
+    exports: list[Export] = field(default_factory=list)
+    platforms: list[Platform] = field(default_factory=list)
+    versioncontrol: VersionControl | None = None
+    unknown_tags: list[str] = field(default_factory=list)
+
+    def get_export(self, tag: str, attr: str) -> list[str | None]:
+        """The values of an attribute of the exports with that tag."""
+        return [
+            export.get(attr) for export in self.exports if export.tag == tag and export.get(attr) is not None
+        ]
+
+    def xml(self) -> str:
+        """The file that says the same."""
+        if not self.brief:
+            described = f"  <description>{self.description}</description>"
+        else:
+            described = f'  <description brief="{self.brief}">{self.description}</description>'
+        lines = [f"<{self.root}>", described, f"  <author>{self.author}</author>"]
+        if self.license_url:
+            lines.append(f'  <license url="{self.license_url}">{self.license}</license>')
+        else:
+            lines.append(f"  <license>{self.license}</license>")
+        lines.append(f'  <review status="{self.status}" notes="{self.notes}" />')
+        lines += [
+            f"  <{tag}>{text}</{tag}>" for tag, text in (("url", self.url), ("logo", self.logo)) if text
+        ]
+        parts: Iterable[Depend | StackDepend | ROSDep | Platform] = [
+            *self.depends,
+            *self.rosdeps,
+            *self.platforms,
+        ]
+        lines += [f"  {part.xml()}" for part in parts]
+        if self.exports:
+            lines += ["  <export>", "\n".join(f"  {export.xml()}" for export in self.exports) + "  </export>"]
+        if self.versioncontrol:
+            lines.append(f"  {self.versioncontrol.xml()}")
+        if self.version:
+            lines.append(f"  <version>{self.version}</version>")
+        return "\n".join([*lines, f"</{self.root}>"])
+
+
+def read_into(manifest: DryManifest, text: str, file: str) -> DryManifest:
+    """Fills a manifest from the text of a file, and returns it.
+
+    Raises:
+        MalformedManifest: the text is not such a file.
+        KeyError: an element lacks an attribute.
+    """
+    try:
+        root = xml.parse(text, file)
+    except XmlError as error:
+        raise MalformedManifest(f"invalid XML: {error}") from None
+    if root.tag != manifest.root:
+        raise MalformedManifest(f"manifest must have a single '{manifest.root}' element")
+    manifest.description = _inner("description", root, text)
+    described = root.first("description")
+    manifest.brief = described.attributes.get("brief", "") if described else ""
+    manifest.author = ", ".join(author.text.strip() for author in root.all("author"))
+    manifest.license = ", ".join(element.text.strip() for element in root.all("license"))
+    license_ = root.first("license")
+    manifest.license_url = license_.attributes.get("url", "") if license_ else ""
+    manifest.url, manifest.logo, manifest.version = (_text(root, tag) for tag in ("url", "logo", "version"))
+    review = root.first("review")
+    manifest.status = review.attributes.get("status", "") if review else "unreviewed"
+    manifest.notes = review.attributes.get("notes", "") if review else ""
+    manifest.depends = _depends(root, manifest.root)
+    manifest.rosdeps = [ROSDep(rosdep.attributes["name"]) for rosdep in root.all("rosdep")]
+    manifest.platforms = [
+        Platform(element.attributes["os"], element.attributes["version"], element.attributes.get("notes", ""))
+        for element in root.all("platform")
+    ]
+    manifest.exports = [
+        Export(element.tag, dict(element.attributes), element.text.strip())
+        for export in root.all("export")
+        for element in export.children
+    ]
+    control = root.first("versioncontrol")
+    if control is not None:
+        url = control.attributes.get("url", "")
+        manifest.versioncontrol = VersionControl(control.attributes["type"], url)
+    manifest.unknown_tags = [element.tag for element in root.children if element.tag not in VALID]
+    return manifest
+
+
+def _depends(root: Element, kind: str) -> list[Depend] | list[StackDepend]:
+    names = []
+    for depend in root.all("depend"):
+        if not depend.attributes.get(kind):
+            raise MalformedManifest(f"Invalid manifest file: depends is missing '{kind}' attribute")
+        names.append(depend.attributes[kind])
+    if kind == "stack":
+        return [StackDepend(name) for name in names]
+    return [Depend(name) for name in names]
+
+
+def _text(root: Element, tag: str) -> str | None:
+    found = [element.text.strip() for element in root.all(tag)]
+    return ", ".join(found) if found else None
+
+
+def _inner(tag: str, root: Element, text: str) -> str | None:
+    """What stands in an element as it was written, with the elements in it."""
+    if root.first(tag) is None:
+        return None
+    found = re.search(rf"<{tag}\b[^>]*?(?:/>|>(.*?)</{tag}\s*>)", text, re.DOTALL)
+    return (found[1] or "").strip() if found else ""

@@ -1,0 +1,221 @@
+"""Calls functions of roslib with good and bad arguments; see `examine_api_nodes.py`."""
+
+import os
+import tempfile
+import warnings
+
+from examination import begin, examine
+
+warnings.simplefilter("ignore")
+
+PLAIN = (str, int, float, bytes, list, dict, tuple, type(None))
+TYPES = ["int32", "int32[]", "int32[3]", "std_msgs/String", "Header", "String", "", "a b", "x[[", "x[-1]"]
+TYPES += ["std_msgs/String[]", "roslib/Header", "std_msgs/Header", "time"]
+
+DRY = """<package><description brief="b">long <b>text</b></description><author>me</author>
+<license>BSD</license><review status="ok" notes="n"/><url>http://u</url>
+<depend package="a"/><depend package="b"/><rosdep name="py"/>
+<export><cpp cflags="-I" lflags="-L">x</cpp><other k="v"/></export><versioncontrol type="svn" url="s"/>
+<platform os="ub" version="9"/><logo>l</logo></package>"""
+STACK = """<stack><description brief="b">long</description><author>me</author><license>BSD</license>
+<review status="ok" notes=""/><url>http://u</url><depend stack="a"/><depend stack="b"/>
+<version>1.2</version></stack>"""
+SMALL = "<package><author>a</author><license>l</license>{}</package>"
+FIELDS = [
+    "author",
+    "brief",
+    "depends",
+    "description",
+    "exports",
+    "license",
+    "license_url",
+    "logo",
+    "notes",
+    "platforms",
+    "rosdeps",
+]
+FIELDS += ["status", "url", "version", "versioncontrol"]
+
+
+def call(label, function, *args, **kwds):
+    shown = [arg for arg in args if isinstance(arg, PLAIN)]
+    examine(f"{label}{shown}{kwds or ''}", lambda: function(*args, **kwds))
+
+
+def shape(spec):
+    constants = [(one.type, one.name, one.val, one.val_text) for one in spec.constants]
+    names = [spec.full_name, spec.short_name, spec.package]
+    parsed = [
+        [one.name, one.base_type, one.is_array, one.array_len, one.is_header] for one in spec.parsed_fields()
+    ]
+    return [spec.types, spec.names, constants, spec.text, names, spec.has_header(), repr(spec), parsed]
+
+
+def examine_msgs():
+    import roslib.gentools
+    import roslib.msgs
+    import roslib.srvs
+
+    msgs, srvs = roslib.msgs, roslib.srvs
+    begin("roslib.msgs")
+    names = "base_msg_type is_builtin is_header_type is_valid_constant_type is_valid_msg_type parse_type"
+    for name in [*names.split(), "is_valid_msg_field_name", "is_registered", "get_registered"]:
+        for kind in TYPES:
+            call(name, getattr(msgs, name), kind)
+    for kind in TYPES:
+        call("resolve_type", msgs.resolve_type, kind, "pkg")
+        call("Field", lambda kind: sorted(vars(msgs.Field("f", kind)).items()), kind)
+    examine("extended", lambda: msgs.EXTENDED_BUILTINS)
+    read = msgs.load_from_string
+    for text in (
+        "int32 X=3\nstring a\nHeader h\nfoo/Bar[] b\nBaz z\n",
+        "Header header\nint32[2] a",
+        "time[] t",
+    ):
+        call("load", lambda text: shape(read(text)), text)
+        call("load", lambda text: shape(read(text, "pkg", "pkg/Name", "Name")), text)
+    for text in ("bogus", "int32 1x", "int32 a\nint32 a", "int32 X=a"):
+        # Errors in definitions name file, line and column here.
+        examine(f"load {text!r}", lambda: raised(lambda: read(text)))
+    call("MsgSpec", lambda: shape(msgs.MsgSpec(["a"], ["b", "c"], [], "")))
+    msgs.register("p/N", read("int32 X=1\nint32 a\ntime[] t", "p", "p/N"))
+    for name, package in (("p/N", None), ("N", "p"), ("N", None)):
+        call("get_registered", msgs.get_registered, name, package)
+    outer = read("N[] n\nint32 Y=2\nN m", "p", "p/M")
+    examine("text", lambda: str(outer))
+    examine("equal", lambda: (outer == outer, outer != outer, outer == 5))
+    for text in ("Baz a\n---\nHeader b", "int32 a", "---\n"):
+        for context in ((), ("pkg", "pkg/S", "S")):
+            service = srvs.load_from_string(text, *context)
+            examine(f"service {text!r}", lambda: [shape(service.request), shape(service.response)])
+            examine("names", lambda: [service.full_name, service.short_name, service.package, repr(service)])
+
+
+def examine_packages():
+    import roslib.gentools
+    import roslib.msgs
+    import roslib.packages
+    import roslib.resources
+    import roslib.srvs
+
+    begin("roslib packages")
+    os.environ["ROS_PACKAGE_PATH"] = os.getcwd()
+    for name, text in (
+        (
+            "here/package.xml",
+            "<package><name>here</name><version>1.0.0</version><description>d</description>"
+            '<maintainer email="me@example.org">me</maintainer><license>l</license></package>',
+        ),
+        ("here/msg/Outer.msg", "Inner[] inner\nint32 X=1 # one\ntime t\n"),
+        ("here/msg/Inner.msg", "string s\n"),
+        ("here/srv/Ask.srv", "Inner i\n---\nbool ok\n"),
+        ("here/srv/readme.txt", "text"),
+    ):
+        os.makedirs(os.path.dirname(name), exist_ok=True)
+        with open(name, "w") as file:
+            file.write(text)
+    call("list", lambda: sorted(roslib.msgs.list_msg_types("here", False)))
+    call("list", lambda: sorted(roslib.srvs.list_srv_types("here", False)))
+
+    def keep(path):
+        return path.endswith(".srv")
+
+    call("files", lambda: sorted(roslib.resources.list_package_resources("here", False, "srv", keep)))
+    call("files", roslib.resources.list_package_resources_by_dir, "here", False, "none")
+    for name in ("Outer", "None"):
+        examine("load_by_type", lambda: raised(lambda: shape(roslib.msgs.load_by_type("here/" + name)[1])))
+        examine("load_by_type", lambda: raised(lambda: shape(roslib.msgs.load_by_type(name, "here")[1])))
+    call("load_by_type", lambda: roslib.msgs.load_by_type("none/Name"))
+    call("specs", lambda: sorted(name for name, _ in roslib.msgs.get_pkg_msg_specs("here")[0]))
+    call("specs", lambda: [name for name, _ in roslib.srvs.get_pkg_srv_specs("here")[0]])
+    call("load_package", roslib.msgs.load_package, "here")
+    examine("registered", lambda: sorted({"here/Inner", "here/Outer"} & set(roslib.msgs.REGISTERED_TYPES)))
+    for file in ("here/msg/Outer.msg", "here/srv/Ask.srv", "here/msg/Inner.msg"):
+        found = roslib.gentools.get_file_dependencies(os.path.abspath(file))
+        examine(file, lambda: [found["deps"], found["uniquedeps"], found["package"], sorted(found["files"])])
+        call("compute_md5", lambda: roslib.gentools.compute_md5(found))
+        call("compute_full_text", lambda: roslib.gentools.compute_full_text(found))
+    call("get_pkg_subdir", lambda: os.path.basename(roslib.packages.get_pkg_subdir("here", "made")))
+
+
+def raised(function):
+    try:
+        return function()
+    except Exception as error:
+        return type(error).__name__
+
+
+def said(manifest):
+    found = {}
+    for name in FIELDS:
+        value = getattr(manifest, name)
+        found[name] = [one.xml() for one in value] if isinstance(value, list) else value
+    found["versioncontrol"] = manifest.versioncontrol and manifest.versioncontrol.xml()
+    return sorted((name, str(value)) for name, value in found.items())
+
+
+def examine_manifests():
+    import roslib.manifest
+    import roslib.manifestlib
+    import roslib.stack_manifest
+
+    begin("roslib manifests")
+    manifest = roslib.manifest.parse(DRY)
+    examine("manifest", lambda: said(manifest))
+    examine("xml", lambda: manifest.xml())
+    for tag, attribute in (("cpp", "cflags"), ("other", "k"), ("none", "k")):
+        call("get_export", manifest.get_export, tag, attribute)
+    stack = roslib.stack_manifest.parse(STACK)
+    examine("stack", lambda: [said(stack), stack.xml()])
+    for inside in (
+        "",
+        "<zzz/>",
+        "<author>b</author>",
+        "<description/>",
+        "<description>a &lt; b</description>",
+    ):
+        text = SMALL.format(inside)
+        call("parse", lambda text: said(roslib.manifest.parse(text)), text)
+    for text in ("<a/>", "nonsense", "", SMALL.format("<depend/>"), SMALL.format("<rosdep/>")):
+        examine(f"parse {text!r}", lambda: raised(lambda: said(roslib.manifest.parse(text))))
+    examine("stack", lambda: raised(lambda: roslib.stack_manifest.parse(DRY)))
+    library = roslib.manifestlib
+    for make in (library.Depend, library.ROSDep, library.StackDepend):
+        for name in ("a", "", None):
+            call(make.__name__, lambda name: make(name).xml(), name)
+    for args in (("o", "v"), ("o", "v", "n"), ("", "v")):
+        call("Platform", lambda *args: library.Platform(*args).xml(), *args)
+    export = library.Export("t", {"a": "b"}, "s")
+    examine("export", lambda: [export.xml(), export.get("a"), export.get("none")])
+    examine("depend", lambda: [str(library.Depend("a")), library.Depend("a") == library.Depend("a")])
+    for names in (library.REQUIRED, library.OPTIONAL, library.VALID, library.ALLOWXHTML):
+        examine("names", lambda: names)
+
+
+def examine_environment():
+    import roslib.names
+    import roslib.rosenv
+
+    begin("roslib.rosenv")
+    for variables in (
+        {},
+        {"ROS_HOME": "/h"},
+        {"ROS_ROOT": "/r", "ROS_PACKAGE_PATH": "/p", "ROS_MASTER_URI": "m"},
+    ):
+        for name in ("get_ros_home", "get_log_dir", "get_test_results_dir", "get_ros_package_path"):
+            examine(f"{name} {variables}", lambda: getattr(roslib.rosenv, name)(env=variables))
+        for needed in (True, False):
+            for name in ("get_ros_root", "get_ros_package_path", "get_master_uri"):
+                examine(
+                    f"{name} {needed}",
+                    lambda: raised(lambda: getattr(roslib.rosenv, name)(needed, variables)),
+                )
+
+
+examine_msgs()
+examine_manifests()
+examine_environment()
+with tempfile.TemporaryDirectory() as folder:
+    os.chdir(folder)
+    examine_packages()
+    os.chdir("/")
