@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+import functools
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from pipros.testing import graph, program
 from pipros.testing.result_paths import XML_OUTPUT_FLAG
 
-__all__ = ["XML_OUTPUT_FLAG", "get_master", "is_publisher", "is_subscriber", "rosrun", "run", "unitrun"]
+__all__ = [
+    "XML_OUTPUT_FLAG",
+    "deprecated",
+    "get_master",
+    "is_publisher",
+    "is_subscriber",
+    "rosrun",
+    "rostestmain",
+    "run",
+    "unitrun",
+]
 
 _TOOL = "script"
 
@@ -29,6 +40,26 @@ def rosrun(package: str, test_name: str, test: program.Tests, sysargs: Sequence[
 
 
 run = rosrun
+
+
+def deprecated(func: Callable[..., Any]) -> Callable[..., Any]:
+    """The function, with a warning at each call that it is deprecated."""
+
+    @functools.wraps(func)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        warnings.warn(
+            f"Call to deprecated function {func.__name__}.", category=DeprecationWarning, stacklevel=2
+        )
+        return func(*args, **kwargs)
+
+    return call
+
+
+def rostestmain() -> None:
+    """The command `rostest`, with the command line of this process. Ends the process when it fails."""
+    from rostest.rostest_main import rostestmain as main
+
+    main()
 
 
 def unitrun(*args: Any, **kwargs: Any) -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
+from pipros.env import Environment
 from pipros.input_file import read_file
 from pipros.testing.results import Case, Outcome, Suite
 from pipros.testing.summary import case_summary
@@ -154,11 +157,12 @@ def read(test_file: str, test_name: str) -> Result:
         path = Path(test_file)
         prefix = f"{path.absolute().parent.name}.{path.stem}"
         for suite in suites:
-            result.accumulate(_from_suite(suite, test_name, prefix))
+            result.accumulate(result_of(suite, test_name, prefix))
     return result
 
 
-def _from_suite(suite: Suite, test_name: str, prefix: str) -> Result:
+def result_of(suite: Suite, test_name: str, prefix: str) -> Result:
+    """A suite of `pipros.testing` in Noetic's classes. `prefix` comes before the names of its cases."""
     result = Result(test_name, suite.errors, suite.failures, len(suite.cases))
     result.time = suite.seconds
     result.test_case_results = [_from_case(case, test_name, prefix) for case in suite.cases]
@@ -229,5 +233,31 @@ def print_summary(junit_results: Result, runner_name: str = "ROSUNIT") -> None:
     print("\n".join(case_summary(cases, *numbers, runner_name)))
 
 
+def read_all(filter_: Sequence[str] = ()) -> Result:
+    """All results of this user, or those of some packages."""
+    total = Result("ros")
+    folder = Environment.from_os().test_results_dir
+    for package in sorted(path for path in folder.glob("*") if path.is_dir()):
+        if not filter_ or package.name in filter_:
+            for file in sorted(package.glob("*.xml")):
+                total.accumulate(read(str(file), package.name))
+    return total
+
+
+def cdata(cdata_text: str) -> str:
+    """A CDATA section."""
+    return CDATA_START + cdata_text + CDATA_END
+
+
+def filter_nonprintable_text(text: str) -> str:
+    """The text with each character that XML forbids replaced by a written-out reference."""
+    return escape_controls(text)
+
+
+def invalid_char_replacer(m: re.Match[str]) -> str:
+    """The written-out reference of the character that a pattern found."""
+    return f"&#x{ord(m.group(0)):04X};"
+
+
 def _cdata(text: str) -> str:
-    return CDATA_START + escape_controls(text) + CDATA_END
+    return cdata(filter_nonprintable_text(text))

@@ -11,7 +11,7 @@ import pytest
 from tests.support.programs import make_programs
 from tests.support.ros import RosSystem, Side
 
-PROGRAM = Path(__file__).parent / "programs" / "examine_launch.py"
+PROGRAMS = Path(__file__).parent / "programs"
 
 FILES = {
     "x.launch": """<launch>
@@ -57,9 +57,44 @@ DIFFERENT = {
 }
 
 
-def outcomes(side: Side, folder: Path) -> list[str]:
-    side.environment["ROS_PACKAGE_PATH"] = f"{folder.parent}:{side.environment['ROS_PACKAGE_PATH']}"
-    ended = side.run("python3", PROGRAM, folder, timeout_s=120, ROS_IP="127.0.0.1")
+TEST_PROGRAM = """#!/usr/bin/env python3
+import unittest, rosunit
+class Cases(unittest.TestCase):
+    def test_one(self): pass
+    def test_two(self): self.assertEqual(1, 2)
+rosunit.unitrun("programs", "case", Cases)
+"""
+
+TEST_FILE = """<launch>
+  <node pkg="programs" type="sleeper" name="s"/>
+  <test pkg="programs" type="prog.py" test-name="aa"/>
+  <test pkg="programs" type="nope" test-name="bb"/>
+  <test pkg="programs" type="ends" test-name="cc"/>
+</launch>"""
+
+
+@pytest.fixture
+def package(ros: RosSystem) -> Path:
+    """A package with programs and launch files, which both sides find."""
+    programs = {
+        "sleeper": "#!/bin/sh\nexec sleep 1000\n",
+        "fails": "#!/bin/sh\nexit 3\n",
+        "ends": "#!/bin/sh\nexit 0\n",
+        "prog": "#!/bin/sh\n",
+        "prog.py": TEST_PROGRAM,
+    }
+    folder = make_programs(ros.home / "src" / "programs", programs)
+    (folder / "package.xml").write_text(MANIFEST)
+    for name, text in {**FILES, "t.test": TEST_FILE}.items():
+        (folder / name).write_text(text)
+    for side in (ros.genuine, ros.pipros):
+        side.environment["ROS_PACKAGE_PATH"] = f"{folder.parent}:{side.environment['ROS_PACKAGE_PATH']}"
+    return folder
+
+
+def outcomes(side: Side, program: str, folder: Path) -> list[str]:
+    """`label | outcome` lines of what the program printed."""
+    ended = side.run("python3", "-W", "ignore", PROGRAMS / program, folder, timeout_s=120, ROS_IP="127.0.0.1")
     assert ended.returncode == 0, ended.output
     found = []
     for line in ended.stdout:
@@ -71,17 +106,15 @@ def outcomes(side: Side, folder: Path) -> list[str]:
 
 
 @pytest.mark.timeout(240)  # the program starts a dozen launches, twice
-def test_the_library_does_what_genuine_roslaunch_does(ros: RosSystem) -> None:
-    programs = {
-        "sleeper": "#!/bin/sh\nexec sleep 1000\n",
-        "fails": "#!/bin/sh\nexit 3\n",
-        "ends": "#!/bin/sh\nexit 0\n",
-    }
-    folder = make_programs(ros.home / "src" / "programs", programs)
-    (folder / "package.xml").write_text(MANIFEST)
-    for name, text in FILES.items():
-        (folder / name).write_text(text)
+def test_the_library_does_what_genuine_roslaunch_does(ros: RosSystem, package: Path) -> None:
     ros.pipros.start_master()
-    genuine, ours = outcomes(ros.genuine, folder), outcomes(ros.pipros, folder)
+    genuine, ours = (outcomes(side, "examine_launch.py", package) for side in (ros.genuine, ros.pipros))
     assert len(genuine) > 230
+    assert "\n".join(difflib.unified_diff(genuine, ours, "genuine", "pipros", lineterm="", n=0)) == ""
+
+
+@pytest.mark.timeout(240)
+def test_the_libraries_of_tests_do_what_genuine_ones_do(ros: RosSystem, package: Path) -> None:
+    genuine, ours = (outcomes(side, "examine_rostest.py", package) for side in (ros.genuine, ros.pipros))
+    assert len(genuine) > 45
     assert "\n".join(difflib.unified_diff(genuine, ours, "genuine", "pipros", lineterm="", n=0)) == ""

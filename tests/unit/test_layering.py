@@ -49,7 +49,8 @@ FACADES_BELOW: dict[str, set[str]] = {
     "rosmaster": {"rosgraph"},  # ROSMasterHandler is a handler of rosgraph.xmlrpc; its log is rosgraph's
     "rosparam": {"rosgraph"},  # get_param_server returns a rosgraph.Master
     "rospy": {"rosgraph"},  # rospy.names has functions of rosgraph.names
-    "rostest": {"rospy", "rosunit"},  # rosrun ends rospy's node; unitrun is rosunit's
+    "rosunit": {"roslaunch"},  # its monitor of processes is roslaunch's
+    "rostest": {"rospy", "rosunit", "roslaunch"},  # it ends rospy's node; ROSTestLaunchParent is a launch
     "tf": {"rospy", "tf2_ros"},
     "tf2_geometry_msgs": {"tf2_ros"},  # registers its types there
     "tf2_py": {"rospy"},  # gives rospy.Time

@@ -52,6 +52,7 @@ class LaunchFixture:
         reuse_master: bool = False,
         clear: bool = False,
         text: bool = False,
+        port: int = 0,
     ) -> None:
         """Starts nothing yet.
 
@@ -59,6 +60,7 @@ class LaunchFixture:
             reuse_master: use the master of the environment instead of starting one on a free port.
             clear: delete the parameters of that master first.
             text: test programs print to the console instead of their log files.
+            port: of a new master; 0 for a free one.
         """
         self.run_id = new_run_id()
         self._launch = launch
@@ -67,6 +69,8 @@ class LaunchFixture:
         self._reuse_master = reuse_master
         self._clear = clear
         self._text = text
+        self._port = port
+        self.master_uri = environment.master_uri
         self._console = console
         self._core: Core | None = None
         self._run: Run | None = None
@@ -79,23 +83,22 @@ class LaunchFixture:
             OSError: no port for a new one.
         """
         if self._reuse_master:
-            master_uri = self._environment.master_uri
-            self._join(master_uri)
+            self._join(self.master_uri)
         else:
             # The new master is on this computer, even if ROS_MASTER_URI names another one.
             local = replace(self._environment, master_uri=DEFAULT_MASTER_URI)
-            self._core = Core(port=0, run_id=self.run_id, rosout=False, environment=local)
+            self._core = Core(port=self._port, run_id=self.run_id, rosout=False, environment=local)
             self._core.start()
-            master_uri = self._core.uri
+            self.master_uri = self._core.uri
         self._console.say(summary({**STANDARD_PARAMETERS, **self._launch.params}, self._launch.nodes))
         self._run = Run(
             self._launch,
             CommandMaker.for_launcher(self._environment, self._index),
-            master_uri=master_uri,
+            master_uri=self.master_uri,
             logs=LogFolder.of_run(self._environment, self.run_id),
             console=self._console,
         )
-        self._console.bold(f"ROS_MASTER_URI={master_uri}")
+        self._console.bold(f"ROS_MASTER_URI={self.master_uri}")
 
     def start_nodes(self) -> Sequence[str]:
         """Sets the parameters, then starts the nodes. Returns the names of nodes that did not start."""
@@ -139,6 +142,11 @@ class LaunchFixture:
             if core is not None:
                 core.stop()
         self._console.say("... shutting down processing monitor complete")
+
+    @property
+    def run(self) -> Run:
+        """The nodes. Valid from `set_up` on."""
+        return self._running()
 
     def _running(self) -> Run:
         if self._run is None:

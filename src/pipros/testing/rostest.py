@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import unittest
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -93,7 +93,15 @@ class Rostest:
         self.results: list[tuple[str, Suite]] = []
         self.was_set_up = False
 
+    def write_text(self, *, text: bool) -> None:
+        """Whether test programs report on the console, and write no results."""
+        self._plan = replace(self._plan, text=text)
+
     def suite(self) -> unittest.TestSuite:
+        """The cases of `case_class`."""
+        return unittest.TestLoader().loadTestsFromTestCase(self.case_class())
+
+    def case_class(self) -> type[unittest.TestCase]:
         """A case for each test, sorted by name; two tests with the same name become one failing case."""
         methods: dict[str, Callable[[unittest.TestCase], None]] = {}
         for test in self._plan.launch.tests:
@@ -107,12 +115,17 @@ class Rostest:
         def tear_down(_case: unittest.TestCase) -> None:
             owner.tear_down()
 
-        kind = type(
+        return type(
             _CASE_CLASS,
             (unittest.TestCase,),
-            {"setUp": set_up, "tearDown": tear_down, "__module__": _CASE_MODULE, **methods},
+            {
+                "setUp": set_up,
+                "tearDown": tear_down,
+                "rostest": owner,
+                "__module__": _CASE_MODULE,
+                **methods,
+            },
         )
-        return unittest.TestLoader().loadTestsFromTestCase(kind)
 
     def set_up(self) -> None:
         """Makes a new fixture and sets it up."""

@@ -136,20 +136,24 @@ class XmlRunner:
             NoPlaceForResults: before anything is run.
         """
         prepare_path(self.results_file)
-        result = CaseResult(sys.stdout)
-        started_at = time.monotonic()
-        with _captured() as (stdout, stderr):
-            suite(result)
-        name = f"{type(suite).__module__}.{type(suite).__qualname__}"
-        done = Suite(
-            name=name,
-            cases=tuple(result.cases),
-            seconds=time.monotonic() - started_at,
-            stdout=stdout.getvalue(),
-            stderr=stderr.getvalue(),
-        )
+        result, done = run_captured(suite)
         self.results_file.write_text(format_suite(done), encoding="utf-8")
         return result
+
+
+def run_captured(suite: unittest.TestSuite | unittest.TestCase) -> tuple[CaseResult, Suite]:
+    """Runs a suite; `sys.stdout` and `sys.stderr` are kept for its results meanwhile."""
+    result = CaseResult(sys.stdout)
+    started_at = time.monotonic()
+    with _captured() as (stdout, stderr):
+        suite(result)
+    return result, Suite(
+        name=f"{type(suite).__module__}.{type(suite).__qualname__}",
+        cases=tuple(result.cases),
+        seconds=time.monotonic() - started_at,
+        stdout=stdout.getvalue(),
+        stderr=stderr.getvalue(),
+    )
 
 
 @contextlib.contextmanager

@@ -1,0 +1,86 @@
+"""A test program that runs without a ROS system, as a case of unittest."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import unittest
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipros.input_file import read_file
+from pipros.testing.result_paths import XML_OUTPUT_FLAG, prepare_path, results_file
+from pipros.testing.results import Suite
+from pipros.testing.rostest import TestProgramTimedOut
+from pipros.testing.xunit import parse_suites
+from pipros.workspace.interpreter import command_of, program_environment
+
+# unittest leaves the frames of modules with this variable out of its reports.
+__unittest = True
+
+
+class BareTest:
+    """A test program, and the suites in its result file."""
+
+    def __init__(
+        self,
+        file: Path,
+        arguments: Sequence[str],
+        package: str,
+        name: str,
+        time_limit_s: float | None,
+        *,
+        text: bool,
+    ) -> None:
+        self._file = file.absolute()
+        self._arguments = arguments
+        self._package = package
+        self._name = name
+        self._time_limit_s = time_limit_s
+        self._text = text
+        self.suites: list[Suite] = []
+
+    def case(self) -> unittest.TestCase:
+        """A case that passes when the program ended and wrote its results."""
+        owner = self
+
+        def run_test(case: unittest.TestCase) -> None:
+            owner.run_once(case)
+
+        kind = type(
+            "BareTestCase", (unittest.TestCase,), {"runTest": run_test, "__module__": "rosunit.baretest"}
+        )
+        made: unittest.TestCase = kind()
+        return made
+
+    def run_once(self, case: unittest.TestCase) -> None:
+        """Runs the program to its end.
+
+        Raises:
+            TestProgramTimedOut: its time limit is over.
+            AssertionError: it cannot be started, or left no results.
+        """
+        results = results_file(self._package, self._name)
+        prepare_path(results)
+        if not os.access(self._file, os.X_OK) and self._file.suffix != ".py":
+            case.fail(f"test [{self._name}]: [{self._file}] does not exist or is not executable")
+        command = [
+            *command_of(self._file, [*self._arguments, XML_OUTPUT_FLAG + str(results)]),
+            *(["--text"] if self._text else []),
+        ]
+        if self._file.suffix == ".py" and not os.access(self._file, os.X_OK):
+            command.insert(0, sys.executable)
+        try:
+            subprocess.run(  # noqa: S603
+                command, timeout=self._time_limit_s, env=program_environment(os.environ), check=False
+            )
+        except subprocess.TimeoutExpired:
+            raise TestProgramTimedOut("test max time allotted") from None
+        except OSError as error:
+            case.fail(f"test [{self._name}] failed to launch: {error.strerror}")
+        if self._text:
+            return
+        if not results.is_file():
+            case.fail(f"test [{self._name}] did not generate test results")
+        self.suites = parse_suites(read_file(results), str(results))

@@ -1,0 +1,92 @@
+"""Result files of test programs, and what rosunit prints."""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from pipros.env import Environment
+from pipros.testing import program, result_paths
+from pipros.testing.result_paths import XML_OUTPUT_FLAG
+from pipros.testing.runner import XmlRunner
+from rosunit.xmlrunner import XMLTestRunner
+
+__all__ = [
+    "XML_OUTPUT_FLAG",
+    "XMLTestRunner",
+    "create_xml_runner",
+    "makedirs_with_parent_perms",
+    "printerrlog",
+    "printlog",
+    "printlog_bold",
+    "rostest_name_from_path",
+    "xml_results_file",
+]
+
+
+def _filled_in(msg: str, args: tuple[object, ...]) -> str:
+    return f"[ROSUNIT]{msg % args if args else msg}"
+
+
+def printlog(msg: str, *args: object) -> None:
+    """Prints to standard output; `args` are for the `%` forms of the text."""
+    print(_filled_in(msg, args))
+
+
+def printlog_bold(msg: str, *args: object) -> None:
+    """As `printlog`, in bold letters."""
+    print(f"\033[1m{_filled_in(msg, args)}\033[0m")
+
+
+def printerrlog(msg: str, *args: object) -> None:
+    """As `printlog`, to standard error."""
+    print(_filled_in(msg, args), file=sys.stderr)
+
+
+def makedirs_with_parent_perms(p: str) -> None:
+    """Makes a folder and those above it, each with owner and permissions of the folder that it is in."""
+    path = Path(os.path.abspath(p))
+    missing = [folder for folder in (path, *path.parents) if not folder.exists()]
+    for folder in reversed(missing):
+        above = folder.parent.stat()
+        with suppress(FileExistsError):
+            folder.mkdir()
+        made = folder.stat()
+        if (made.st_uid, made.st_gid) != (above.st_uid, above.st_gid):
+            os.chown(folder, above.st_uid, above.st_gid)
+        if made.st_mode != above.st_mode:
+            folder.chmod(above.st_mode)
+
+
+def xml_results_file(
+    test_pkg: str, test_name: str, is_rostest: bool = False, env: dict[str, Any] | None = None
+) -> str:
+    """The path of a test's result file, of which the folder is made.
+
+    Raises:
+        OSError: it cannot be made.
+    """
+    name = test_name.translate(dict.fromkeys(map(ord, _BAD_IN_NAMES), "_"))
+    path = result_paths.results_file(
+        test_pkg, name, is_rostest=is_rostest, environment=Environment.from_os(env)
+    )
+    makedirs_with_parent_perms(str(path.parent))
+    return str(path)
+
+
+_BAD_IN_NAMES = " \"'&$!`/\\"
+
+
+def rostest_name_from_path(pkg_dir: str, test_file: str) -> str:
+    """The name of a launch file among the results of its package."""
+    return result_paths.rostest_name(Path(pkg_dir), Path(os.path.abspath(test_file)))
+
+
+def create_xml_runner(
+    test_pkg: str, test_name: str, results_file: str | None = None, is_rostest: bool = False
+) -> XmlRunner:
+    """A unittest runner that leaves a result file."""
+    return program.make_xml_runner(test_pkg, test_name, results_file, is_rostest=is_rostest)
