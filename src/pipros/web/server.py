@@ -104,6 +104,7 @@ class PageServer:
             max_size=REQUEST_BYTES,
             write_limit=65536,
             server_header=None,
+            compression=None,  # it costs more than it saves on loopback
             logger=logger,
             close_timeout=1,
         )

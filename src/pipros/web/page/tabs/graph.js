@@ -14,6 +14,7 @@ const HIDDEN = [
   ["hide_unreachable", "Unreachable"],
   ["hide_parameters", "Params"],
 ];
+const FAR_SCALE = 3;
 const KEEP = "pipros.graph.options";
 const INITIAL = { mode: "active", nodes: "/", topics: "/", hide_dead_sinks: true, hide_leaf_topics: true, hide_debug: true, hide_tf: false, hide_unreachable: false, hide_parameters: false };
 
@@ -173,6 +174,7 @@ export function open(view, argument) {
   function setBox(next) {
     box = next;
     canvas.setAttribute("viewBox", `${box.x} ${box.y} ${box.w} ${box.h}`);
+    canvas.classList.toggle("far", scaleNow() > FAR_SCALE); // texts cannot be read, and are most of the work of a frame
   }
 
   function fit() {
@@ -188,7 +190,10 @@ export function open(view, argument) {
     setBox({ x: at.x - (at.x - box.x) * factor, y: at.y - (at.y - box.y) * factor, w: box.w * factor, h: box.h * factor });
   }
 
-  const scaleNow = () => box.w / (canvas.getBoundingClientRect().width || 1);
+  function scaleNow() {
+    return box.w / (canvas.clientWidth || 1);
+  }
+
   canvas.addEventListener("wheel", (event) => {
     event.preventDefault();
     const bounds = canvas.getBoundingClientRect();

@@ -1,0 +1,251 @@
+#!/usr/bin/env python3
+"""What looking costs: the page of rqt_graph with many browsers on fast topics and large images.
+
+    benchmarks/page.py [--browsers 20] [--seconds 10]
+
+A publisher sends a number 1,000 times and images of 1 MB 30 times a second. Three runs: without a page, with
+browsers that look at the number, its curve, the image and the graph, and with one more browser that stopped
+reading. Each row has what the publisher reached, and processor time and memory of the server.
+
+Then a graph of 300 nodes and 1,000 topics in Chromium, when it and Playwright are installed: the time to the
+first paint of the page, to the complete drawing, and of the frames while it is zoomed.
+"""
+
+import argparse
+import asyncio
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from urllib.parse import urlsplit
+
+import psutil
+from websockets.asyncio.client import connect
+
+SCRIPTS = os.path.dirname(sys.executable)
+SOURCES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "src")
+
+PUBLISHER = """
+import sys, time
+import rospy
+from sensor_msgs.msg import Image
+from std_msgs.msg import Float64
+rospy.init_node("camera")
+numbers = rospy.Publisher("number", Float64, queue_size=100)
+images = rospy.Publisher("image", Image, queue_size=2)
+image = Image(width=1000, height=333, step=3000, encoding="rgb8", data=bytes(999000))
+begin = told = time.monotonic()
+count = seen = 0
+while not rospy.is_shutdown():
+    numbers.publish(float(count % 100))
+    if count % 33 == 0:
+        images.publish(image)
+    count += 1
+    now = time.monotonic()
+    if now - told >= 1.0:
+        print((count - seen) / (now - told), flush=True)
+        told, seen = now, count
+    time.sleep(max(0.0, begin + count / 1000 - now))
+"""
+NODES, TOPICS = 300, 1000
+ZOOM = """
+async () => {
+  const canvas = document.querySelector("svg.canvas");
+  const times = [];
+  for (let last = performance.now(), i = 0; i < 60; i += 1) {
+    canvas.dispatchEvent(new WheelEvent("wheel", {deltaY: i < 30 ? -40 : 40, clientX: 400, clientY: 300}));
+    await new Promise(requestAnimationFrame);
+    times.push(performance.now() - last);
+    last = performance.now();
+  }
+  return times.slice(1).sort((a, b) => a - b);
+}
+"""
+VIEWS = (
+    ("topic", {"name": "/number"}),
+    ("plot", {"field": "/number/data"}),
+    ("image", {"name": "/image"}),
+    ("graph", {}),
+)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--browsers", type=int, default=20)
+    parser.add_argument("--seconds", type=float, default=10.0)
+    options = parser.parse_args()
+    if shutil.which("chromium"):
+        print(drawing())
+    print(f"{'':28} {'publisher':>12} {'images each':>12} {'server CPU':>11} {'server memory':>14}")
+    with tempfile.TemporaryDirectory() as home:
+        rows = (("no page", 0, False), (f"{options.browsers} browsers", options.browsers, False))
+        rows += ((f"{options.browsers} browsers, one stuck", options.browsers, True),)
+        for name, browsers, is_stuck in rows:
+            print(row(name, home, browsers, is_stuck, options.seconds), flush=True)
+
+
+def drawing():
+    import random
+    from xmlrpc.client import ServerProxy
+
+    from playwright.sync_api import sync_playwright
+
+    with tempfile.TemporaryDirectory() as home:
+        port = free_port()
+        environment = {**os.environ, "ROS_HOME": home, "ROS_MASTER_URI": f"http://127.0.0.1:{port}"}
+        master_command = [os.path.join(SCRIPTS, "rosmaster"), "-p", str(port)]
+        started = [subprocess.Popen(master_command, env=environment)]
+        try:
+            with ServerProxy(environment["ROS_MASTER_URI"]) as master:
+                fill(master, random.Random(1))  # noqa: S311 - the same graph each time
+            options = [os.path.join(SCRIPTS, "rqt_graph"), "--no-browser"]
+            server = subprocess.Popen(options, env=environment, stdout=subprocess.PIPE, text=True)
+            started.append(server)
+            url = re.search(r"http\S+", server.stdout.readline())[0]
+            with sync_playwright() as playwright:
+                browser = playwright.chromium.launch(
+                    executable_path=shutil.which("chromium"), args=["--no-sandbox"]
+                )
+                page = browser.new_context(bypass_csp=True).new_page()
+                page.add_init_script(
+                    "localStorage['pipros.graph.options'] = JSON.stringify({mode: 'all', "
+                    "hide_dead_sinks: false, hide_leaf_topics: false, hide_debug: false})"
+                )
+                page.goto(url)
+                page.locator("g.vertex").nth(NODES + TOPICS - 1).wait_for(state="attached")
+                drawn = page.evaluate("performance.now()")
+                paint = page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime")
+                frames = page.evaluate(ZOOM)
+                browser.close()
+        finally:
+            for process in reversed(started):
+                process.terminate()
+                process.wait()
+    return (
+        f"{NODES} nodes, {TOPICS} topics: first paint {paint:.0f} ms, drawn after {drawn:.0f} ms, "
+        f"frames while zooming: median {frames[len(frames) // 2]:.0f} ms, longest {frames[-1]:.0f} ms"
+    )
+
+
+def fill(master, random):
+    """Registers nodes that do not exist with topics, as soon as the master is there."""
+    while True:
+        try:
+            master.getPid("/benchmark")
+            break
+        except ConnectionRefusedError:
+            time.sleep(0.05)
+    for topic in range(TOPICS):
+        for kind in (master.registerPublisher, master.registerSubscriber):
+            node = random.randrange(NODES)
+            uri = f"http://127.0.0.1:9/node{node}"
+            code, text, _ = kind(f"/node{node}", f"/topic{topic}", "std_msgs/String", uri)
+            if code != 1:
+                raise SystemExit(f"the master refused a registration: {text}")
+
+
+def row(name, home, browsers, is_stuck, seconds):
+    port = free_port()
+    environment = {
+        **os.environ,
+        "ROS_HOME": home,
+        "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
+        "PYTHONPATH": SOURCES,
+    }
+    environment.pop("ROS_IP", None)
+    started = []
+
+    def start(*argv):
+        process = subprocess.Popen(
+            argv, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        )
+        started.append(process)
+        return process
+
+    try:
+        start(os.path.join(SCRIPTS, "rosmaster"), "-p", str(port))
+        publisher = start(sys.executable, "-c", PUBLISHER)
+        publisher.stdout.readline()
+        received, cpu, memory = 0, 0.0, 0
+        if browsers:
+            server = start(os.path.join(SCRIPTS, "rqt_graph"), "--no-browser")
+            url = re.search(r"http\S+", server.stdout.readline())[0]
+            process = psutil.Process(server.pid)
+            received, cpu, memory = asyncio.run(look(url, process, browsers, is_stuck, seconds))
+        else:
+            time.sleep(seconds)
+        publisher.send_signal(2)
+        rates = [float(line) for line in publisher.communicate(timeout=20)[0].split()][-int(seconds) + 1 :]
+        images = f"{received / browsers / seconds:.1f}/s" if browsers else ""
+        use = f"{cpu:10.0f}% {memory / 1e6:11.1f} MB" if browsers else ""
+        return f"{name:28} {sum(rates) / len(rates):9.0f} Hz {images:>12} {use}"
+    finally:
+        for process in reversed(started):
+            process.terminate()
+            process.wait()
+
+
+async def look(url, process, browsers, is_stuck, seconds):
+    """The images that all browsers got, and processor time in percent and largest memory of the server."""
+    counts = [0] * browsers
+    tasks = [asyncio.create_task(browse(url, counts, index)) for index in range(browsers)]
+    if is_stuck:
+        tasks.append(asyncio.create_task(get_stuck(url)))
+    await asyncio.sleep(2.0)
+    counts[:] = [0] * browsers
+    process.cpu_percent()
+    memory = 0
+    for _ in range(int(seconds * 5)):
+        await asyncio.sleep(0.2)
+        memory = max(memory, process.memory_info().rss)
+    found = sum(counts), process.cpu_percent(), memory
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+    return found
+
+
+async def browse(url, counts, index):
+    async with connected(url) as socket:
+        for number, (view, args) in enumerate(VIEWS):
+            await socket.send(json.dumps({"id": number, "view": view, "args": args}))
+        async for message in socket:
+            if isinstance(message, bytes):
+                counts[index] += 1
+
+
+async def get_stuck(url):
+    async with connected(url) as socket:
+        for number, (view, args) in enumerate(VIEWS):
+            await socket.send(json.dumps({"id": number, "view": view, "args": args}))
+        socket.transport.pause_reading()
+        await asyncio.Event().wait()
+
+
+def connected(url):
+    parts = urlsplit(url)
+    cookie = f"pipros_{parts.port}={parts.query.removeprefix('token=')}"
+    origin = f"http://{parts.netloc}"
+    return connect(
+        f"ws://{parts.netloc}/live",
+        origin=origin,
+        additional_headers={"Cookie": cookie},
+        max_size=None,
+        proxy=None,
+        compression=None,
+    )
+
+
+def free_port():
+    import socket
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        return server.getsockname()[1]
+
+
+if __name__ == "__main__":
+    main()
