@@ -39,6 +39,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "rqt_service_caller": "services, and calls by hand",
         "rqt_publisher": "messages by hand",
         "rqt": "all of these in one page",
+        "pipros graph": "the same as rqt_graph",
     },
     "Find out what is wrong": {
         "pipros doctor": "check the environment, every node, topic and service, and say what to do",
