@@ -50,6 +50,7 @@ class BuildResult:
         errors: package (or file) and what is wrong with it.
         skipped: packages that were not built, each with the failed package that it depends on.
         projects: what was read of each package, by its name.
+        needs_genuine: packages that only genuine catkin can build and that were not built, with `is_alone`.
     """
 
     built: list[str] = field(default_factory=list)
@@ -57,26 +58,42 @@ class BuildResult:
     errors: list[str] = field(default_factory=list)
     skipped: dict[str, str] = field(default_factory=dict)
     projects: dict[str, Project] = field(default_factory=dict)
+    needs_genuine: list[str] = field(default_factory=list)
 
 
 def build(
-    layout: Layout, options: BuildOptions, say: Say, variables: Mapping[str, str] | None = None
+    layout: Layout,
+    options: BuildOptions,
+    say: Say,
+    variables: Mapping[str, str] | None = None,
+    projects: Mapping[str, Project] | None = None,
 ) -> BuildResult:
     """Builds a workspace.
+
+    Args:
+        projects: packages of the workspace that were built before, if they are not built now.
 
     Raises:
         WorkspaceError: nothing can be built.
         OSError: a space cannot be written.
     """
-    return _Build(layout, options, say, os.environ if variables is None else variables).run()
+    return _Build(layout, options, say, os.environ if variables is None else variables, projects or {}).run()
 
 
 class _Build:
-    def __init__(self, layout: Layout, options: BuildOptions, say: Say, variables: Mapping[str, str]) -> None:
+    def __init__(
+        self,
+        layout: Layout,
+        options: BuildOptions,
+        say: Say,
+        variables: Mapping[str, str],
+        projects: Mapping[str, Project],
+    ) -> None:
         self._layout = layout
         self._options = options
         self._say = say
         self._variables = variables
+        self._earlier = projects
         self._result = BuildResult()
         self._failed: dict[str, str] = {}
         self._state_file = layout.build / "pipros" / "state.json"
@@ -97,8 +114,8 @@ class _Build:
             return package.folder if isinstance(package, SourcePackage) else package.path
 
         def find_for_cmake(name: str) -> FoundPackage | None:
-            if name in self._result.projects:
-                project = self._result.projects[name]
+            project = self._result.projects.get(name) or self._earlier.get(name)
+            if project is not None:
                 return FoundPackage(str(by_name[name].manifest.version), project.cfg_extras)
             folder = find_package(name)
             return None if folder is None else FoundPackage(_version_of(folder))
@@ -113,6 +130,9 @@ class _Build:
             self._note_compiled_tests(project)
             if project.needs_cmake:
                 natives.append(package)
+        if natives and self._options.is_alone:
+            self._result.needs_genuine = [package.name for package in natives]
+            return self._result
         self._check_reconfigure_options(natives)
         native_names = closure(packages, {package.name for package in natives}) if natives else set()
         for package in packages:
@@ -124,7 +144,8 @@ class _Build:
             # Links to packages lie in the build folder: a crawl of the whole workspace would find them twice.
             (self._layout.build / "CATKIN_IGNORE").touch()
         underlays = underlays_of_build(self._variables, self._layout.devel)
-        write_setup_files(self._layout.devel, [self._layout.source], underlays)
+        sources = self._options.sources or (self._layout.source,)
+        write_setup_files(self._layout.devel, sources, underlays)
         if self._options.installs:
             self._install(packages, underlays)
         write_if_changed(self._state_file, json.dumps(self._state, indent=1, sort_keys=True))
@@ -137,7 +158,9 @@ class _Build:
             if missing == self._options.only:
                 raise WorkspaceError(text)
             self._say(f"-- WARNING: {text}")
-        names = closure(packages, set(self._options.only)) if self._options.only else None
+        names = set(self._options.only) or None
+        if names is not None and not self._options.is_alone:
+            names = closure(packages, names)
         return [
             package
             for package in packages

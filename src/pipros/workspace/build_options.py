@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +19,9 @@ class BuildOptions:
         tests: whether tests will be run; compiled ones are then built.
         jobs: arguments for make, for packages with compiled code.
         targets: custom targets to run besides those of `all`.
+        is_alone: whether to build the packages in `only` without those that they depend on. Packages for
+            genuine catkin are then named in the result, not built.
+        sources: the source folders that the devel space lists; empty for that of the workspace.
     """
 
     only: frozenset[str] = frozenset()
@@ -27,3 +31,5 @@ class BuildOptions:
     tests: bool = False
     jobs: tuple[str, ...] = ()
     targets: tuple[str, ...] = ()
+    is_alone: bool = False
+    sources: tuple[Path, ...] = ()

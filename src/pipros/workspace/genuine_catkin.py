@@ -110,7 +110,7 @@ def build(
     source.mkdir(parents=True)
     binary.mkdir(parents=True, exist_ok=True)
     (source / "CMakeLists.txt").symlink_to(tools.toplevel)
-    variables = _environment(tools)
+    variables = native_environment(tools)
     prefixes = map(Path, variables["CMAKE_PREFIX_PATH"].split(os.pathsep))
     others = [prefix for prefix in prefixes if prefix not in (layout.devel, layout.install)]
     shipped = shipped_packages(packages, others)
@@ -149,7 +149,7 @@ def make(layout: Layout, target: str) -> None:
     except MissingTools as error:
         raise MissingTools(f"[{target}] has to be compiled, but {error}") from None
     folder = layout.build / "pipros" / "native" / "build"
-    _run(["make", target], folder, _environment(tools), f'Invoking "make {target}" failed')
+    _run(["make", target], folder, native_environment(tools), f'Invoking "make {target}" failed')
 
 
 def _run(command: Sequence[str], folder: Path, variables: Mapping[str, str], failure: str) -> None:
@@ -176,7 +176,7 @@ def shipped_packages(packages: Sequence[SourcePackage], prefixes: Sequence[Path]
 
 def has_package(tools: NativeTools, name: str) -> bool:
     """Whether genuine ROS on this machine, or a workspace that is set up, has a package."""
-    prefixes = _environment(tools)["CMAKE_PREFIX_PATH"].split(os.pathsep)
+    prefixes = native_environment(tools)["CMAKE_PREFIX_PATH"].split(os.pathsep)
     return any(_is_installed(name, Path(prefix)) for prefix in prefixes)
 
 
@@ -194,7 +194,7 @@ def _is_installed(name: str, prefix: Path) -> bool:
     )
 
 
-def _environment(tools: NativeTools) -> dict[str, str]:
+def native_environment(tools: NativeTools) -> dict[str, str]:
     """The environment of this process with the system's Python in place of a virtual one."""
     variables = {
         name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "PYTHONHOME")

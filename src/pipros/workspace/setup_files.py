@@ -85,6 +85,10 @@ CATKIN_SETUP_UTIL_ARGS="--extend --local ${{CATKIN_SETUP_UTIL_ARGS:-}}"
 unset CATKIN_SETUP_UTIL_ARGS
 """
 
+_RELAYING = (
+    "# Sets up the last package of this workspace, and so all. Made by catkin_make_isolated of pipros.\n"
+)
+
 _ENV_SH = """\
 #!/usr/bin/env sh
 # Runs a command in the environment of this workspace. Made by catkin_make of pipros.
@@ -136,6 +140,25 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
             prefix / f"local_setup.{shell}",
             _LOCAL.format(setup=shlex.quote(str(prefix / f"setup.{shell}"))),
         )
+
+
+def write_relaying_setup_files(folder: Path, prefix: Path) -> None:
+    """Writes setup files to a folder that set up the workspace at `prefix`.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+    for shell in ("sh", "bash", "zsh"):
+        file = shlex.quote(str(prefix / f"setup.{shell}"))
+        own = f"_CATKIN_SETUP_DIR={shlex.quote(str(prefix))}\n" if shell == "sh" else ""
+        _write(folder / f"setup.{shell}", f"{_RELAYING}{own}. {file}\n")
+    _write(folder / "setup.fish", f"{_RELAYING}source {shlex.quote(str(prefix / 'setup.fish'))} $argv\n")
+    script = quoted_for_powershell(str(prefix / "setup.ps1"))
+    _write(folder / "setup.ps1", f"{_RELAYING}. {script} @args\n")
+    _write(
+        folder / "env.sh", f'#!/usr/bin/env sh\n{_RELAYING}exec {shlex.quote(str(prefix / "env.sh"))} "$@"\n'
+    )
+    (folder / "env.sh").chmod(0o755)
 
 
 def _write(file: Path, content: str) -> None:

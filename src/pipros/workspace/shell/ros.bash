@@ -142,5 +142,5 @@ _pipros_complete() {
 
 complete -F _pipros_complete -o default roscd rospd rosls rosed roscat roscp rosmv rosrun roslaunch rostest rospack
 complete -F _pipros_complete -o default rostopic rosnode rosparam rosservice rosmsg rossrv rosaction rosbag
-complete -F _pipros_complete -o default roscore rosclean rosversion catkin_make catkin_create_pkg catkin_test_results
+complete -F _pipros_complete -o default roscore rosclean rosversion catkin_make catkin_make_isolated catkin_find catkin_topological_order catkin_create_pkg catkin_test_results
 complete -F _pipros_complete -o default rosconsole rosstack pipros

@@ -115,7 +115,7 @@ function _pipros_complete
 end
 
 for command in roscd rosls rosed roscat roscp rosmv rosrun roslaunch rostest rospack rostopic rosnode rosparam \
-        rosservice rosmsg rossrv rosaction rosbag roscore rosclean rosversion catkin_make catkin_create_pkg \
+        rosservice rosmsg rossrv rosaction rosbag roscore rosclean rosversion catkin_make catkin_make_isolated catkin_find catkin_topological_order catkin_create_pkg \
         rosconsole rosstack pipros
     complete -c $command -a '(_pipros_complete)'
 end

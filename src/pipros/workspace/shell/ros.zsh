@@ -141,5 +141,5 @@ _pipros_complete() {
 if (( $+functions[compdef] )); then
   compdef _pipros_complete roscd rospd rosls rosed roscat roscp rosmv rosrun roslaunch rostest rospack \
     rostopic rosnode rosparam rosservice rosmsg rossrv rosaction rosbag roscore rosclean rosversion \
-    catkin_make catkin_create_pkg catkin_test_results rosconsole rosstack pipros
+    catkin_make catkin_make_isolated catkin_find catkin_topological_order catkin_create_pkg catkin_test_results rosconsole rosstack pipros
 fi

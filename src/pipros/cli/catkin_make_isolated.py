@@ -1,0 +1,235 @@
+"""`catkin_make_isolated`: builds the packages of a workspace one by one."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipros.cli.streams import command
+from pipros.errors import PiprosError
+from pipros.workspace import genuine_catkin
+from pipros.workspace.build_options import BuildOptions
+from pipros.workspace.isolated import IsolatedOptions, IsolatedResult, build_isolated
+from pipros.workspace.layout import (
+    WORKSPACE_MARKER,
+    Layout,
+    SourcePackage,
+    WorkspaceError,
+    closure,
+    read_source_space,
+)
+
+_COLLECTING = ("--cmake-args", "--make-args", "--catkin-make-args")
+_RULE = "~" * 47
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Builds and returns the exit code: 1 when a package failed."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    options = _parse(arguments)
+    try:
+        layout = _layout(options)
+        print("\n".join(_spaces(layout)))
+        if options.cmake_args:
+            print(f"Additional CMake Arguments: {' '.join(options.cmake_args)}")
+        space = read_source_space(layout.source, os.environ)
+        if space.errors:
+            raise WorkspaceError("\n".join(space.errors))
+        if not space.packages:
+            print(f"No packages found in source space: {layout.source}")
+        (layout.base / WORKSPACE_MARKER).touch()
+        packages, chosen = _choose(space.packages, options)
+        print(_RULE)
+        print(f"~~  traversing {len(packages)} packages in topological order:")
+        for package in packages:
+            print(f"~~  - {package.name}{' (metapackage)' if package.is_metapackage else ''}")
+        print(_RULE, flush=True)
+        result = build_isolated(layout, packages, chosen, _build_options(options), _say, os.environ)
+    except (PiprosError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    return _end(result, arguments)
+
+
+def _end(result: IsolatedResult, arguments: Sequence[str]) -> int:
+    if result.needs_genuine:
+        return _run_genuine(result.needs_genuine, arguments)
+    for error in result.errors:
+        print(error, file=sys.stderr)
+    if result.errors:
+        print("Command failed, exiting.", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _run_genuine(package: str, arguments: Sequence[str]) -> int:
+    """Has genuine catkin build the whole workspace: packages need the CMake files of those before them."""
+    try:
+        tools = genuine_catkin.find_tools(os.environ)
+        program = tools.prefix / "bin" / "catkin_make_isolated"
+        if not program.is_file():
+            raise genuine_catkin.MissingTools(f"there is no {program}. Install genuine catkin")
+    except genuine_catkin.MissingTools as error:
+        print(f"the package [{package}] has to be built by genuine catkin, but {error}", file=sys.stderr)
+        return 1
+    print(f"==> The package '{package}' needs CMake: genuine catkin builds the workspace", flush=True)
+    ended = subprocess.run(  # noqa: S603
+        [program, *arguments], env=genuine_catkin.native_environment(tools), check=False
+    )
+    return ended.returncode
+
+
+def _parse(arguments: Sequence[str]) -> Namespace:
+    parser = ArgumentParser(
+        prog="catkin_make_isolated",
+        description="Builds each catkin package of a workspace in isolation, but still in topological order. "
+        "If a package needs CMake, genuine catkin builds the workspace, when it is installed.",
+    )
+    add = parser.add_argument
+    add(
+        "-C",
+        "--directory",
+        default=".",
+        metavar="WORKSPACE",
+        help="The base path of the workspace (default '.')",
+    )
+    add("--source", "--source-space", help="The path to the source space (default 'workspace_base/src')")
+    add(
+        "--build",
+        "--build-space",
+        help="The path to the build space (default 'workspace_base/build_isolated')",
+    )
+    add(
+        "--devel",
+        "--devel-space",
+        help="Sets the target devel space (default 'workspace_base/devel_isolated')",
+    )
+    add("--merge", action="store_true", help="Build each catkin package into a common devel space.")
+    add("--install-space", help="Sets the target install space (default 'workspace_base/install_isolated')")
+    for tool in ("ninja", "nmake", "gmake"):
+        add(f"--use-{tool}", action="store_true", help="Only for genuine catkin")
+    add("--install", action="store_true", help="Causes each catkin package to be installed.")
+    add("--force-cmake", action="store_true", help="Only for genuine catkin")
+    add("--no-color", action="store_true", help="Disables colored output")
+    choice = parser.add_mutually_exclusive_group()
+    choice.add_argument(
+        "--pkg", nargs="+", default=[], metavar="PKGNAME", help="Process only specific packages"
+    )
+    choice.add_argument(
+        "--ignore-pkg", nargs="+", default=[], metavar="PKGNAME", help="Ignore specific packages."
+    )
+    choice.add_argument("--from-pkg", metavar="PKGNAME", help="Continue with the given package")
+    add(
+        "--only-pkg-with-deps",
+        nargs="+",
+        default=[],
+        help="Only consider the specific packages and their recursive dependencies (only together with "
+        "--merge or --install)",
+    )
+    add("-q", "--quiet", action="store_true", help="Suppresses the output until an error occurs.")
+    for option in _COLLECTING:
+        add(
+            option,
+            nargs="*",
+            default=[],
+            help="All arguments that follow; -DNAME=VALUE of --cmake-args counts",
+        )
+    add("--override-build-tool-check", action="store_true", help="Only for genuine catkin")
+    own, collected = _split(arguments)
+    options = parser.parse_args(own)
+    options.cmake_args = collected["--cmake-args"]
+    options.make_args = [*collected["--make-args"], *collected["--catkin-make-args"]]
+    if options.only_pkg_with_deps and not (options.merge or options.install):
+        parser.error("The --only-pkg-with-deps option can only be used together with --merge or --install")
+    return options
+
+
+def _split(arguments: Sequence[str]) -> tuple[list[str], dict[str, list[str]]]:
+    """The arguments for the command itself, and those that follow each of the collecting options."""
+    own: list[str] = []
+    collected: dict[str, list[str]] = {option: [] for option in _COLLECTING}
+    current = own
+    for word in arguments:
+        if word in collected:
+            current = collected[word]
+        elif current is own and (word.startswith(("-j", "-l")) and word[2:].isdecimal()):
+            collected["--make-args"].append(word)
+        else:
+            current.append(word)
+    return own, collected
+
+
+def _layout(options: Namespace) -> Layout:
+    base = Path(options.directory).absolute()
+    if not base.is_dir():
+        raise WorkspaceError(f"Workspace path '{base}' does not exist.")
+    # As in Noetic, spaces given on the command line are relative to the current folder.
+    layout = Layout(
+        base,
+        Path(options.source).absolute() if options.source else base / "src",
+        Path(options.build).absolute() if options.build else base / "build_isolated",
+        Path(options.devel).absolute() if options.devel else base / "devel_isolated",
+        Path(options.install_space).absolute() if options.install_space else base / "install_isolated",
+    )
+    if not layout.source.is_dir():
+        raise WorkspaceError(f"Could not find source space: {layout.source}")
+    return layout
+
+
+def _spaces(layout: Layout) -> list[str]:
+    return [
+        f"Base path: {layout.base}",
+        f"Source space: {layout.source}",
+        f"Build space: {layout.build}",
+        f"Devel space: {layout.devel}",
+        f"Install space: {layout.install}",
+    ]
+
+
+def _choose(
+    packages: Sequence[SourcePackage], options: Namespace
+) -> tuple[list[SourcePackage], list[SourcePackage]]:
+    """The packages to go through, and those of them to build.
+
+    Raises:
+        WorkspaceError: a name is not that of a package.
+    """
+    names = [package.name for package in packages]
+    named = [*options.pkg, *options.only_pkg_with_deps, *filter(None, [options.from_pkg])]
+    missing = [name for name in named if name not in names]
+    if missing:
+        raise WorkspaceError(f"Packages not found in the workspace: {', '.join(missing)}")
+    if options.only_pkg_with_deps:
+        needed = closure(packages, set(options.only_pkg_with_deps))
+        packages = [package for package in packages if package.name in needed]
+    packages = [package for package in packages if package.name not in options.ignore_pkg]
+    chosen = packages
+    if options.pkg:
+        chosen = [package for package in packages if package.name in options.pkg]
+    elif options.from_pkg:
+        names = [package.name for package in packages]
+        chosen = packages[names.index(options.from_pkg) :]
+    return list(packages), list(chosen)
+
+
+def _build_options(options: Namespace) -> IsolatedOptions:
+    settings = (word[2:].partition("=") for word in options.cmake_args if word.startswith("-D"))
+    definitions = {name.partition(":")[0]: value for name, sign, value in settings if sign}
+    return IsolatedOptions(
+        merges=options.merge,
+        is_quiet=options.quiet,
+        build=BuildOptions(definitions=definitions, installs=options.install),
+    )
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

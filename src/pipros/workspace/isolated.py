@@ -1,0 +1,113 @@
+"""Builds a workspace package by package, each with a build space and a devel space of its own."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from pipros.workspace.build import build
+from pipros.workspace.build_options import BuildOptions
+from pipros.workspace.catkin.project import Project
+from pipros.workspace.layout import Layout, SourcePackage
+from pipros.workspace.setup_files import write_relaying_setup_files
+
+Say = Callable[[str], None]
+
+_BUILDER_LINES = ("-- ~~", "-- +++", "-- ==>")
+
+
+@dataclass(frozen=True, slots=True)
+class IsolatedOptions:
+    """How to build.
+
+    Attributes:
+        merges: whether all packages share the devel space.
+        is_quiet: whether the output of a package is printed only if it fails.
+        build: the options for each package; `only` and `left_out` have no effect.
+    """
+
+    merges: bool = False
+    is_quiet: bool = False
+    build: BuildOptions = field(default_factory=BuildOptions)
+
+
+@dataclass(slots=True)
+class IsolatedResult:
+    """The outcome.
+
+    Attributes:
+        errors: what failed, at most of one package: the build ends there.
+        needs_genuine: the first package that only genuine catkin can build; the build ends there, too.
+    """
+
+    errors: list[str] = field(default_factory=list)
+    needs_genuine: str = ""
+
+
+def build_isolated(
+    layout: Layout,
+    packages: Sequence[SourcePackage],
+    chosen: Sequence[SourcePackage],
+    options: IsolatedOptions,
+    say: Say,
+    variables: Mapping[str, str],
+) -> IsolatedResult:
+    """Builds packages one after another; each finds those before it as underlays.
+
+    Args:
+        layout: build and devel are the folders for the spaces of all packages.
+        packages: all packages of the workspace in the order in which they are built.
+        chosen: those to build.
+
+    Raises:
+        WorkspaceError: nothing can be built.
+        OSError: a space cannot be written.
+    """
+    result = IsolatedResult()
+    projects: dict[str, Project] = {}
+    sources: list[Path] = []
+    last: Path | None = None
+    for number, package in enumerate(packages, 1):
+        devel = layout.devel if options.merges else layout.devel / package.name
+        sources = [*sources, package.folder] if options.merges else [package.folder]
+        if package not in chosen:
+            variables = _with_underlay(variables, layout.install if options.build.installs else devel)
+            last = devel if devel.is_dir() else last
+            continue
+        say(f"\n==> Processing catkin package: '{package.name}'")
+        lines: list[str] = []
+        one = build(
+            replace(layout, build=layout.build / package.name, devel=devel),
+            replace(options.build, only=frozenset((package.name,)), is_alone=True, sources=tuple(sources)),
+            lines.append if options.is_quiet else _without_headings(say),
+            variables,
+            projects,
+        )
+        if one.needs_genuine:
+            result.needs_genuine = package.name
+            return result
+        if one.errors:
+            for line in lines:
+                say(line)
+            say(f"<== Failed to process package '{package.name}'")
+            result.errors = one.errors
+            return result
+        projects.update(one.projects)
+        variables = _with_underlay(variables, layout.install if options.build.installs else devel)
+        last = devel
+        say(f"<== Finished processing package [{number} of {len(packages)}]: '{package.name}'")
+    if last is not None and not options.merges:
+        write_relaying_setup_files(layout.devel, last)
+    return result
+
+
+def _without_headings(say: Say) -> Say:
+    """Leaves out the lines that `catkin_make` prints around each package."""
+    return lambda line: None if line.startswith(_BUILDER_LINES) else say(line)
+
+
+def _with_underlay(variables: Mapping[str, str], prefix: Path) -> dict[str, str]:
+    known = [entry for entry in variables.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if entry]
+    return {**variables, "CMAKE_PREFIX_PATH": os.pathsep.join(dict.fromkeys([str(prefix), *known]))}
