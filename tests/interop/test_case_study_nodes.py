@@ -17,7 +17,7 @@ HEARD = r"\[INFO\] \[\d+\.\d+\]: Battery level of vehicle: %(\d+)"
 
 @pytest.fixture(params=["genuine master", "pipros master"])
 def master(request: pytest.FixtureRequest, ros: RosSystem) -> Process:
-    return side(ros, request.param.removesuffix(" master")).start_master()
+    return side(ros, request.param.removesuffix(" master")).start_bare_master()
 
 
 def side(ros: RosSystem, name: str) -> Side:
