@@ -28,6 +28,7 @@ from xmlrpc.client import ServerProxy
 EXAMPLE = Path(__file__).resolve().parents[1] / "examples" / "catkin_ws" / "src"
 READY_WITHIN_S = 30.0
 MISSED_AFTER_S = 20.0
+HELLO = ("std_msgs/String", "data: hello")
 
 
 def free_port() -> int:
@@ -103,6 +104,21 @@ class World:
         return seen - began, time.perf_counter() - seen
 
     @contextmanager
+    def running(self, *argv: str) -> Iterator[None]:
+        """A command that runs meanwhile."""
+        process = subprocess.Popen(  # noqa: S603
+            argv,
+            env=self.environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        try:
+            yield
+        finally:
+            end(process)
+
+    @contextmanager
     def master(self) -> Iterator[None]:
         core = subprocess.Popen(  # noqa: S603
             ["roscore", "-p", str(self.port)],  # noqa: S607
@@ -136,7 +152,28 @@ def commands(world: World) -> dict[str, float]:
             "rostopic list": world.run("rostopic", "list"),
             "rosnode list": world.run("rosnode", "list"),
             "rosparam get /rosversion": world.run("rosparam", "get", "/rosversion"),
+            "rosmsg show sensor_msgs/JointState": world.run("rosmsg", "show", "sensor_msgs/JointState"),
         }
+
+
+def echo(world: World) -> dict[str, float]:
+    """A message that is latched already: the whole time is that of the command."""
+    with world.master(), world.running("rostopic", "pub", "-l", "-r", "0.01", "/latched", *HELLO):
+        world.run("rostopic", "echo", "-n", "1", "/latched")  # when this ends, the publisher is there
+        return {"rostopic echo -n 1, latched": world.run("rostopic", "echo", "-n", "1", "/latched")}
+
+
+def completion(world: World) -> dict[str, float]:
+    """What a shell asks for at `rostopic echo /<TAB>`; in genuine ROS that is the function of rosbash."""
+    if world.name == "genuine":
+        command = (
+            "bash", "-c", "source /usr/share/bash-completion/completions/rosbash; "
+            "COMP_WORDS=(rostopic echo /); COMP_CWORD=2; _roscomplete_rostopic; [ ${#COMPREPLY[@]} -gt 0 ]",
+        )  # fmt: skip
+    else:
+        command = ("pipros-complete", "2", "rostopic", "echo", "/")
+    with world.master():
+        return {"rostopic echo /<TAB>": world.run(*command)}
 
 
 def imports(world: World) -> dict[str, float]:
@@ -166,6 +203,8 @@ def test(world: World) -> dict[str, float]:
 
 SCENES: dict[str, Callable[[World], dict[str, float]]] = {
     "rostopic": commands,
+    "echo": echo,
+    "completion": completion,
     "import": imports,
     "roscore": core,
     "rosrun": node,

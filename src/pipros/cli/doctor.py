@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from argparse import ArgumentParser
 from collections.abc import Iterable, Sequence
@@ -95,9 +94,10 @@ def _test_itself(*, as_json: bool) -> int:
 
 
 def _print_findings(findings: Iterable[Finding]) -> None:
+    from pipros.cli.terminal import has_colours
     from pipros.printable import listed
 
-    is_coloured = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
+    is_coloured = has_colours()
     for finding in findings:
         kind = finding.severity.value
         label = f"\x1b[{_COLOURS[kind]};1m{kind.upper()}\x1b[0m" if is_coloured else kind.upper()

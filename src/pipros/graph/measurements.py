@@ -59,19 +59,27 @@ def rate_text(figures: Figures) -> str:
 
 def rate_table(figures: Mapping[str, Figures]) -> str:
     """The figures of several topics as a table, four digits each."""
-    columns = [["topic"], ["rate"], ["min_delta"], ["max_delta"], ["std_dev"], ["window"]]
+    rows = []
     for topic, found in figures.items():
         numbers = (_rate(found), found.minimum, found.maximum, found.deviation)
-        cells = [topic, *(str(float(f"{number:.4g}")) for number in numbers), str(found.count)]
-        for column, cell in zip(columns, cells, strict=True):
-            column.append(cell)
-    widths = [max(map(len, column)) for column in columns]
-    heading = "   ".join(column[0].center(width) for column, width in zip(columns, widths, strict=True))
-    rows = [
-        "   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        for row in list(zip(*columns, strict=True))[1:]
-    ]
-    return "\n".join([heading, "=" * len(heading), *rows, ""])
+        rows.append([topic, *(str(float(f"{number:.4g}")) for number in numbers), str(found.count)])
+    return _table(["topic", "rate", "min_delta", "max_delta", "std_dev", "window"], rows)
+
+
+def bandwidth_table(figures: Mapping[str, tuple[float, Figures]]) -> str:
+    """The bandwidths of several topics, with the sizes of their messages, as a table."""
+    rows = []
+    for topic, (bytes_per_s, sizes) in figures.items():
+        of_sizes = map(as_bytes, (sizes.mean, sizes.minimum, sizes.maximum))
+        rows.append([topic, f"{as_bytes(bytes_per_s)}/s", *of_sizes, str(sizes.count)])
+    return _table(["topic", "average", "mean", "min", "max", "window"], rows)
+
+
+def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    widths = [max(map(len, column)) for column in zip(headings, *rows, strict=True)]
+    heading = "   ".join(text.center(width) for text, width in zip(headings, widths, strict=True))
+    lines = ["   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
+    return "\n".join([heading, "=" * len(heading), *lines, ""])
 
 
 def _rate(figures: Figures) -> float:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
-import sys
 from argparse import ArgumentParser
 from collections.abc import Callable, Sequence
 from datetime import datetime
 from typing import Any
 
+from pipros.cli.terminal import has_colours
 from pipros.graph.client import GraphClient
 from pipros.graph.loggers import LEVELS
 from pipros.names import parse_arguments
@@ -54,7 +53,7 @@ def echo(argv: Sequence[str]) -> int:
     printer = LogPrinter(
         options.filter,
         _NUMBERS[options.level.upper()],
-        is_coloured=not options.nocolor and sys.stdout.isatty() and not os.environ.get("NO_COLOR"),
+        is_coloured=not options.nocolor and has_colours(),
         is_verbose=options.verbose,
     )
     _follow(options.topic, printer, is_once=options.once, argv=argv)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pipros.cli.program import option_parser
+from pipros.cli.terminal import DIM, aligned, is_terminal
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import listing
 
@@ -18,5 +19,8 @@ def list_nodes(argv: Sequence[str]) -> int:
         parser.error("invalid args: you may only specify one namespace")
     with GraphClient("rosnode") as graph:
         ns = graph.resolve(arguments[0]) if arguments else "/"
-        print("\n".join(listing(graph.master, ns, uris=options.uris, both=options.all)))
+        lines = listing(graph.master, ns, uris=options.uris, both=options.all)
+    if options.all and is_terminal():
+        lines = aligned([line.split(" \t") for line in lines], (DIM, ""))
+    print("\n".join(lines))
     return 0

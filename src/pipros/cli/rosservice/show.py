@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from pipros.cli.program import option_parser, single_argument
+from pipros.cli.terminal import CYAN, table
 from pipros.graph.client import GraphClient
 from pipros.graph.services import (
     argument_names,
@@ -30,9 +31,13 @@ def list_services(argv: Sequence[str]) -> int:
         parser.error("you may only specify one input namespace")
     with GraphClient("rosservice") as graph:
         ns = graph.resolve(arguments[0]) if arguments else "/"
-        for service, node in nodes_by_service(graph.master).items():
-            if is_below(service, ns):
-                print(listed(f"{service} {node}" if options.nodes else service))
+        rows = [
+            [listed(service), listed(node)] if options.nodes else [listed(service)]
+            for service, node in nodes_by_service(graph.master).items()
+            if is_below(service, ns)
+        ]
+    for line in table(rows, ("", CYAN) if options.nodes else ("",)):
+        print(line)
     return 0
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from pipros.cli.program import option_parser, single_argument
+from pipros.cli.program import option_parser
 from pipros.cli.rostopic.window_option import add_window_option, window_of
+from pipros.cli.terminal import LiveBlock, is_terminal
 from pipros.graph.client import GraphClient
-from pipros.graph.measurements import BANDWIDTH_WINDOW, bandwidth_text
+from pipros.graph.measurements import BANDWIDTH_WINDOW, bandwidth_table, bandwidth_text
 from pipros.graph.samples import BandwidthWindow
 from pipros.names import parse_arguments
 
@@ -24,34 +25,41 @@ def measure_bandwidth(argv: Sequence[str]) -> int:
     parser = option_parser("rostopic", "bw /topic")
     add_window_option(parser)
     options, arguments = parser.parse_args(list(parse_arguments(argv).rest))
-    name = single_argument(
-        parser,
-        arguments,
-        missing="topic must be specified",
-        several="you may only specify one input topic",
-    )
+    if not arguments:
+        parser.error("topic must be specified")
+    if len(arguments) > 1 and not is_terminal():  # as Noetic; a terminal shows a table of several
+        parser.error("you may only specify one input topic")
     window = window_of(parser, options, BANDWIDTH_WINDOW)
     from pipros.cli.command_node import command_node
     from pipros.graph.listening import Listening, wait_for_topic
 
     with GraphClient("rostopic") as graph:
-        topic = wait_for_topic(graph.master, graph.resolve(name)).topic
-    bandwidth, lock = BandwidthWindow(window), threading.Lock()
+        topics = [wait_for_topic(graph.master, graph.resolve(name)).topic for name in arguments]
+    windows = {topic: BandwidthWindow(window) for topic in topics}
+    lock, block = threading.Lock(), LiveBlock()
 
-    def count(raw: RawMessage) -> None:
-        with lock:
-            bandwidth.add(time.monotonic(), len(raw.body))
+    def count(topic: str) -> Callable[[RawMessage], None]:
+        def callback(raw: RawMessage) -> None:
+            with lock:
+                windows[topic].add(time.monotonic(), len(raw.body))
+
+        return callback
 
     def report() -> None:
+        now_s = time.monotonic()
         with lock:
-            figures = bandwidth.figures(time.monotonic())
-        if figures is not None:
-            print(bandwidth_text(*figures), flush=True)
+            found = {topic: bandwidth.figures(now_s) for topic, bandwidth in windows.items()}
+        figures = {topic: figure for topic, figure in found.items() if figure is not None}
+        if figures and len(topics) == 1:
+            print(bandwidth_text(*figures[topics[0]]), flush=True)
+        elif figures:
+            block.show(bandwidth_table(figures))
 
     with command_node("rostopic", argv) as node:
         listening = Listening(node)
-        listening.subscribe(topic, count)
-        print(f"subscribed to [{topic}]", flush=True)
+        for topic in topics:
+            listening.subscribe(topic, count(topic))
+            print(f"subscribed to [{topic}]", flush=True)
         while not listening.wait(REPORT_PERIOD_S):
             report()
         report()

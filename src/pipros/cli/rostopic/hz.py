@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from pipros.cli.program import option_parser
 from pipros.cli.rostopic.window_option import add_window_option, window_of
+from pipros.cli.terminal import LiveBlock
 from pipros.graph.client import GraphClient
 from pipros.graph.measurements import Rates
 from pipros.graph.samples import DEFAULT_WINDOW
@@ -46,7 +47,10 @@ def measure_rate(argv: Sequence[str]) -> int:
 
     with GraphClient("rostopic") as graph:
         topics = [wait_for_topic(graph.master, graph.resolve(name)).topic for name in names]
-    rates = Rates(topics, options.window, say=partial(print, flush=True))
+    # Noetic's report of one topic is a log; that of several is a table, which a terminal shows in place.
+    block = LiveBlock() if len(topics) > 1 else None
+    show = block.show if block else partial(print, flush=True)
+    rates = Rates(topics, options.window, say=block.say if block else show)
     passes = MessageFilter(options.expression) if options.expression else None
     classes = MessageClasses()
     with command_node("rostopic", argv, wall_time=options.wall_time) as node:
@@ -66,9 +70,9 @@ def measure_rate(argv: Sequence[str]) -> int:
             listening.subscribe(topic, count(topic), tcp_nodelay=options.tcp_nodelay)
             print(f"subscribed to [{topic}]", flush=True)
         while not listening.wait(REPORT_PERIOD_S):
-            print(rates.report(), flush=True)
+            show(rates.report())
         if rates.has_new():
-            print(rates.report())
+            show(rates.report())
     return 0
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from pipros.cli.program import option_parser
+from pipros.cli.terminal import CYAN, DIM, table
 from pipros.errors import Refused
 from pipros.graph.client import GraphClient
 from pipros.graph.system_state import Registrations, SystemState, is_below
@@ -72,10 +73,12 @@ def _lines(
             continue
         lines.append(f"{heading} topics:")
         role = "publisher" if heading == "Published" else "subscriber"
+        rows = []
         for topic, nodes in registrations.items():
             plural = "" if len(nodes) == 1 else "s"
-            entry = f" * {topic} [{types.get(topic, 'unknown type')}] {len(nodes)} {role}{plural}"
-            lines.append(listed(entry))
+            type_text = f"[{types.get(topic, 'unknown type')}]"
+            rows.append([" *", listed(topic), listed(type_text), f"{len(nodes)} {role}{plural}"])
+        lines += table(rows, ("", "", CYAN, DIM))
         lines.append("")
     return lines
 

@@ -1,0 +1,87 @@
+"""Output on a terminal: colours, aligned columns, and blocks of lines that are rewritten in place.
+
+A pipe or a file gets none of these, so that scripts read exactly what Noetic prints.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+TYPE_CHECKING = False  # true for type checkers; commands that do not need `typing` start faster
+if TYPE_CHECKING:
+    from typing import IO
+
+CYAN = "36"
+DIM = "2"
+
+
+def is_terminal(stream: IO[str] | None = None) -> bool:
+    """True when a stream, by default standard output, is a terminal that understands escape sequences."""
+    stream = sys.stdout if stream is None else stream
+    return stream.isatty() and os.environ.get("TERM", "dumb") != "dumb"
+
+
+def has_colours(stream: IO[str] | None = None) -> bool:
+    """True on a terminal, unless `NO_COLOR` is set (https://no-color.org)."""
+    return is_terminal(stream) and not os.environ.get("NO_COLOR")
+
+
+def aligned(rows: Sequence[Sequence[str]], colours: Sequence[str] = ()) -> list[str]:
+    """Rows of cells as lines with aligned columns.
+
+    Args:
+        colours: the colour of each column, as in an escape sequence; empty for none. Without `has_colours`
+            they are ignored.
+
+    >>> aligned([["/scan", "a/Scan"], ["/tf", "b/TF"]])
+    ['/scan a/Scan', '/tf   b/TF']
+    """
+    if not rows:
+        return []
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    is_coloured = bool(colours) and has_colours()
+    lines = []
+    for row in rows:
+        cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=True)]
+        cells[-1] = row[-1]
+        if is_coloured:
+            cells = [
+                f"\x1b[{colour}m{cell}\x1b[0m" if colour else cell
+                for cell, colour in zip(cells, colours, strict=True)
+            ]
+        lines.append(" ".join(cells))
+    return lines
+
+
+def table(rows: Sequence[Sequence[str]], colours: Sequence[str]) -> list[str]:
+    """Rows of cells as lines: aligned and coloured on a terminal, separated by one space elsewhere."""
+    return aligned(rows, colours) if is_terminal() else [" ".join(row) for row in rows]
+
+
+class LiveBlock:
+    """Prints blocks of lines. On a terminal, each block replaces the one before; elsewhere they follow."""
+
+    def __init__(self) -> None:
+        self._is_live = is_terminal()
+        self._height = 0
+
+    def show(self, text: str) -> None:
+        """Prints a block."""
+        up = f"\x1b[{self._height}A\x1b[J" if self._height else ""
+        print(up + text, flush=True)
+        self._height = self._height_of(text) if self._is_live else 0
+
+    def say(self, text: str) -> None:
+        """Prints a line that stays; the next block comes below it."""
+        print(text, flush=True)
+        self._height = 0
+
+    def _height_of(self, text: str) -> int:
+        """The screen lines of a block; 0 when it does not fit, so that its beginning cannot be reached."""
+        import shutil
+
+        columns, lines = shutil.get_terminal_size()
+        height = sum(max(1, -(-len(line) // columns)) for line in text.split("\n"))
+        return height if height < lines else 0
