@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+
 from pipros.launch.child import Child
 from pipros.launch.console import Console
 from pipros.launch.run import RunOptions
@@ -21,6 +23,7 @@ class ROSLaunchChild:
         sigint_timeout: float = DEFAULT_TIMEOUT_SIGINT,
         sigterm_timeout: float = DEFAULT_TIMEOUT_SIGTERM,
     ) -> None:
+        self.logger = logging.getLogger("roslaunch.child")
         self.name = name
         self.server_uri = server_uri
         self.run_id = run_id

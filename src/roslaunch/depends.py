@@ -13,6 +13,7 @@ from pipros.launch.load_context import LoadContext
 from pipros.launch.xml import load
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.manifest import read_manifest
+from rosgraph.names import load_mappings
 from roslaunch.substitution_args import convert_value, resolve_args
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "calculate_missing",
     "convert_value",
     "fullusage",
+    "load_mappings",
     "parse_launch",
     "print_deps",
     "resolve_args",

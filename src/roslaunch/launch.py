@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -56,6 +57,7 @@ from roslaunch.nodeprocess import (
     create_node_process,
 )
 from roslaunch.pmon import ProcessListener, ProcessMonitor, start_process_monitor
+from roslaunch.rlutil import update_terminal_name
 
 if TYPE_CHECKING:
     from roslaunch.config import ROSLaunchConfig
@@ -102,6 +104,7 @@ __all__ = [
     "set_child_mode",
     "setup_env",
     "start_process_monitor",
+    "update_terminal_name",
     "validate_master_launch",
 ]
 
@@ -177,7 +180,6 @@ class ROSLaunchRunner:
     ) -> None:
         if run_id is None:
             raise RLException("run_id is None")
-        _ = num_workers, master_logger_level
         self.run_id = run_id
         self.config = config
         self.server_uri = server_uri
@@ -185,26 +187,15 @@ class ROSLaunchRunner:
         self.is_child = is_child
         self.is_rostest = is_rostest
         self.remote_runner = remote_runner
+        self.num_workers = num_workers
+        self.timeout = timeout
+        self.master_logger_level = master_logger_level
+        self.sigint_timeout = sigint_timeout
+        self.sigterm_timeout = sigterm_timeout
+        self.logger = logging.getLogger("roslaunch")
         self.pm = pmon or start_process_monitor()
-        self.session = LaunchSession(
-            [],
-            {},
-            SessionOptions(
-                is_core=is_core,
-                run_id=run_id,
-                has_summary=False,
-                checks_log_folder=False,
-                has_server=False,
-                master=MasterOptions(limits=limits_with_timeout(timeout)),
-                run=RunOptions(
-                    sigint_timeout_s=sigint_timeout, sigterm_timeout_s=sigterm_timeout, is_child=is_child
-                ),
-            ),
-            Console(has_title=False),
-            environment=Environment.from_os(),
-            load_launch=config.to_launch,
-            on_end=self.pm.tell,
-        )
+        self.listeners = self.pm.listeners
+        self._session: LaunchSession | None = None
         self._processes: RunProcesses | None = None
 
     @classmethod
@@ -212,13 +203,40 @@ class ROSLaunchRunner:
         cls, session: LaunchSession, run_id: str, config: ROSLaunchConfig, pm: ProcessMonitor
     ) -> ROSLaunchRunner:
         """The runner of a session that was started; `pm` watches it from now on."""
-        runner = cls.__new__(cls)
-        runner.run_id, runner.config, runner.pm, runner.session = run_id, config, pm, session
-        runner.server_uri = None if session.server is None else session.server.uri
-        runner.remote_runner = None
-        runner.is_core = runner.is_child = runner.is_rostest = False
+        runner = cls(run_id, config, None if session.server is None else session.server.uri, pm)
+        runner._session = session
         runner._watch()
         return runner
+
+    @property
+    def session(self) -> LaunchSession:
+        """What the runner starts, or was made for."""
+        if self._session is None:
+            self._session = self._make_session()
+        return self._session
+
+    def _make_session(self) -> LaunchSession:
+        return LaunchSession(
+            [],
+            {},
+            SessionOptions(
+                is_core=self.is_core,
+                run_id=self.run_id,
+                has_summary=False,
+                checks_log_folder=False,
+                has_server=False,
+                master=MasterOptions(limits=limits_with_timeout(self.timeout)),
+                run=RunOptions(
+                    sigint_timeout_s=self.sigint_timeout,
+                    sigterm_timeout_s=self.sigterm_timeout,
+                    is_child=self.is_child,
+                ),
+            ),
+            Console(has_title=False),
+            environment=Environment.from_os(),
+            load_launch=self.config.to_launch,
+            on_end=self.pm.tell,
+        )
 
     def launch(self) -> tuple[list[RunProcess], list[str]]:
         """Starts everything. Returns the processes that run, and the names of nodes that did not start.

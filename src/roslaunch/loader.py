@@ -10,6 +10,7 @@ from pipros import names
 from pipros.launch.load_context import LoadContext
 from pipros.launch.param_types import flatten
 from pipros.safe import yaml
+from rosgraph.names import canonicalize_name, is_legal_name, load_mappings, make_global_ns, ns_join
 from roslaunch.core import PHASE_SETUP, Param, RLException, RosbinExecutable
 from roslaunch.substitution_args import convert_value
 
@@ -22,8 +23,13 @@ __all__ = [
     "Param",
     "RLException",
     "RosbinExecutable",
+    "canonicalize_name",
     "convert_value",
+    "is_legal_name",
+    "load_mappings",
     "load_sysargs_into_context",
+    "make_global_ns",
+    "ns_join",
     "post_process_include_args",
     "process_include_args",
 ]

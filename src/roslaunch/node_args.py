@@ -12,6 +12,7 @@ from pipros.env import Environment
 from pipros.launch.command import CannotLaunch, CommandMaker
 from pipros.launch.inspect import command_words, full_node_name
 from pipros.workspace.index import PackageIndex
+from rosgraph.names import script_resolve_name
 from roslaunch.config import load_config_default
 from roslaunch.core import FileAndArguments, Machine, Node, RLException, local_machine, setup_env
 from roslaunch.substitution_args import resolve_args
@@ -31,6 +32,7 @@ __all__ = [
     "print_node_args",
     "print_node_filename",
     "print_node_list",
+    "script_resolve_name",
     "setup_env",
 ]
 

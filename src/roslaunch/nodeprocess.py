@@ -139,6 +139,7 @@ class LocalProcess(Process):
         self.is_node = is_node
         self.sigint_timeout = sigint_timeout
         self.sigterm_timeout = sigterm_timeout
+        self.popen: Any = None
         self._process: NodeProcess | None = None
         self._guardian = Guardian()
 
@@ -172,7 +173,7 @@ class LocalProcess(Process):
         except CannotLaunch as error:
             raise FatalProcessLaunch(str(error)) from error
         self.log_dir = str(logs.path)
-        self._process, self.pid = process, process.pid
+        self._process, self.pid, self.popen = process, process.pid, process.popen
         self.started, self.stopped, self.exit_code = True, False, None
         printlog_bold(f"process[{self.name}]: started with pid [{self.pid}]")
         return True
@@ -247,6 +248,14 @@ class RunProcess(LocalProcess):
 
     @pid.setter
     def pid(self, value: int) -> None:
+        """Ignored."""
+
+    @property
+    def popen(self) -> Any:
+        return None if self._managed.latest is None else self._managed.latest.popen
+
+    @popen.setter
+    def popen(self, value: object) -> None:
         """Ignored."""
 
     @property

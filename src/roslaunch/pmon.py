@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import itertools
+import logging
 import threading
 import time
 import traceback
@@ -29,6 +30,8 @@ __all__ = [
     "shutdown_process_monitor",
     "start_process_monitor",
 ]
+
+logger = logging.getLogger("roslaunch.pmon")
 
 _LOOK_EVERY_S = 0.1
 _SHUTDOWN_TIMEOUT_S = 20.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import TYPE_CHECKING
 
 from roslaunch.core import RLException, is_machine_local, printerrlog, printlog
@@ -44,6 +45,7 @@ class ROSRemoteRunner(ROSRemoteRunnerIF):
         sigint_timeout: float = DEFAULT_TIMEOUT_SIGINT,
         sigterm_timeout: float = DEFAULT_TIMEOUT_SIGTERM,
     ) -> None:
+        self.logger = logging.getLogger("roslaunch.remote")
         self.run_id = run_id
         self.rosconfig = rosconfig
         self.pm = pm
@@ -52,14 +54,14 @@ class ROSRemoteRunner(ROSRemoteRunnerIF):
         self.sigterm_timeout = sigterm_timeout
         self.remote_processes: list[SSHChildROSLaunchProcess] = []
         self.listeners: list[ProcessListener] = []
-        remote = [
+        self.machine_list = [
             machine
             for machine in rosconfig.machines.values()
             if machine.name and not is_machine_local(machine)
         ]
         self.remote_nodes = [
             (machine, [node for node in rosconfig.nodes if node.machine_name == machine.name])
-            for machine in remote
+            for machine in self.machine_list
         ]
 
     def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name

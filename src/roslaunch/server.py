@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import threading
 from collections.abc import Mapping, Sequence
@@ -72,6 +73,7 @@ class ROSLaunchBaseHandler(XmlRpcHandler):
         if pm is None:
             raise RLException("cannot create xmlrpc handler: pm is not initialized")
         self.pm = pm
+        self.logger = logging.getLogger("roslaunch.server")
 
     def list_processes(self) -> Answer:
         """Names and spawn counts: first of the processes that run, then of those that ended."""
@@ -247,6 +249,7 @@ class ROSLaunchChildNode(ROSLaunchNode):
         self.name = name
         self.server_uri = server_uri
         self.pm = pm
+        self.logger = logging.getLogger("roslaunch.server")
         if pm is None:
             raise RLException("cannot create child node: pm is not initialized")
         super().__init__(ROSLaunchChildHandler(run_id, name, server_uri, pm, sigint_timeout, sigterm_timeout))

@@ -16,6 +16,7 @@ from pipros.launch.model import Test as TestValue
 from pipros.launch.param_types import convert_bool
 from pipros.launch.scope import LaunchScope
 from pipros.launch.xml import Loader as Reader
+from rosgraph.names import get_ros_namespace, is_legal_name, is_private, make_global_ns, ns_join
 from roslaunch.core import PHASE_SETUP, Machine, Node, Param, RLException, RosbinExecutable, Test
 from roslaunch.loader import Loader, LoaderContext
 from roslaunch.substitution_args import ArgException, SubstitutionException, resolve_args
@@ -32,8 +33,13 @@ __all__ = [
     "Test",
     "XmlLoader",
     "XmlParseException",
+    "get_ros_namespace",
     "ifunless",
     "ifunless_test",
+    "is_legal_name",
+    "is_private",
+    "make_global_ns",
+    "ns_join",
 ]
 
 NS = "ns"

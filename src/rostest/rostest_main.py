@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import socket
 import sys
 from pathlib import Path
 
+from rosgraph import roslogging
 from rostest.rostest_parent import ROSTestLaunchParent
 from rostest.rostestutil import (
     createXMLRunner,
@@ -15,7 +18,9 @@ from rostest.rostestutil import (
 )
 
 __all__ = [
+    "ROS_TEST_RESULTS_DIR",
     "ROSTestLaunchParent",
+    "configure_logging",
     "createXMLRunner",
     "printRostestSummary",
     "rostest_name_from_path",
@@ -23,6 +28,19 @@ __all__ = [
     "write_bad_filename_failure",
     "xmlResultsFile",
 ]
+
+
+ROS_TEST_RESULTS_DIR = "ROS_TEST_RESULTS_DIR"
+
+
+def configure_logging() -> str | None:
+    """Opens the log file of a rostest, says where it is and returns its path."""
+    file = roslogging.configure_logging(
+        "rostest", filename=f"rostest-{socket.gethostname()}-{os.getpid()}.log"
+    )
+    if file:
+        print(f"... logging to {file}")
+    return file
 
 
 def write_bad_filename_failure(test_file: str, results_file: str, outname: str) -> None:

@@ -10,7 +10,7 @@ from pipros.testing.fixture import LaunchFixture, RequiredNodeEnded
 from pipros.testing.rostest import TestProgramTimedOut
 from pipros.workspace.index import PackageIndex
 from roslaunch.config import ROSLaunchConfig
-from roslaunch.core import FileAndArguments, RLException, Test, printlog_bold
+from roslaunch.core import FileAndArguments, Master, RLException, Test, printlog_bold
 from roslaunch.launch import RLTestTimeoutException
 from roslaunch.parent import ROSLaunchParent
 
@@ -42,6 +42,7 @@ class ROSTestLaunchParent(ROSLaunchParent):
         super().__init__(self._fixture.run_id, roslaunch_files, is_core=False, is_rostest=True, port=port)
         self.config: ROSLaunchConfig = config
         self.reuse_master = reuse_master
+        self.master: Master | None = None
         self._is_set_up = False
 
     def _load_config(self) -> None:
@@ -56,11 +57,13 @@ class ROSTestLaunchParent(ROSLaunchParent):
         self._fixture.set_up()
         self._is_set_up = True
         self.config.master.uri = self._fixture.master_uri
+        self.master = self.config.master
 
     def tearDown(self) -> None:
         """Ends everything that was started. May be repeated."""
         if self._is_set_up:
             self._is_set_up = False
+            self.master = None
             self._fixture.tear_down()
 
     def launch(self) -> tuple[list[str], list[str]]:

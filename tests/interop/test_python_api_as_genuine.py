@@ -21,7 +21,17 @@ from tests.interop.python_api_differences import DIFFERENCES, Difference, Kind, 
 from tests.support.environments import REPOSITORY, genuine_environment, make_tool_folder, pipros_environment
 
 #: As far as they are complete.
-PACKAGES = ["genmsg", "rosclean", "rosgraph", "roslib", "rosmaster", "rospy"]
+PACKAGES = [
+    "genmsg",
+    "rosclean",
+    "rosgraph",
+    "roslib",
+    "rosmaster",
+    "rospy",
+    "roslaunch",
+    "rostest",
+    "rosunit",
+]
 
 #: Modules of genuine ROS that cannot be imported there, either.
 BROKEN_IN_GENUINE = {"rospy.impl.udpros"}

@@ -50,7 +50,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "rosparam": {"rosgraph"},  # get_param_server returns a rosgraph.Master
     "rospy": {"rosgraph"},  # rospy.names has functions of rosgraph.names
     "rosunit": {"roslaunch"},  # its monitor of processes is roslaunch's
-    "rostest": {"rospy", "rosunit", "roslaunch"},  # it ends rospy's node; ROSTestLaunchParent is a launch
+    "rostest": {"rosgraph", "roslaunch", "rospy", "rosunit"},  # ROSTestLaunchParent is a launch; logs
     "tf": {"rospy", "tf2_ros"},
     "tf2_geometry_msgs": {"tf2_ros"},  # registers its types there
     "tf2_py": {"rospy"},  # gives rospy.Time

@@ -70,6 +70,11 @@ class NodeProcess:
         threading.Thread(target=self._wait, name=f"wait for {name}", daemon=True).start()
 
     @property
+    def popen(self) -> subprocess.Popen[bytes]:
+        """The process itself, for scripts that look at it. Waiting for it is left to this object."""
+        return self._popen
+
+    @property
     def exit_code(self) -> int | None:
         """The exit code, negative for the signal that ended it; None while it runs."""
         return self._popen.returncode if self._exited.is_set() else None

@@ -21,6 +21,7 @@ ROS = {
     "genpy",
     "rosclean",
     "rosgraph",
+    "roslaunch",
     "roslib",
     "rosmaster",
     "rosmsg",
@@ -28,7 +29,9 @@ ROS = {
     "rosparam",
     "rospy",
     "rosservice",
+    "rostest",
     "rostopic",
+    "rosunit",
 }
 """The packages of which classes are taken apart; what comes from elsewhere is no part of their API."""
 
