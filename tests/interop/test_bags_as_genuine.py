@@ -5,11 +5,18 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from std_msgs.msg import Int32, String
 
+from pipros.bag import BagReader
+from tests.support.bags import bag_bytes, rows_of
 from tests.support.environments import genuine_environment, make_tool_folder, pipros_environment
+from tests.support.ports import ClaimedPort
+from tests.support.ros import RosSystem
 
 PROGRAM = Path(__file__).parent / "programs" / "examine_bags.py"
 GENUINE = "/usr/bin/python3"
@@ -39,3 +46,35 @@ def test_random_bags_are_the_same_to_both(writer: str, tmp_path: Path) -> None:
 
     for file, genuine, ours in zip(files, *(text.splitlines() for text in told), strict=True):
         assert json.loads(ours) == json.loads(genuine), file
+
+
+@pytest.fixture
+def sides(claimed_port: ClaimedPort, tmp_path: Path, bare_tools: Path) -> Iterator[RosSystem]:
+    """Both sides without a workspace, which recording and playing do not need."""
+    system = RosSystem(claimed_port.number, tmp_path, bare_tools)
+    yield system
+    system.close()
+
+
+@pytest.mark.parametrize("recorder", ["genuine", "pipros"])
+def test_what_one_plays_the_other_records(recorder: str, sides: RosSystem) -> None:
+    rows: list[Any] = [("/number", Int32(n), 100 + n // 100, n % 100 * 1000) for n in range(300)]
+    latched = ("/text", String("latched"), 99, 0)
+    (sides.home / "in.bag").write_bytes(bag_bytes([latched, *rows], compression="lz4", chunk_bytes=500))
+    sides.pipros.start_master()
+    recording, playing = sides.pipros, sides.genuine
+    if recorder == "genuine":
+        recording, playing = playing, recording
+    record = recording.start("rosbag", "record", "-O", "out", "--lz4", "/number", "/text")
+    sides.wait_for_subscriber("/number")
+    sides.wait_for_subscriber("/text")
+
+    played = playing.run("rosbag", "play", "-d", "3", "--hz", "50", "--clock", "in.bag", timeout_s=50)
+    assert played.returncode == 0, played.output
+    record.press_ctrl_c()
+
+    assert record.wait() == 0
+    with BagReader(sides.home / "out.bag") as bag:
+        found = rows_of(bag)
+    assert [row[1] for row in found if row[0] == "/number"] == list(range(300))
+    assert [row[1] for row in found if row[0] == "/text"] == ["latched"]

@@ -32,6 +32,8 @@ _HOMES = {
     "encrypt": "encryption",
     "filter": "filtering",
     "info": "info",
+    "play": "playing",
+    "record": "recording",
 }
 _SUBCOMMANDS = "Available subcommands:\n" + "".join(
     f"   {name}  " + (f"\t{text}\n" if text else "\n")

@@ -1,0 +1,51 @@
+"""When the messages of a bag are due: bag time against the machine's, with a rate, pauses and skips. Pure."""
+
+from __future__ import annotations
+
+
+class PlaybackClock:
+    """Translates between seconds of the bag and seconds of a monotonic clock, which callers pass in.
+
+    Args:
+        bag_s: where playing begins.
+        now_s: when it begins.
+        rate: seconds of the bag for one of the machine.
+
+    >>> clock = PlaybackClock(100.0, 0.0, 2.0)
+    >>> clock.due(110.0), clock.bag_time(5.0)
+    (5.0, 110.0)
+    """
+
+    def __init__(self, bag_s: float, now_s: float, rate: float = 1.0) -> None:
+        self._bag = bag_s
+        self._now = now_s
+        self._rate = rate
+        self._paused_at: float | None = None
+
+    @property
+    def is_paused(self) -> bool:
+        return self._paused_at is not None
+
+    def due(self, bag_s: float) -> float:
+        """When a time of the bag comes. Not meant for while it is paused."""
+        return self._now + (bag_s - self._bag) / self._rate
+
+    def bag_time(self, now_s: float) -> float:
+        """The time of the bag now, which stands still in a pause."""
+        at = now_s if self._paused_at is None else self._paused_at
+        return self._bag + (at - self._now) * self._rate
+
+    def pause(self, now_s: float) -> None:
+        if self._paused_at is None:
+            self._paused_at = now_s
+
+    def resume(self, now_s: float) -> None:
+        if self._paused_at is not None:
+            self._now += now_s - self._paused_at
+            self._paused_at = None
+
+    def jump(self, bag_s: float, now_s: float) -> None:
+        """Goes on at another time of the bag, from now; a pause goes on as well."""
+        self._bag, self._now = bag_s, now_s
+        if self._paused_at is not None:
+            self._paused_at = now_s

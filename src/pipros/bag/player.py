@@ -1,0 +1,276 @@
+"""Plays bags: publishes their messages when they are due."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from pipros.bag.connection import Connection
+from pipros.bag.errors import BagError
+from pipros.bag.index import Stamp
+from pipros.bag.merge import merged_raw
+from pipros.bag.playback_clock import PlaybackClock
+from pipros.bag.reader import BagReader, stamp_of
+from pipros.msg.time import Time
+from pipros.node import Node
+from pipros.node.any_msg import RawMessage
+
+_SLICE_S = 0.02
+"""How long the longest uninterruptible wait is."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlayOptions:
+    """How bags are played; the names and meanings are those of `rosbag play`.
+
+    Attributes:
+        duration_s, skip_empty_s: None is without end.
+        topics, pause_topics: empty is all, and none.
+        rate_control_topic: play only while this topic is published, at most `rate_control_delay_s` ago.
+    """
+
+    prefix: str = ""
+    immediate: bool = False
+    paused: bool = False
+    queue_size: int = 100
+    clock: bool = False
+    clock_hz: float = 100.0
+    delay_s: float = 0.2
+    rate: float = 1.0
+    start_s: float = 0.0
+    duration_s: float | None = None
+    skip_empty_s: float | None = None
+    loop: bool = False
+    keep_alive: bool = False
+    topics: Sequence[str] = ()
+    pause_topics: Sequence[str] = ()
+    wait_for_subscribers: bool = False
+    rate_control_topic: str = ""
+    rate_control_delay_s: float = 1.0
+
+
+class Controls(Protocol):
+    """What the person at the keyboard wants, and what they are shown."""
+
+    def key(self) -> str:
+        """A key that was pressed, or an empty text."""
+
+    def show(self, state: str, bag_s: float, played_s: float, whole_s: float) -> None:
+        """Shows where the playing is; may be called very often."""
+
+
+class Player:
+    """Plays bags by a node.
+
+    Raises:
+        BagError: there is nothing to play.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        bags: Sequence[BagReader],
+        options: PlayOptions,
+        controls: Controls,
+        say: Callable[[str], object],
+    ) -> None:
+        self._node = node
+        self._bags = bags
+        self._options = options
+        self._controls = controls
+        self._say = say
+        self._publishers: dict[tuple[int, int], tuple[Any, Any]] = {}
+        self._clock_publisher: Any = None
+        self._clock_class: Any = None
+        self._next_clock = 0.0
+        self._steps = 0
+        self._rate_heard = 0.0
+        self._topics = {_absolute(topic) for topic in options.topics}
+        self._pause_topics = {_absolute(topic) for topic in options.pause_topics}
+        self._start, self._end = self._range()
+        self._clock = PlaybackClock(self._start, time.monotonic(), options.rate)
+
+    def run(self) -> None:
+        """Plays to the end, or until the node shuts down."""
+        self._advertise()
+        is_first = True
+        while (is_first or self._options.loop) and not self._node.is_shutdown:
+            self._clock = PlaybackClock(self._start, time.monotonic(), self._options.rate)
+            if is_first and self._options.paused:
+                self._clock.pause(time.monotonic())
+            is_first = False
+            self._play_once()
+        while self._options.keep_alive and not self._node.is_shutdown:
+            self._idle(self._clock.bag_time(time.monotonic()))
+
+    def _range(self) -> tuple[float, float]:
+        """The first and the last second to play."""
+        filled = [bag for bag in self._bags if bag.message_count]
+        if not filled:
+            raise BagError("the bags have no messages")
+        first, last = min(bag.start for bag in filled), max(bag.end for bag in filled)
+        start = _seconds(first) + self._options.start_s
+        end = _seconds(last)
+        if self._options.duration_s is not None:
+            end = min(end, start + self._options.duration_s)
+        if not any(self._is_wanted(each) for bag in filled for each in bag.connections):
+            raise BagError("No messages to play on specified topics.  Exiting.")
+        return start, end
+
+    def _is_wanted(self, connection: Connection) -> bool:
+        return not self._topics or _absolute(connection.topic) in self._topics
+
+    # ---- publishers
+
+    def _advertise(self) -> None:
+        taken: dict[str, str] = {}
+        for number, bag in enumerate(self._bags):
+            for connection in filter(self._is_wanted, bag.connections):
+                topic = self._options.prefix + connection.topic
+                if taken.get(topic, connection.md5sum) != connection.md5sum:
+                    self._say(f"[{topic}] has several types; those of {connection.type} are not played")
+                    continue
+                message_class = _class_of(connection)
+                publisher = self._node.advertise(
+                    topic,
+                    message_class,
+                    queue_size=self._options.queue_size,
+                    latch=connection.is_latching,
+                )
+                taken[topic] = connection.md5sum
+                self._publishers[number, connection.id] = publisher, message_class
+        if self._options.clock:
+            from pipros.msg import load_message_class
+
+            self._clock_class = load_message_class("rosgraph_msgs/Clock")
+            self._clock_publisher = self._node.advertise("/clock", self._clock_class, queue_size=1)
+        if self._options.rate_control_topic:
+            self._node.subscribe(self._options.rate_control_topic, RawMessage, self._hear_rate)
+        self._say(f"Waiting {self._options.delay_s:g} seconds after advertising topics...")
+        self._node.wait_for_shutdown(self._options.delay_s)
+        while self._options.wait_for_subscribers and not self._node.is_shutdown:
+            if all(publisher.connection_count for publisher, _ in self._publishers.values()):
+                break
+            self._node.wait_for_shutdown(0.05)
+
+    def _hear_rate(self, _: RawMessage) -> None:
+        self._rate_heard = time.monotonic()
+
+    # ---- playing
+
+    def _play_once(self) -> None:
+        start: Stamp | None = stamp_of(self._start)
+        previous = self._start
+        end = stamp_of(Time.from_sec(self._end + 1e-6))
+        for number, message in merged_raw(self._bags, self._is_wanted, start, end):
+            connection, seconds, nanoseconds, data, _, _ = message
+            at = seconds + nanoseconds / 1e9
+            skip = self._options.skip_empty_s
+            if skip is not None and at - previous > skip:
+                self._clock.jump(at, time.monotonic())
+            previous = at
+            if not self._wait_until(at):
+                return
+            publisher = self._publishers.get((number, connection.id))
+            if publisher is not None:
+                publisher[0].publish(publisher[1](data))
+            if _absolute(connection.topic) in self._pause_topics:
+                self._clock.pause(time.monotonic())
+        self._wait_until(self._end)
+
+    def _wait_until(self, at: float) -> bool:
+        """Waits until a time of the bag is due; False if the node shuts down instead."""
+        while True:
+            now = time.monotonic()
+            if self._options.immediate and not self._clock.is_paused:
+                self._clock.jump(at, now)
+            self._heed_keys(now)
+            self._wait_for_rate()
+            if self._node.is_shutdown:
+                return False
+            if self._clock.is_paused:
+                if self._steps:
+                    self._steps -= 1
+                    self._clock.jump(at, now)
+                    self._tell(at)
+                    return True
+                self._idle(self._clock.bag_time(now))
+                continue
+            self._tell(min(at, self._clock.bag_time(now)))
+            left = self._clock.due(at) - time.monotonic()
+            if left <= 0:
+                return True
+            time.sleep(min(left, self._slice(now)))
+
+    def _slice(self, now: float) -> float:
+        return min(_SLICE_S, max(0.0005, self._next_clock - now)) if self._options.clock else _SLICE_S
+
+    def _wait_for_rate(self) -> None:
+        if not self._options.rate_control_topic:
+            return
+        waited_from = time.monotonic()
+        while time.monotonic() - self._rate_heard > self._options.rate_control_delay_s:
+            if self._node.is_shutdown:
+                return
+            self._idle(self._clock.bag_time(waited_from))
+        waited = time.monotonic() - waited_from
+        if waited > _SLICE_S:
+            self._clock.jump(self._clock.bag_time(waited_from), time.monotonic())
+
+    def _idle(self, bag_s: float) -> None:
+        self._heed_keys(time.monotonic())
+        self._tell(bag_s)
+        time.sleep(_SLICE_S)
+
+    def _heed_keys(self, now: float) -> None:
+        key = self._controls.key()
+        if key == " ":
+            if self._clock.is_paused:
+                self._clock.resume(now)
+            else:
+                self._clock.pause(now)
+        elif key == "s" and self._clock.is_paused:
+            self._steps += 1
+
+    def _tell(self, bag_s: float) -> None:
+        """Shows and publishes the time of the bag, as often as was asked for."""
+        state = "PAUSED" if self._clock.is_paused else "RUNNING"
+        self._controls.show(state, bag_s, bag_s - self._start, self._end - self._start)
+        if self._clock_publisher is None:
+            return
+        now = time.monotonic()
+        if now >= self._next_clock:
+            self._next_clock = max(self._next_clock + 1 / self._options.clock_hz, now)
+            self._clock_publisher.publish(self._clock_class(Time.from_sec(max(0.0, bag_s))))
+
+
+def _class_of(connection: Connection) -> Any:
+    """A class whose messages are bytes, announced as the connection's type."""
+    return type(
+        "PlayedMessage",
+        (RawMessage,),
+        {
+            "_type": connection.type,
+            "_md5sum": connection.md5sum,
+            "_full_text": connection.definition,
+            "__slots__": (),
+        },
+    )
+
+
+def _absolute(topic: str) -> str:
+    return "/" + topic.strip("/")
+
+
+def _seconds(stamp: Stamp) -> float:
+    return stamp[0] + stamp[1] / 1e9
+
+
+@contextlib.contextmanager
+def opened_bags(paths: Sequence[str]) -> Iterator[list[BagReader]]:
+    """The bags at these paths, closed at the end. Raises `BagError` or `OSError`."""
+    with contextlib.ExitStack() as stack:
+        yield [stack.enter_context(BagReader(path)) for path in paths]

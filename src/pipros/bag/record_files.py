@@ -1,0 +1,167 @@
+"""The files of a recording: named, split, kept few, with `.active` while they are written."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pipros.bag.connection import Connection
+from pipros.bag.record_queue import Received
+from pipros.bag.writer import CHUNK_BYTES, BagWriter
+
+Say = Callable[[str], object]
+
+
+@dataclass(frozen=True, slots=True)
+class FileOptions:
+    """How the files of a recording are made.
+
+    Attributes:
+        prefix: of the name, which continues with the date; `name` is one without a date.
+        split: begin a new file when `size_bytes` or `duration_s` is reached; else the recording ends then.
+        max_splits: keep only so many files; 0 is all.
+        size_bytes, duration_s: of one file; 0 is without end.
+        repeat_latched: begin each further file with the latched messages.
+    """
+
+    prefix: str = ""
+    name: str = ""
+    split: bool = False
+    max_splits: int = 0
+    size_bytes: int = 0
+    duration_s: float = 0.0
+    compression: str = "none"
+    chunk_bytes: int = CHUNK_BYTES
+    repeat_latched: bool = False
+
+
+class RecordFiles:
+    """Writes received messages into one file after the other. Used by one thread.
+
+    Args:
+        say: is told the names of files.
+        on_open: is called with the name of each file that is begun.
+    """
+
+    def __init__(self, options: FileOptions, say: Say, on_open: Say = lambda _: None) -> None:
+        self._options = options
+        self._say = say
+        self._on_open = on_open
+        self._count = 0
+        self._kept: deque[Path] = deque()
+        self._file: Any = None
+        self._path = Path()
+        self._writer: BagWriter | None = None
+        self._connections: dict[tuple[str, int], tuple[Connection, Mapping[str, str]]] = {}
+        self._latched: dict[tuple[str, str], Received] = {}
+        self._started = (0, 0)
+
+    @property
+    def path(self) -> Path:
+        """The file under way, by its later name."""
+        return self._path
+
+    def open(self, now: tuple[int, int]) -> None:
+        """Begins a file. Raises `OSError`."""
+        self._path = Path(self._next_name())
+        active = self._active()
+        self._file = active.open("w+b")
+        self._writer = BagWriter(
+            self._file, compression=self._options.compression, chunk_bytes=self._options.chunk_bytes
+        )
+        self._connections.clear()
+        self._started = now
+        self._say(f"Recording to '{self._path}'.")
+        self._on_open(str(self._path))
+        if self._options.repeat_latched:
+            for message in list(self._latched.values()):
+                self._write(message, now)
+
+    def close(self) -> None:
+        """Completes the file under way and gives it its name."""
+        if self._writer is None:
+            return
+        writer, self._writer = self._writer, None
+        try:
+            writer.finish()
+        finally:
+            self._file.close()
+        self._active().replace(self._path)
+        self._kept.append(self._path)
+
+    def flush(self) -> None:
+        """Writes the chunk under way."""
+        if self._writer is not None:
+            self._writer.flush()
+
+    def write(self, message: Received) -> bool:
+        """Adds a message, in a new file if it is time for one. False if the recording is complete instead.
+
+        Raises:
+            OSError: the disk is full. The message may be lost; writing can go on later.
+        """
+        now = (message.seconds, message.nanoseconds)
+        if not self.is_due(now):
+            self._write(message, now)
+            return True
+        if not self._options.split:
+            return False
+        self._split(now)
+        self._write(message, now)
+        return True
+
+    def is_due(self, now: tuple[int, int]) -> bool:
+        """True if the file has its full size or duration."""
+        options = self._options
+        if self._writer is not None and options.size_bytes and self._writer.size >= options.size_bytes:
+            return True
+        lasted = now[0] - self._started[0] + (now[1] - self._started[1]) / 1e9
+        return bool(options.duration_s) and lasted > options.duration_s
+
+    def _split(self, now: tuple[int, int]) -> None:
+        self._say(f"Closing '{self._path}'.")
+        self.close()
+        self._count += 1
+        while self._options.max_splits and len(self._kept) >= self._options.max_splits:
+            self._kept.popleft().unlink(missing_ok=True)
+        self.open(now)
+
+    def _write(self, message: Received, stamp: tuple[int, int]) -> None:
+        if self._writer is None:
+            return
+        known = self._connections.get((message.topic, id(message.header)))
+        if known is None:
+            known = self._connect(message)
+        if message.header.get("latching") == "1":
+            self._latched[message.topic, message.header.get("callerid", "")] = message
+        self._writer.write(known[0], *stamp, message.data)
+
+    def _connect(self, message: Received) -> tuple[Connection, Mapping[str, str]]:
+        if self._writer is None:
+            raise ValueError("no file is under way")
+        fields = {name: value.encode() for name, value in message.header.items()}
+        fields.setdefault("topic", message.topic.encode())
+        for name in ("type", "md5sum", "message_definition"):
+            fields.setdefault(name, b"")
+        connections = self._writer.layout.connections.values()
+        same = (each for each in connections if each.topic == message.topic and each.header == fields)
+        connection = next(same, None) or self._writer.add_connection(message.topic, fields)
+        # The header is kept, so that no other can have its identity.
+        self._connections[message.topic, id(message.header)] = known = connection, message.header
+        return known
+
+    def _next_name(self) -> str:
+        options = self._options
+        parts = [options.name.removesuffix(".bag")] if options.name else []
+        if not options.name:
+            parts = [part for part in (options.prefix, time.strftime("%Y-%m-%d-%H-%M-%S")) if part]
+        if options.split:
+            parts.append(str(self._count))
+        return "_".join(parts) + ".bag"
+
+    def _active(self) -> Path:
+        return self._path.with_name(self._path.name + ".active")

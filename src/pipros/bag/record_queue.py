@@ -1,0 +1,67 @@
+"""The messages that wait to be written while recording: bounded, so that a slow disk blocks no publisher."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Received:
+    """A message as it came: its topic, its publisher's connection header, its bytes and when it came."""
+
+    topic: str
+    header: Mapping[str, str]
+    data: bytes
+    seconds: int
+    nanoseconds: int
+
+
+class RecordQueue:
+    """A queue between the threads of links and the one that writes.
+
+    Args:
+        limit_bytes: beyond it the oldest messages are dropped, and counted; 0 is without end.
+
+    Attributes:
+        dropped: how many messages were dropped.
+    """
+
+    def __init__(self, limit_bytes: int) -> None:
+        self._limit = limit_bytes
+        self._waiting: deque[Received] = deque()
+        self._bytes = 0
+        self._changed = threading.Condition()
+        self._is_closed = False
+        self.dropped = 0
+
+    def put(self, message: Received) -> None:
+        """Adds a message. Never blocks for longer than a look at the queue."""
+        with self._changed:
+            if self._is_closed:
+                return
+            self._waiting.append(message)
+            self._bytes += len(message.data)
+            while self._limit and self._bytes > self._limit and len(self._waiting) > 1:
+                self._bytes -= len(self._waiting.popleft().data)
+                self.dropped += 1
+            if len(self._waiting) == 1:
+                self._changed.notify()
+
+    def take(self, timeout_s: float) -> list[Received]:
+        """All messages that wait; waits for one for a while. None after `timeout_s`, or when it is closed."""
+        with self._changed:
+            if not self._waiting and not self._is_closed:
+                self._changed.wait(timeout_s)
+            taken = list(self._waiting)
+            self._waiting.clear()
+            self._bytes = 0
+        return taken
+
+    def close(self) -> None:
+        """Takes no more messages; those that wait can still be taken."""
+        with self._changed:
+            self._is_closed = True
+            self._changed.notify_all()

@@ -1,0 +1,219 @@
+"""Records topics: subscribes to those that are wanted as they appear, and writes what comes."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from pipros.bag.errors import BagError
+from pipros.bag.record_files import FileOptions, RecordFiles, Say
+from pipros.bag.record_queue import Received, RecordQueue
+from pipros.errors import PiprosError
+from pipros.msg.time import NS_PER_S
+from pipros.node import Node
+from pipros.node.any_msg import RawMessage
+
+_POLL_PERIOD_S = 0.5
+"""How often the master is asked for new topics."""
+
+_WAIT_S = 0.2
+_DISK_PERIOD_S = 5.0
+_CHUNK_AGE_S = 10.0
+"""A chunk is written after so long also if it is small: a recording that is killed loses no more."""
+
+
+@dataclass(frozen=True, slots=True)
+class RecordOptions:
+    """What is recorded, and how.
+
+    Attributes:
+        topics: names, or regular expressions if `is_regex`.
+        all: all topics.
+        exclude: a regular expression of topics that are not recorded.
+        of_node: record what this node subscribes to.
+        limit: messages of each topic; 0 is all.
+        buffer_bytes: what may wait to be written; 0 is without end.
+        min_space_bytes: nothing is written while the disk has less.
+        publish: tell the name of each file on `/begin_write`.
+    """
+
+    topics: Sequence[str] = ()
+    all: bool = False
+    is_regex: bool = False
+    exclude: str = ""
+    of_node: str = ""
+    limit: int = 0
+    buffer_bytes: int = 256 * 1024 * 1024
+    min_space_bytes: int = 1024**3
+    tcp_nodelay: bool = False
+    publish: bool = False
+    files: FileOptions = field(default_factory=FileOptions)
+
+
+class Recorder:
+    """One recording by a node.
+
+    Args:
+        say, warn: are told what happens.
+
+    Raises:
+        BagError: a regular expression is malformed.
+    """
+
+    def __init__(self, node: Node, options: RecordOptions, *, say: Say, warn: Say) -> None:
+        self._node = node
+        self._options = options
+        self._say = say
+        self._warn = warn
+        self._queue = RecordQueue(options.buffer_bytes)
+        self._subscribers: dict[str, Any] = {}
+        self._left: dict[str, int] = {}
+        self._finds_topics = options.all or options.is_regex or bool(options.of_node)
+        self._wanted = [_compiled(topic) for topic in options.topics] if options.is_regex else []
+        self._exclude = _compiled(options.exclude) if options.exclude else None
+        self._told_dropped = 0
+        self._has_space = True
+        self._next_poll = self._next_disk_check = 0.0
+        self._next_flush = time.monotonic() + _CHUNK_AGE_S
+
+    def run(self) -> None:
+        """Records until the node shuts down or what was asked for is complete.
+
+        Raises:
+            OSError: the file cannot be made or completed.
+        """
+        files = RecordFiles(self._options.files, self._say, self._announcer())
+        files.open(self._now())
+        self._node.on_shutdown(self._queue.close)
+        try:
+            for topic in () if self._options.is_regex else self._options.topics:
+                self._subscribe(self._node.resolve(topic))
+            while not self._node.is_shutdown and not self._is_complete():
+                self._look_around(files)
+                if not self._write_all(files, self._queue.take(_WAIT_S)):
+                    break
+                if files.is_due(self._now()) and not self._options.files.split:
+                    break
+            self._queue.close()
+            self._write_all(files, self._queue.take(0.0))
+        finally:
+            files.close()
+            self._tell_dropped()
+
+    def _announcer(self) -> Say:
+        if not self._options.publish:
+            return lambda _: None
+        from pipros.msg import load_message_class
+
+        text = load_message_class("std_msgs/String")
+        publisher: Any = self._node.advertise("begin_write", text, latch=True)
+        return lambda name: publisher.publish(text(name))
+
+    def _now(self) -> tuple[int, int]:
+        return divmod(self._node.clock.now_ns(), NS_PER_S)
+
+    def _look_around(self, files: RecordFiles) -> None:
+        now = time.monotonic()
+        if self._finds_topics and now >= self._next_poll:
+            self._next_poll = now + _POLL_PERIOD_S
+            try:
+                self._find_topics()
+            except (PiprosError, OSError) as error:
+                self._warn(f"the master does not answer: {error}")
+        if now >= self._next_disk_check:
+            self._next_disk_check = now + _DISK_PERIOD_S
+            self._check_disk(files)
+            self._tell_dropped()
+
+        if now >= self._next_flush and self._has_space:
+            self._next_flush = now + _CHUNK_AGE_S
+            try:
+                files.flush()
+            except OSError as error:
+                self._pause(files, error)
+
+    def _pause(self, files: RecordFiles, error: OSError) -> None:
+        self._has_space = False
+        self._warn(f"cannot write to '{files.path}': {error.strerror}. Recording goes on when it can")
+
+    def _find_topics(self) -> None:
+        if self._options.of_node:
+            node = self._node.resolve(self._options.of_node)
+            _, subscribers, _ = self._node.master.get_system_state()
+            found = [str(topic) for topic, nodes in subscribers if node in nodes]
+        else:
+            found = [topic for topic, _ in self._node.master.get_published_topics()]
+        for topic in found:
+            if topic not in self._subscribers and self._is_wanted(topic):
+                self._subscribe(topic)
+
+    def _is_wanted(self, topic: str) -> bool:
+        if self._exclude is not None and self._exclude.fullmatch(topic):
+            return False
+        return not self._wanted or any(each.fullmatch(topic) for each in self._wanted)
+
+    def _subscribe(self, topic: str) -> None:
+        self._say(f"Subscribing to {topic}")
+        self._left[topic] = self._options.limit
+        self._subscribers[topic] = self._node.subscribe(
+            topic, RawMessage, self._taker(topic), tcp_nodelay=self._options.tcp_nodelay
+        )
+
+    def _taker(self, topic: str) -> Callable[[RawMessage], None]:
+        now_ns, put = self._node.clock.now_ns, self._queue.put
+
+        def take(message: RawMessage) -> None:
+            put(Received(topic, message.header, message.body, *divmod(now_ns(), NS_PER_S)))
+
+        return take
+
+    def _is_complete(self) -> bool:
+        return bool(self._options.limit and self._left) and not any(self._left.values())
+
+    def _write_all(self, files: RecordFiles, messages: list[Received]) -> bool:
+        """Writes the messages; False if the recording is complete."""
+        for message in messages:
+            if self._options.limit:
+                if not self._left[message.topic]:
+                    continue
+                self._left[message.topic] -= 1
+            if not self._has_space:
+                self._queue.dropped += 1
+                continue
+            try:
+                if not files.write(message):
+                    return False
+            except OSError as error:
+                self._queue.dropped += 1
+                self._pause(files, error)
+        return True
+
+    def _check_disk(self, files: RecordFiles) -> None:
+        free = shutil.disk_usage(files.path.absolute().parent).free
+        had_space, self._has_space = self._has_space, free >= self._options.min_space_bytes
+        if had_space and not self._has_space:
+            self._warn(
+                f"Less than {self._options.min_space_bytes} bytes of space free on disk with "
+                f"'{files.path}'. Disabling recording."
+            )
+        elif self._has_space and not had_space:
+            self._say("Re-enabling recording.")
+
+    def _tell_dropped(self) -> None:
+        if self._queue.dropped > self._told_dropped:
+            self._warn(
+                f"{self._queue.dropped - self._told_dropped} messages were dropped, "
+                f"{self._queue.dropped} in all: the disk or the compression does not keep up (see --buffsize)"
+            )
+            self._told_dropped = self._queue.dropped
+
+
+def _compiled(pattern: str) -> re.Pattern[str]:
+    try:
+        return re.compile(pattern)
+    except re.error as error:
+        raise BagError(f"[{pattern}] is no regular expression: {error}") from None

@@ -1,0 +1,212 @@
+"""`rosbag record`."""
+
+from __future__ import annotations
+
+import re
+import sys
+import time
+from collections.abc import Callable, Sequence
+from optparse import OptionParser, Values
+
+from pipros.bag.compression import BZ2, LZ4, NONE, has_lz4
+from pipros.bag.record_files import FileOptions
+from pipros.bag.recorder import Recorder, RecordOptions
+from pipros.cli.command_node import command_node
+from pipros.cli.program import CommandError, option_parser
+from pipros.names import parse_arguments
+
+_MIB = 1024 * 1024
+_MULTIPLIERS = {"": 1, "k": 1024, "m": _MIB, "g": 1024 * _MIB}
+
+
+def record(argv: Sequence[str]) -> int:
+    parser = _parser()
+    options, topics = parser.parse_args(list(parse_arguments(argv).rest))
+    topics += options.topics
+    _check(parser, options, topics)
+    if options.compression == LZ4 and not has_lz4():
+        raise CommandError("lz4 cannot be written without its library: pip install 'pipros[lz4]'")
+    chosen = RecordOptions(
+        topics=topics,
+        all=options.all,
+        is_regex=options.regex,
+        exclude=options.exclude or "",
+        of_node=options.node or "",
+        limit=options.num or 0,
+        buffer_bytes=options.buffsize * _MIB,
+        min_space_bytes=_bytes(parser, options.min_space),
+        tcp_nodelay=options.tcpnodelay,
+        publish=options.publish,
+        files=FileOptions(
+            prefix=options.prefix or "",
+            name=options.name or "",
+            split=options.split,
+            max_splits=options.max_splits or 0,
+            size_bytes=(options.size or 0) * _MIB,
+            duration_s=_seconds(parser, options.duration),
+            compression=options.compression,
+            chunk_bytes=options.chunksize * 1024,
+            repeat_latched=options.repeat_latched,
+        ),
+    )
+    with command_node("record", argv) as node:
+        say: Callable[[str], object] = _ignore if options.quiet else _info
+        if options.udp:
+            _warn("UDPROS is not supported; topics are recorded over TCPROS")
+        Recorder(node, chosen, say=say, warn=_warn).run()
+    return 0
+
+
+def _parser() -> OptionParser:
+    parser = option_parser("rosbag", "", "Record a bag file with the contents of specified topics.")
+    parser.usage = "rosbag record TOPIC1 [TOPIC2 TOPIC3 ...]"
+    add = parser.add_option
+
+    def flag(*names: str, dest: str, text: str) -> None:
+        add(*names, dest=dest, default=False, action="store_true", help=text)
+
+    flag("-a", "--all", dest="all", text="record all topics")
+    flag("-e", "--regex", dest="regex", text="match topics using regular expressions")
+    flag("-p", "--publish", dest="publish", text="publish a msg when the record begin")
+    add(
+        "-x",
+        "--exclude",
+        dest="exclude",
+        metavar="EXCLUDE_REGEX",
+        help="exclude topics matching the follow regular expression (subtracts from -a or regex)",
+    )
+    flag("-q", "--quiet", dest="quiet", text="suppress console output")
+    add(
+        "-o",
+        "--output-prefix",
+        dest="prefix",
+        metavar="PREFIX",
+        help="prepend PREFIX to beginning of bag name (name will always end with date stamp)",
+    )
+    add("-O", "--output-name", dest="name", metavar="NAME", help="record to bag with name NAME.bag")
+    flag("--split", dest="split", text="split the bag when maximum size or duration is reached")
+    add(
+        "--max-splits",
+        dest="max_splits",
+        type="int",
+        metavar="MAX_SPLITS",
+        help="Keep a maximum of N bag files, when reaching the maximum erase the oldest one to keep a"
+        " constant number of files.",
+    )
+    add(
+        "--size",
+        dest="size",
+        type="int",
+        metavar="SIZE",
+        help="record a bag of maximum size SIZE MB. (Default: infinite)",
+    )
+    add(
+        "--duration",
+        dest="duration",
+        metavar="DURATION",
+        help="record a bag of maximum duration DURATION in seconds, unless 'm', or 'h' is appended.",
+    )
+    add(
+        "-b",
+        "--buffsize",
+        dest="buffsize",
+        default=256,
+        type="int",
+        metavar="SIZE",
+        help="use an internal buffer of SIZE MB (Default: %default, 0 = infinite)",
+    )
+    add(
+        "--chunksize",
+        dest="chunksize",
+        default=768,
+        type="int",
+        metavar="SIZE",
+        help="Advanced. Record to chunks of SIZE KB (Default: %default)",
+    )
+    add(
+        "-l",
+        "--limit",
+        dest="num",
+        type="int",
+        metavar="NUM",
+        help="only record NUM messages on each topic",
+    )
+    add(
+        "-L",
+        "--min-space",
+        dest="min_space",
+        default="1G",
+        metavar="SPACE",
+        help="minimum allowed space on the recording device (use G, M, k; default: %default)",
+    )
+    add("--topic", dest="topics", action="append", default=[], metavar="TOPIC", help="topic to record")
+    add("--node", dest="node", metavar="NODE", help="record all topics subscribed to by a specific node")
+    add(
+        "-j",
+        "--bz2",
+        dest="compression",
+        default=NONE,
+        action="store_const",
+        const=BZ2,
+        help="use BZ2 compression",
+    )
+    add("--lz4", dest="compression", action="store_const", const=LZ4, help="use LZ4 compression")
+    flag(
+        "--tcpnodelay",
+        dest="tcpnodelay",
+        text="Use the TCP_NODELAY transport hint when subscribing to topics.",
+    )
+    flag("--udp", dest="udp", text="Use the UDP transport hint when subscribing to topics.")
+    flag(
+        "--repeat-latched",
+        dest="repeat_latched",
+        text="Repeat latched msgs at the start of each new bag file.",
+    )
+    return parser
+
+
+def _check(parser: OptionParser, options: Values, topics: Sequence[str]) -> None:
+    if not topics and not options.all and not options.node:
+        parser.error("You must specify a topic name or else use the '-a' option.")
+    if options.prefix and options.name:
+        parser.error("Can't set both prefix and name.")
+    if options.split and not options.size and not options.duration:
+        parser.error("Split specified without giving a maximum duration or size")
+    if options.max_splits is not None and not options.split:
+        parser.error("--max-splits needs --split")
+    for name in ("max_splits", "size", "num"):
+        value = getattr(options, name)
+        if value is not None and value <= 0:
+            parser.error(f"{name} must be greater than zero, got {value}")
+    for name in ("buffsize", "chunksize"):
+        if getattr(options, name) < 0:
+            parser.error(f"{name} must not be less than zero, got {getattr(options, name)}")
+    _seconds(parser, options.duration)
+
+
+def _seconds(parser: OptionParser, text: str | None) -> float:
+    if text is None:
+        return 0.0
+    match = re.fullmatch(r"(\d+(?:\.\d*)?)([smh]?)", text)
+    if match is None or float(match[1]) <= 0:
+        parser.error(f"Duration specification invalid: {text}. It must be like 30, 5m or 2h")
+    return float(match[1]) * {"": 1, "s": 1, "m": 60, "h": 3600}[match[2]]
+
+
+def _bytes(parser: OptionParser, text: str) -> int:
+    match = re.fullmatch(r"(\d+)([kKmMgG]?)", text)
+    if match is None:
+        parser.error(f"the minimum space must be like 500M, got {text}")
+    return int(match[1]) * _MULTIPLIERS[match[2].lower()]
+
+
+def _info(text: str) -> None:
+    print(f"[ INFO] [{time.time():.9f}]: {text}", flush=True)
+
+
+def _warn(text: str) -> None:
+    print(f"[ WARN] [{time.time():.9f}]: {text}", file=sys.stderr, flush=True)
+
+
+def _ignore(_: str) -> None:
+    return

@@ -1,0 +1,236 @@
+"""`rosbag record` and `rosbag play` with running nodes."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Int32, String
+
+from pipros.bag import BagReader
+from pipros.master.master import Master
+from pipros.node import Node
+from tests.support.bags import bag_bytes, rows_of
+from tests.support.nodes import Inbox, MakeNode
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+
+@pytest.fixture
+def talker(make_node: MakeNode) -> Node:
+    return make_node("talker")
+
+
+def start(ros: RosSystem, master: Master, *words: str) -> Process:
+    return ros.pipros.start("rosbag", *words, ROS_MASTER_URI=master.uri)
+
+
+def publish(node: Node, topic: str, messages: list[Any], **options: Any) -> None:
+    """Publishes to the one subscriber that comes."""
+    publisher = node.advertise(topic, type(messages[0]), queue_size=None, **options)
+    wait_until(lambda: publisher.connection_count, what=f"a subscriber of {topic}")
+    for message in messages:
+        publisher.publish(message)
+
+
+def recorded(path: Path) -> list[tuple[str, Any]]:
+    with BagReader(path) as bag:
+        return [row[:2] for row in rows_of(bag)]
+
+
+def message_count(active: Path) -> int:
+    """The messages in a file that is being written."""
+    with BagReader(active, rebuild_index=True) as bag:
+        return bag.message_count
+
+
+def bag_of(path: Path, count: int = 20) -> Path:
+    rows: list[Any] = [("/number", Int32(n), 100 + n // 10, n % 10 * 1000) for n in range(count)]
+    path.write_bytes(bag_bytes([("/text", String("latched"), 99, 0), *rows], chunk_bytes=300))
+    return path
+
+
+def test_what_is_published_is_recorded_until_ctrl_c(ros: RosSystem, master: Master, talker: Node) -> None:
+    record = start(ros, master, "record", "--chunksize", "0", "-O", "run", "/number", "/text")
+    publish(talker, "/number", [Int32(n) for n in range(50)])
+    publish(talker, "/text", [String("a"), String("b")], latch=True)
+    active = ros.home / "run.bag.active"
+    wait_until(lambda: message_count(active) == 52, what="all messages in the file")
+    record.press_ctrl_c()
+
+    assert record.wait() == 0
+    assert not active.exists()
+    found = recorded(ros.home / "run.bag")
+    assert found == [*(("/number", n) for n in range(50)), ("/text", "a"), ("/text", "b")]
+    with BagReader(ros.home / "run.bag") as bag:
+        by_topic = {connection.topic: connection for connection in bag.connections}
+    assert by_topic["/text"].is_latching
+    assert by_topic["/number"].callerid == "/talker"
+    assert by_topic["/number"].definition == Int32._full_text
+
+
+def test_a_limit_ends_the_recording(ros: RosSystem, master: Master, talker: Node) -> None:
+    record = start(ros, master, "record", "-q", "-l", "3", "-O", "few.bag", "-j", "/number")
+    publish(talker, "/number", [Int32(n) for n in range(10)])
+
+    assert record.wait() == 0
+    assert recorded(ros.home / "few.bag") == [("/number", 0), ("/number", 1), ("/number", 2)]
+    assert record.stdout == []
+
+
+def test_expressions_choose_topics_that_appear_later(ros: RosSystem, master: Master, talker: Node) -> None:
+    record = start(ros, master, "record", "-e", "/n.*", "-x", ".*secret", "-O", "chosen")
+    record.wait_for("Recording to 'chosen.bag'")
+    talker.advertise("/text", String)
+    talker.advertise("/number_secret", Int32)
+    publish(talker, "/number", [Int32(5)])
+    record.press_ctrl_c()
+
+    assert record.wait() == 0
+    assert "Subscribing to /number" in record.output
+    assert not any(name in record.output for name in ("/text", "secret"))
+
+
+def test_a_killed_recording_loses_the_chunk_under_way_only(
+    ros: RosSystem, master: Master, talker: Node
+) -> None:
+    record = start(ros, master, "record", "--chunksize", "1", "-O", "killed", "/text")
+    active = ros.home / "killed.bag.active"
+    publish(talker, "/text", [String("x" * 200 + str(n)) for n in range(200)])
+    wait_until(lambda: active.stat().st_size > 30_000, what="some chunks")
+    record.send_signal(signal.SIGKILL)
+    record.wait()
+
+    with BagReader(active, rebuild_index=True) as bag:
+        texts = [message.data[200:] for _, message, _, _ in bag]
+    assert texts == [str(n) for n in range(len(texts))]
+    assert len(texts) > 100
+    reindexed = ros.pipros.run("rosbag", "reindex", "killed.bag.active")
+    assert reindexed.returncode == 0, reindexed.output
+    assert len(recorded(active)) == len(texts)
+
+
+def test_a_recording_is_split_and_keeps_the_newest_files(
+    ros: RosSystem, master: Master, talker: Node
+) -> None:
+    words = (
+        "record",
+        "--split",
+        "--size",
+        "1",
+        "--chunksize",
+        "64",
+        "--max-splits",
+        "2",
+        "-O",
+        "part",
+        "/text",
+    )
+    record = start(ros, master, *words, "--repeat-latched")
+    publish(talker, "/text", [String("x" * 100_000) for _ in range(45)], latch=True)
+    record.wait_for("Recording to 'part_4.bag'")
+    record.press_ctrl_c()
+
+    assert record.wait() == 0
+    names = sorted(path.name for path in ros.home.glob("part*"))
+    assert len(names) == 2
+    assert names[0] == "part_3.bag"
+    assert all(recorded(ros.home / name) for name in names)
+
+
+def test_a_bag_is_played_in_order_with_its_types_and_latching(
+    ros: RosSystem, master: Master, make_node: MakeNode
+) -> None:
+    bag_of(ros.home / "in.bag")
+    inbox, texts = Inbox(), Inbox()
+    listener = make_node("listener")
+    listener.subscribe("/p/number", Int32, inbox)
+    listener.subscribe("/p/text", String, texts)
+    play = start(ros, master, "play", "-r", "50", "-p", "/p", "--wait-for-subscribers", "in.bag")
+
+    assert [message.data for message in inbox.wait(20)] == list(range(20))
+    assert texts.wait()[0].data == "latched"
+    assert play.wait() == 0
+    assert play.stdout[-1] == "Done."
+
+
+def test_parts_and_the_clock_are_played(ros: RosSystem, master: Master, make_node: MakeNode) -> None:
+    bag_of(ros.home / "in.bag")
+    inbox, clock = Inbox(), Inbox()
+    listener = make_node("listener")
+    listener.subscribe("/number", Int32, inbox)
+    listener.subscribe("/clock", Clock, clock)
+    words = ("--clock", "-s", "1.5", "-u", "0.8", "--topics", "/number", "--bags", "in.bag")
+    play = start(ros, master, "play", "-d", "2", *words)
+
+    assert [message.data for message in inbox.wait(10)] == list(range(10, 20))
+    assert play.wait() == 0
+    times = [message.clock.to_sec() for message in clock.wait(5)]
+    assert times == sorted(times)
+    assert 100.4 < times[0] < 101.4
+
+
+def test_a_loop_goes_on_until_ctrl_c(ros: RosSystem, master: Master, make_node: MakeNode) -> None:
+    bag_of(ros.home / "in.bag")
+    inbox = Inbox()
+    make_node("listener").subscribe("/number", Int32, inbox)
+    play = start(
+        ros, master, "play", "-l", "-i", "--wait-for-subscribers", "--topics", "/number", "--bags=in.bag"
+    )
+    numbers = [message.data for message in inbox.wait(50)]
+    play.press_ctrl_c()
+
+    assert play.wait() == 0
+    assert numbers[:20] == numbers[20:40] == list(range(20))
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "complaint"),
+    [
+        (("play", "none.bag"), 1, "Error opening file: none.bag: No such file or directory"),
+        (("play", "in.bag", "--topics", "/none"), 1, "No messages to play on specified topics"),
+        (("play",), 2, "You must specify at least 1 bag file to play back."),
+        (("play", "-r", "0", "in.bag"), 2, "rate must be greater than zero, got 0.0"),
+        (("record",), 2, "You must specify a topic name or else use the '-a' option."),
+        (("record", "-a", "--split"), 2, "Split specified without giving a maximum duration or size"),
+        (("record", "-o", "a", "-O", "b", "/x"), 2, "Can't set both prefix and name."),
+        (("record", "-a", "--duration", "x"), 2, "Duration specification invalid: x"),
+        (("record", "-e", "("), 1, "[(] is no regular expression"),
+    ],
+)
+def test_mistakes_are_explained(
+    words: tuple[str, ...], code: int, complaint: str, ros: RosSystem, master: Master
+) -> None:
+    bag_of(ros.home / "in.bag")
+    done = start(ros, master, *words)
+
+    assert done.wait() == code
+    assert complaint in done.output
+
+
+def test_launch_files_and_rosrun_know_record_and_play(
+    ros: RosSystem, master: Master, make_node: MakeNode
+) -> None:
+    bag_of(ros.home / "in.bag")
+    (ros.home / "both.launch").write_text(
+        f"""<launch>
+          <node pkg="rosbag" type="play" name="player" args="-d 0 --wait-for-subscribers {ros.home}/in.bag"/>
+          <node pkg="rosbag" type="record" name="recorder" args="-q -l 20 -O {ros.home}/out.bag /number"/>
+        </launch>"""
+    )
+    inbox = Inbox()
+    make_node("listener").subscribe("/text", String, inbox)
+    launch = ros.pipros.start("roslaunch", "both.launch", ROS_MASTER_URI=master.uri)
+
+    assert inbox.wait()[0].data == "latched"
+    wait_until((ros.home / "out.bag").exists, what="the recording")
+    assert launch.wait() == 0
+    assert len(recorded(ros.home / "out.bag")) == 20
+    played = ros.pipros.run(
+        "rosrun", "rosbag", "play", "-i", "-q", str(ros.home / "in.bag"), ROS_MASTER_URI=master.uri
+    )
+    assert (played.returncode, played.output) == (0, "")

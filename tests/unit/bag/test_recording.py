@@ -1,0 +1,129 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from std_msgs.msg import Int32
+
+from pipros.bag import BagReader
+from pipros.bag.merge import merged
+from pipros.bag.playback_clock import PlaybackClock
+from pipros.bag.record_files import FileOptions, RecordFiles
+from pipros.bag.record_queue import Received, RecordQueue
+from tests.support.bags import bag_bytes, rows_of
+
+HEADER = {"type": "std_msgs/Int32", "md5sum": Int32._md5sum, "message_definition": Int32._full_text}
+
+
+def received(value: int, seconds: int = 0, **more: str) -> Received:
+    return Received("/a", {**HEADER, **more}, value.to_bytes(4, "little"), seconds, 0)
+
+
+def test_a_full_queue_drops_the_oldest_and_counts_them() -> None:
+    queue = RecordQueue(limit_bytes=10)
+    for value in range(5):
+        queue.put(received(value))
+
+    assert [message.data[0] for message in queue.take(0)] == [3, 4]
+    assert queue.dropped == 3
+    queue.put(received(7))
+    queue.close()
+    queue.put(received(8))
+    assert [message.data[0] for message in queue.take(1)] == [7]
+    assert queue.take(100) == []
+
+
+def test_a_queue_without_end_drops_nothing() -> None:
+    queue = RecordQueue(limit_bytes=0)
+    for value in range(200):
+        queue.put(received(value))
+    assert (len(queue.take(0)), queue.dropped) == (200, 0)
+
+
+def files(folder: Path, monkeypatch: pytest.MonkeyPatch, said: list[str], **options: Any) -> RecordFiles:
+    monkeypatch.chdir(folder)
+    return RecordFiles(FileOptions(**options), said.append)
+
+
+def test_files_are_active_until_they_are_complete(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[str] = []
+    recording = files(tmp_path, monkeypatch, said, name="run.bag")
+    recording.open((5, 0))
+    assert recording.write(received(1, 5))
+    assert [path.name for path in tmp_path.iterdir()] == ["run.bag.active"]
+    recording.close()
+    recording.close()
+
+    assert [path.name for path in tmp_path.iterdir()] == ["run.bag"]
+    with BagReader(tmp_path / "run.bag") as bag:
+        assert rows_of(bag) == [("/a", 1, 5, 0)]
+        assert bag.connections[0].header["topic"] == b"/a"
+    assert said == ["Recording to 'run.bag'."]
+
+
+def test_a_split_begins_with_the_latched_messages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[str] = []
+    recording = files(
+        tmp_path, monkeypatch, said, prefix="x", name="", split=True, duration_s=10.0, repeat_latched=True
+    )
+    recording.open((0, 0))
+    latched = received(1, 0, latching="1", callerid="/one")
+    recording.write(latched)
+    recording.write(received(2, 5))
+    recording.write(received(3, 20))
+    recording.close()
+
+    first, second = sorted(tmp_path.iterdir())
+    assert (first.name[:2], first.name[-6:], second.name[-6:]) == ("x_", "_0.bag", "_1.bag")
+    with BagReader(first) as bag:
+        assert [row[1] for row in rows_of(bag)] == [1, 2]
+    with BagReader(second) as bag:
+        assert rows_of(bag) == [("/a", 3, 20, 0), ("/a", 1, 20, 0)] or rows_of(bag) == [
+            ("/a", 1, 20, 0),
+            ("/a", 3, 20, 0),
+        ]
+    assert said[1].startswith("Closing 'x_")
+
+
+def test_without_a_split_a_full_file_ends_the_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = files(tmp_path, monkeypatch, [], name="run", size_bytes=4200)
+    recording.open((0, 0))
+    results = [recording.write(received(n, n)) for n in range(10)]
+    recording.close()
+
+    assert results[0] is True
+    assert results[-1] is False
+
+
+def test_the_clock_of_a_playback_stands_still_in_a_pause_and_jumps() -> None:
+    clock = PlaybackClock(100.0, 10.0, rate=2.0)
+    assert (clock.due(104.0), clock.bag_time(11.0)) == (12.0, 102.0)
+    clock.pause(12.0)
+    clock.pause(13.0)
+    assert (clock.is_paused, clock.bag_time(20.0)) == (True, 104.0)
+    clock.resume(22.0)
+    assert (clock.is_paused, clock.due(104.0), clock.bag_time(23.0)) == (False, 22.0, 106.0)
+    clock.jump(500.0, 30.0)
+    assert clock.due(502.0) == 31.0
+    clock.pause(31.0)
+    clock.jump(600.0, 40.0)
+    assert clock.bag_time(50.0) == 600.0
+
+
+def test_many_bags_are_one_in_time_order(tmp_path: Path) -> None:
+    paths = []
+    for number in range(3):
+        path = tmp_path / f"{number}.bag"
+        path.write_bytes(bag_bytes([(f"/{number}", Int32(n), 3 * n + number, 0) for n in range(10)]))
+        paths.append(path)
+    bags = [BagReader(path) for path in paths]
+    found = [(message.topic, message.time.secs) for message in merged(bags, start=(3, 0), end=(20, 0))]
+    some = list(merged(bags, lambda connection: connection.topic == "/1"))
+    for bag in bags:
+        bag.close()
+
+    assert found == [(f"/{n % 3}", n) for n in range(3, 21)]
+    assert [message.message.data for message in some] == list(range(10))
