@@ -199,7 +199,7 @@ def test_a_loop_goes_on_until_ctrl_c(ros: RosSystem, master: Master, make_node: 
         (("record", "-a", "--split"), 2, "Split specified without giving a maximum duration or size"),
         (("record", "-o", "a", "-O", "b", "/x"), 2, "Can't set both prefix and name."),
         (("record", "-a", "--duration", "x"), 2, "Duration specification invalid: x"),
-        (("record", "-e", "("), 1, "[(] is no regular expression"),
+        (("record", "-e", "("), 1, "[(] is not a regular expression"),
     ],
 )
 def test_mistakes_are_explained(

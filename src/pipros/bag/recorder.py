@@ -216,4 +216,4 @@ def _compiled(pattern: str) -> re.Pattern[str]:
     try:
         return re.compile(pattern)
     except re.error as error:
-        raise BagError(f"[{pattern}] is no regular expression: {error}") from None
+        raise BagError(f"[{pattern}] is not a regular expression: {error}") from None

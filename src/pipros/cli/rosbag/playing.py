@@ -207,7 +207,7 @@ class _Terminal:
 
 @contextlib.contextmanager
 def _keyboard() -> Iterator[bool]:
-    """Gives single keys without echo while it lasts; False if there is no terminal in the foreground."""
+    """Gives single keys without echo while it lasts; False if standard input is not a terminal in the foreground."""
     try:
         import termios
 
@@ -219,7 +219,7 @@ def _keyboard() -> Iterator[bool]:
         yield False
         return
     except Exception as error:
-        if type(error).__name__ != "error":  # termios.error: it is no terminal
+        if type(error).__name__ != "error":  # termios.error: it is not a terminal
             raise
         yield False
         return
