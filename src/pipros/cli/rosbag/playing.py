@@ -207,7 +207,7 @@ class _Terminal:
 
 @contextlib.contextmanager
 def _keyboard() -> Iterator[bool]:
-    """Gives single keys without echo while it lasts; False if standard input is not a terminal in the foreground."""
+    """Gives single keys without echo while it lasts; False without a terminal in the foreground."""
     try:
         import termios
 
