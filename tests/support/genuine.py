@@ -13,7 +13,9 @@ _NEEDED = {
     "/usr/bin/rostopic": "python3-rostopic",
     "/usr/bin/rosnode": "python3-rosnode",
     "/usr/bin/rosparam": "python3-rosparam",
+    "/usr/bin/rosclean": "python3-rosclean",
     "/usr/bin/rospack": "rospack-tools",
+    "/usr/bin/roswtf": "python3-roswtf",
     "/usr/lib/python3/dist-packages/rosdep2/__init__.py": "python3-rosdep2",
     "/usr/bin/nosetests3": "python3-nose",
     "/usr/bin/pkg-config": "pkg-config",
@@ -42,7 +44,7 @@ PACKAGES = (
     "python3-std-srvs python3-diagnostic-msgs python3-tf2-ros python3-actionlib topic-tools "
     "python3-tf python3-tf2-geometry-msgs python3-tf2-sensor-msgs python3-message-filters tf2-tools "
     "python3-dynamic-reconfigure python3-diagnostic-updater python3-tf-conversions "
-    "python3-paramiko python3-nose python3-rosdep2 rospack-tools pkg-config"
+    "python3-paramiko python3-nose python3-rosdep2 python3-rosclean python3-roswtf rospack-tools pkg-config"
 )
 INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"
 

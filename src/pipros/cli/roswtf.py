@@ -1,0 +1,154 @@
+"""`roswtf`: the checks of Noetic, in its words. `pipros doctor` finds more, and says what to do."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from optparse import OptionParser
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipros.cli.program import run
+from pipros.cli.streams import command
+from pipros.errors import PiprosError
+from pipros.names import parse_arguments
+from pipros.printable import printable_lines
+
+if TYPE_CHECKING:
+    from pipros.health.wtf.context import WtfContext
+    from pipros.health.wtf.plugins import Check
+
+_RULE = "=" * 80
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Prints what is wrong. The exit code is 0 whatever was found, as Noetic's."""
+    parser = OptionParser(
+        usage="usage: roswtf [launch file]",
+        prog="roswtf",
+        description="roswtf is a tool for verifying a ROS installation and running system. Checks provided "
+        "launchfile if provided, else current stack or package.",
+    )
+    parser.add_option(
+        "--all",
+        dest="all_packages",
+        default=False,
+        action="store_true",
+        help="run roswtf against all packages",
+    )
+    parser.add_option(
+        "--no-plugins",
+        dest="has_no_plugins",
+        default=False,
+        action="store_true",
+        help="disable roswtf plugins",
+    )
+    parser.add_option(
+        "--offline", dest="is_offline", default=False, action="store_true", help="only run offline tests"
+    )
+    arguments = parse_arguments(list(sys.argv[1:] if argv is None else argv))
+    options, files = parser.parse_args(list(arguments.rest))
+    return run(lambda: _check(options, files, arguments.remappings))
+
+
+def _check(options: Any, files: Sequence[str], arguments: Mapping[str, str]) -> int:
+    from pipros.health.wtf.context import WtfException
+    from pipros.health.wtf.plugins import load_plugins
+    from pipros.health.wtf.report import print_results
+
+    static: list[Check] = []
+    online: list[Check] = []
+    if not options.has_no_plugins:
+        static, online = load_plugins(say=print, complain=_complain)
+    try:
+        ctx = _context(files, arguments)
+    except WtfException as error:
+        _complain(str(error))
+        return 0
+    if options.all_packages and ctx.index is not None:
+        print("roswtf will run against all packages")
+        ctx.pkgs = [package.name for package in ctx.index]
+    _check_offline(ctx, static)
+    print(_RULE)
+    print("Static checks summary:\n")
+    print_results(ctx)
+    print(_RULE)
+    if options.is_offline or not _has_master(ctx.ros_master_uri):
+        print(
+            "\nROS Master does not appear to be running.\nOnline graph checks will not be run.\n"
+            f"ROS_MASTER_URI is [{ctx.ros_master_uri}]"
+        )
+        return 0
+    ctx.errors, ctx.warnings = [], []
+    _check_online(ctx, online)
+    print("\nOnline checks summary:\n")
+    print_results(ctx)
+    return 0
+
+
+def _context(files: Sequence[str], arguments: Mapping[str, str]) -> WtfContext:
+    """The launch files, else the package around the current folder, else the environment alone."""
+    from pipros.health.wtf.context import WtfContext
+
+    if files:
+        return WtfContext.from_roslaunch(files, arguments=arguments)
+    ctx = WtfContext.from_env()
+    package = ctx.index.containing(Path.cwd()) if ctx.index is not None else None
+    if package is None or ctx.index is None or ctx.index.get(package.name) is None:
+        print("No package or stack in the current directory")
+        return ctx
+    print(f"Package: {package.name}")
+    ctx.take_package(package.name)
+    return ctx
+
+
+def _check_offline(ctx: WtfContext, plugins: Sequence[Check]) -> None:
+    from pipros.health.wtf import environment, network, packages, roslaunchwtf
+
+    environment.wtf_check_environment(ctx)
+    network.wtf_check(ctx)
+    packages.wtf_check(ctx)
+    roslaunchwtf.wtf_check_static(ctx)
+    _run_plugins(plugins, ctx)
+
+
+def _check_online(ctx: WtfContext, plugins: Sequence[Check]) -> None:
+    from pipros.health.wtf import graph, roslaunchwtf
+
+    print("Beginning tests of your ROS graph. These may take a while...")
+    print("analyzing graph...", flush=True)
+    graph.load_online(ctx, _complain)
+    print("... done analyzing graph\nrunning graph rules...", flush=True)
+    graph.wtf_check_graph(ctx)
+    print("... done running graph rules")
+    roslaunchwtf.wtf_check_online(ctx)
+    _run_plugins(plugins, ctx)
+
+
+def _run_plugins(plugins: Sequence[Check], ctx: WtfContext) -> None:
+    for check in plugins:
+        try:
+            check(ctx)
+        except Exception as error:  # whatever the plugin's own code raises
+            _complain(f"ERROR: plugin [{getattr(check, '__module__', check)}] failed: {error}")
+
+
+def _has_master(uri: str) -> bool:
+    from pipros.net.master_client import MasterClient
+
+    try:
+        client = MasterClient(uri, "/roswtf", timeout_s=5.0)
+        client.get_pid()
+        client.close()
+    except (PiprosError, ValueError):
+        return False
+    return True
+
+
+def _complain(text: str) -> None:
+    print(printable_lines(text), file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

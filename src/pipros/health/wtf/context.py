@@ -1,0 +1,200 @@
+"""What the rules of `roswtf` look at. The attributes have their names of Noetic, which plugins read."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipros.env import Environment
+from pipros.errors import NotFound, PiprosError
+from pipros.health.system import System
+from pipros.workspace.index import PackageIndex
+
+if TYPE_CHECKING:
+    from pipros.launch.model import Launch
+
+
+class WtfException(Exception):
+    """The context cannot be loaded: an unknown package, or a launch file that cannot be read."""
+
+
+class WtfContext:
+    """The setup of a shell, the packages or launch files in question, and the running system.
+
+    Attributes:
+        pkg, pkg_dir, pkgs: the package in question and its folder; it and those that it needs.
+        env, ros_root, ros_package_path, pythonpath, ros_master_uri: the environment.
+        launch_files, launch: the launch files in question, and what they contain.
+        roslaunch_uris: the addresses of the launchers that run.
+        system_state, nodes, topics, services, service_providers: what the master knows.
+        uri_node_map, use_sim_time: address to node; the parameter of that name.
+        expected_edges, actual_edges: (publisher, subscriber, topic) by the registrations, and by the nodes.
+        unconnected_subscriptions: node to the topics that it subscribes and nobody publishes.
+        errors, warnings: what rules found so far.
+        system: all that was gathered.
+    """
+
+    def __init__(self) -> None:
+        self.pkg: str | None = None
+        self.pkg_dir: str | None = None
+        self.pkgs: list[str] = []
+        self.stack: str | None = None
+        self.stack_dir: str | None = None
+        self.stacks: list[str] = []
+        self.manifest_file: str | None = None
+        self.manifest: Any = None
+        self.env: Mapping[str, str] = {}
+        self.ros_root: str | None = None
+        self.ros_package_path: str | None = None
+        self.pythonpath: str | None = None
+        self.ros_master_uri = Environment().master_uri
+        self.roslaunch_uris: list[str] | None = None
+        self.launch_files: list[str] | None = None
+        self.launch_file_deps: dict[str, Any] | None = None
+        self.launch_file_missing_deps: dict[str, set[str]] | None = None
+        self.system_state: Any = None
+        self.service_providers: list[str] | None = None
+        self.topics: list[str] | None = None
+        self.services: list[str] | None = None
+        self.nodes: list[str] | None = None
+        self.uri_node_map: dict[str, str] = {}
+        self.expected_edges: set[tuple[str, str, str]] | None = None
+        self.actual_edges: set[tuple[str, str, str]] | None = None
+        self.unconnected_subscriptions: dict[str, list[str]] | None = None
+        self.use_sim_time: bool | None = None
+        self.warnings: list[Any] = []
+        self.errors: list[Any] = []
+        self.rospack: Any = None
+        self.rosstack: Any = None
+        self.launch: Launch | None = None
+        self.index: PackageIndex | None = None
+        self.system: System | None = None
+
+    def as_dictionary(self) -> dict[str, Any]:
+        """Attribute to value, for the texts of rules."""
+        return dict(vars(self))
+
+    @staticmethod
+    def from_env(env: Mapping[str, str] | None = None) -> WtfContext:
+        """The environment alone; by default that of this process."""
+        ctx = WtfContext()
+        values = dict(os.environ if env is None else env)
+        ctx.env = values
+        ctx.ros_root = values.get("ROS_ROOT")
+        ctx.ros_package_path = values.get("ROS_PACKAGE_PATH")
+        ctx.pythonpath = values.get("PYTHONPATH")
+        ctx.ros_master_uri = values.get("ROS_MASTER_URI", Environment().master_uri)
+        ctx.index = PackageIndex.from_environment(Environment.from_os(values))
+        return ctx
+
+    @staticmethod
+    def from_package(pkg: str, env: Mapping[str, str] | None = None) -> WtfContext:
+        """The environment, a package and those that it needs.
+
+        Raises:
+            WtfException: there is no such package, or one that it needs is broken.
+        """
+        ctx = WtfContext.from_env(env)
+        ctx.take_package(pkg)
+        return ctx
+
+    @staticmethod
+    def from_stack(stack: str, env: Mapping[str, str] | None = None) -> WtfContext:
+        """As `from_package`: since catkin, a package is a stack of itself."""
+        ctx = WtfContext.from_package(stack, env)
+        ctx.stack, ctx.stack_dir, ctx.stacks = stack, ctx.pkg_dir, [stack]
+        return ctx
+
+    @staticmethod
+    def from_roslaunch(
+        roslaunch_files: Sequence[str],
+        env: Mapping[str, str] | None = None,
+        arguments: Mapping[str, str] | None = None,
+    ) -> WtfContext:
+        """The environment and launch files; the first one's package is the package in question.
+
+        Raises:
+            WtfException: a file cannot be loaded.
+        """
+        from pipros.launch.check import needed_packages
+        from pipros.launch.load_context import LoadContext
+        from pipros.launch.xml import load
+        from pipros.workspace.manifest import read_manifest
+
+        ctx = WtfContext.from_env(env)
+        index = ctx.index or PackageIndex.from_environment()
+        files = list(roslaunch_files)
+        for file in files:
+            if not Path(file).is_file():
+                raise WtfException(f"Unable to load roslaunch file [{file}]: no such file")
+        try:
+            ctx.launch = load(files, arguments or {}, context=LoadContext.of_process(index))
+        except PiprosError as error:
+            raise WtfException(f"Unable to load roslaunch file [{', '.join(files)}]: {error}") from None
+        ctx.launch_files = files
+        ctx.launch_file_deps = {file: sorted(needed_packages(ctx.launch, index)) for file in files}
+        owner = index.containing(Path(files[0])) if files else None
+        if owner is not None:
+            ctx.take_package(owner.name)
+            declared = {owner.name, *read_manifest(owner.path).depends()}
+            ctx.launch_file_missing_deps = {owner.name: needed_packages(ctx.launch, index) - declared}
+        return ctx
+
+    def take_package(self, name: str) -> None:
+        """Makes a package the one in question. Raises as `from_package`."""
+        from pipros.workspace.dependency_graph import DependencyGraph
+
+        index = self.index or PackageIndex.from_environment()
+        graph = DependencyGraph(index)
+        try:
+            package = index.find(name)
+            self.pkgs = [name, *graph.all(name)]
+            self.manifest = graph.manifest(name)
+        except NotFound as error:
+            raise WtfException(f"Cannot find dependencies for package [{name}]: missing {error}") from None
+        except (PiprosError, OSError) as error:
+            raise WtfException(f"Cannot load the manifest of package [{name}]: {error}") from None
+        self.pkg, self.pkg_dir = name, str(package.path)
+        self.manifest_file = str(package.path / "package.xml")
+
+    def take_system(self, system: System) -> None:
+        """Takes over what was found out about the running system."""
+        state = system.state
+        self.system = system
+        self.system_state = [
+            [[name, list(nodes)] for name, nodes in kind.items()]
+            for kind in (state.publishers, state.subscribers, state.services)
+        ]
+        self.nodes = list(state.nodes())
+        self.topics = state.topics()
+        self.services = sorted(state.services)
+        self.service_providers = sorted({node for nodes in state.services.values() for node in nodes})
+        self.uri_node_map = {report.api: node for node, report in system.nodes.items() if report.api}
+        self.use_sim_time = system.is_time_simulated
+        self.expected_edges = {
+            (publisher, subscriber, topic)
+            for topic, publishers in state.publishers.items()
+            for publisher in publishers
+            for subscriber in state.subscribers.get(topic, ())
+        }
+        self.actual_edges = _actual_edges(system)
+        self.unconnected_subscriptions = {}
+        for topic, subscribers in state.subscribers.items():
+            if not state.publishers.get(topic):
+                for node in subscribers:
+                    self.unconnected_subscriptions.setdefault(node, []).append(topic)
+
+
+def _actual_edges(system: System) -> set[tuple[str, str, str]]:
+    services = set(system.state.services)
+    edges = set()
+    for node, report in system.nodes.items():
+        for one in report.connections:
+            for peer in () if one.topic in services else system.nodes_at(one.peer):
+                if one.direction in ("o", "b"):
+                    edges.add((node, peer, one.topic))
+                if one.direction in ("i", "b"):
+                    edges.add((peer, node, one.topic))
+    return edges

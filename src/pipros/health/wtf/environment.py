@@ -1,0 +1,140 @@
+"""Rules about the environment variables and the folders that they name."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from pipros.env import Environment
+from pipros.health.wtf.context import WtfContext
+from pipros.health.wtf.rules import Rule, error_rule, warning_rule
+from pipros.net.this_machine import addresses_of
+from pipros.wire.uri import split_uri
+
+
+def paths(path: str | None) -> list[str]:
+    """The entries of a path variable, without empty ones."""
+    return [entry for entry in (path or "").split(os.pathsep) if entry]
+
+
+def is_executable(path: str) -> bool:
+    """True for a file that this user may execute."""
+    return os.path.isfile(path) and os.access(path, os.X_OK)
+
+
+def invalid_url(url: str) -> str | None:
+    """What is wrong with the URI of a master; None when nothing is."""
+    scheme, separator, rest = url.partition("://")
+    if scheme != "http" or not separator:
+        return "protocol is not 'http'"
+    _, _, port = rest.partition("/")[0].rpartition(":")
+    if ":" not in rest.partition("/")[0]:
+        return "port number is missing"
+    return None if port.isdecimal() else f"port number [{port}] is invalid"
+
+
+def ros_root_check(ctx: WtfContext) -> str | None:
+    if ctx.ros_root and Path(ctx.ros_root).is_dir() and Path(ctx.ros_root).name != "ros":
+        return f"ROS_ROOT [{ctx.ros_root}] must end in directory named 'ros'"
+    return None
+
+
+def pythonpath_check(ctx: WtfContext) -> str | None:
+    """Two folders with rospy: the later one is not the one that is imported."""
+    found = [entry for entry in paths(ctx.pythonpath) if Path(entry, "rospy", "__init__.py").is_file()]
+    if len(found) > 1:
+        return f"rospy is in several of its folders ({', '.join(found)}), of which the first counts"
+    return None
+
+
+def _writable(folder: Path, name: str) -> str | None:
+    if folder.is_file():
+        return f"{name} [{folder}] must point to a directory, not a file"
+    if folder.is_dir() and not os.access(folder, os.W_OK):
+        return f"{name} [{folder}] is not writable"
+    return None
+
+
+def ros_home_check(ctx: WtfContext) -> str | None:
+    return _writable(Environment.from_os(ctx.env).ros_home, "ROS_HOME")
+
+
+def ros_log_dir_check(ctx: WtfContext) -> str | None:
+    return _writable(Environment.from_os(ctx.env).log_dir, "ROS_LOG_DIR")
+
+
+def ros_test_results_dir_check(ctx: WtfContext) -> str | None:
+    return _writable(Environment.from_os(ctx.env).test_results_dir, "ROS_TEST_RESULTS_DIR")
+
+
+def ros_master_uri_hostname(ctx: WtfContext) -> str | None:
+    try:
+        host, _, _ = split_uri(ctx.ros_master_uri)
+    except ValueError:
+        return None  # another rule says so
+    return None if addresses_of(host) else f"Unknown host {host}"
+
+
+def rosconsole_config_file_check(ctx: WtfContext) -> bool:
+    file = ctx.env.get("ROSCONSOLE_CONFIG_FILE")
+    return bool(file) and not Path(str(file)).is_file()
+
+
+def _no_folder(ctx: WtfContext) -> bool:
+    return bool(ctx.ros_root) and not Path(str(ctx.ros_root)).is_dir()
+
+
+def _files(path: str | None) -> list[str]:
+    return [entry for entry in paths(path) if Path(entry).is_file()]
+
+
+def _no_folders(path: str | None) -> list[str]:
+    return [entry for entry in paths(path) if not Path(entry).is_dir()]
+
+
+environment_errors: list[Rule] = [
+    (_no_folder, "ROS_ROOT [%(ros_root)s] does not point to a directory"),
+    (ros_root_check, "ROS_ROOT is invalid: "),
+    (
+        lambda ctx: _files(ctx.ros_package_path),
+        "Path(s) in ROS_PACKAGE_PATH [%(ros_package_path)s] points to a file instead of a directory: ",
+    ),
+    (
+        lambda ctx: _no_folders(ctx.ros_package_path),
+        "Not all paths in ROS_PACKAGE_PATH [%(ros_package_path)s] point to an existing directory: ",
+    ),
+    (
+        lambda ctx: [entry for entry in _no_folders(ctx.pythonpath) if not entry.endswith((".zip", ".egg"))],
+        "Not all paths in PYTHONPATH [%(pythonpath)s] point to a directory: ",
+    ),
+    (pythonpath_check, "PYTHONPATH [%(pythonpath)s] is invalid: "),
+    (ros_home_check, "ROS_HOME is invalid: "),
+    (ros_log_dir_check, "ROS_LOG_DIR is invalid: "),
+    (ros_test_results_dir_check, "ROS_TEST_RESULTS_DIR is invalid: "),
+    (
+        lambda ctx: invalid_url(ctx.ros_master_uri) if ctx.ros_master_uri else None,
+        "ROS_MASTER_URI [%(ros_master_uri)s] is not a valid URL: ",
+    ),
+]
+
+environment_warnings: list[Rule] = [
+    (
+        lambda ctx: ctx.ros_package_path is None,
+        "ROS_PACKAGE_PATH is not set. This is not required, but is unusual",
+    ),
+    (
+        lambda ctx: ctx.ros_package_path == "",
+        "ROS_PACKAGE_PATH is empty. This is not required, but is unusual",
+    ),
+    (lambda ctx: not ctx.ros_master_uri, "ROS_MASTER_URI is empty. This is not required, but is unusual"),
+    (ros_master_uri_hostname, "Cannot resolve hostname in ROS_MASTER_URI [%(ros_master_uri)s]"),
+    (rosconsole_config_file_check, "ROS_CONSOLE_CONFIG_FILE does not point to an existing file"),
+]
+
+
+def wtf_check_environment(ctx: WtfContext) -> None:
+    """Applies all rules of this module."""
+    for rule in environment_warnings:
+        warning_rule(rule, rule[0](ctx), ctx)
+    for rule in environment_errors:
+        error_rule(rule, rule[0](ctx), ctx)

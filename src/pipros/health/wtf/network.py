@@ -1,0 +1,66 @@
+"""Rules about the names and addresses of this machine."""
+
+from __future__ import annotations
+
+import socket
+
+from pipros.health.gather_machine import own_addresses
+from pipros.health.wtf.context import WtfContext
+from pipros.health.wtf.rules import Rule, error_rule, warning_rule
+from pipros.net.this_machine import addresses_of, is_this_machine
+
+
+def ip_check(ctx: WtfContext) -> str | None:
+    """The name of this machine means another one, and nothing else was set."""
+    if ctx.env.get("ROS_HOSTNAME") or ctx.env.get("ROS_IP"):
+        return None
+    name = socket.gethostname()
+    found = addresses_of(name)
+    if found and not is_this_machine(name):
+        return (
+            f"Local hostname [{name}] resolves to [{found[0]}], which does not appear to be a local IP "
+            "address "
+            f"{list(own_addresses(name))}."
+        )
+    return None
+
+
+def ros_hostname_check(ctx: WtfContext) -> str | None:
+    name = ctx.env.get("ROS_HOSTNAME")
+    if not name:
+        return None
+    found = addresses_of(name)
+    if not found:
+        return f"ROS_HOSTNAME [{name}] cannot be resolved to an IP address"
+    if is_this_machine(name):
+        return None
+    return (
+        f"ROS_HOSTNAME [{name}] resolves to [{found[0]}], which does not appear to be a local IP address "
+        f"{list(own_addresses(socket.gethostname()))}."
+    )
+
+
+def ros_ip_check(ctx: WtfContext) -> str | None:
+    ip = ctx.env.get("ROS_IP")
+    if not ip or is_this_machine(ip):
+        return None
+    return (
+        f"ROS_IP [{ip}] does not appear to be an IP address of a local network interface "
+        f"(one of {list(own_addresses(socket.gethostname()))})."
+    )
+
+
+errors: list[Rule] = [(ip_check, "Local network configuration is invalid: ")]
+
+warnings: list[Rule] = [
+    (ros_hostname_check, "ROS_HOSTNAME may be incorrect: "),
+    (ros_ip_check, "ROS_IP may be incorrect: "),
+]
+
+
+def wtf_check(ctx: WtfContext) -> None:
+    """Applies all rules of this module."""
+    for rule in warnings:
+        warning_rule(rule, rule[0](ctx), ctx)
+    for rule in errors:
+        error_rule(rule, rule[0](ctx), ctx)

@@ -1,0 +1,57 @@
+"""Rules that other packages bring: those that export `<roswtf plugin="module"/>`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+from pipros.errors import PiprosError
+from pipros.health.wtf.context import WtfContext
+from pipros.workspace.dependency_graph import DependencyGraph
+from pipros.workspace.index import PackageIndex
+
+Check = Callable[[WtfContext], Any]
+
+
+def _nobody(_text: str) -> None:
+    """Takes what nobody wants to read."""
+
+
+def load_plugins(
+    index: PackageIndex | None = None,
+    *,
+    say: Callable[[str], Any] = _nobody,
+    complain: Callable[[str], Any] = _nobody,
+) -> tuple[list[Check], list[Check]]:
+    """The checks of all plugins: those that need no running system, and those that do.
+
+    A plugin is a module with a function `roswtf_plugin_static`, `roswtf_plugin_online` or both, which take
+    the context. What cannot be loaded is left out; `complain` is told why.
+    """
+    graph = DependencyGraph(index or PackageIndex.from_environment())
+    static: list[Check] = []
+    online: list[Check] = []
+    try:
+        exporters = list(graph.exporters("roswtf", "plugin", None))
+    except (PiprosError, OSError) as error:
+        complain(f"cannot look for plugins: {error}")
+        return static, online
+    for package, name in exporters:
+        try:
+            module = import_module(name)
+        except Exception as error:  # whatever the plugin's own code raises
+            complain(f"Unable to load plugin [{name}] from package [{package.name}]: {error}")
+            continue
+        found = [
+            (kind, getattr(module, f"roswtf_plugin_{label}", None))
+            for kind, label in ((static, "static"), (online, "online"))
+        ]
+        if all(check is None for _, check in found):
+            complain(f"Cannot load plugin [{package.name}]: it has none of the functions of a plugin")
+            continue
+        for kind, check in found:
+            if check is not None:
+                kind.append(check)
+        say(f"Loaded plugin {name}")
+    return static, online

@@ -1,0 +1,32 @@
+"""Prints what rules found, in the form of Noetic."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from pipros.health.wtf.context import WtfContext
+from pipros.printable import printable_lines
+
+
+def print_results(ctx: WtfContext) -> None:
+    """Prints the warnings and errors of a context; in colour on a terminal."""
+    is_coloured = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
+    warning, error = (
+        ("\x1b[1mWARNING\x1b[0m", "\x1b[31m\x1b[1mERROR\x1b[0m") if is_coloured else ("WARNING", "ERROR")
+    )
+    if not ctx.errors and not ctx.warnings:
+        print("No errors or warnings")
+        return
+    if ctx.warnings:
+        print(
+            f"Found {len(ctx.warnings)} warning(s).\n"
+            "Warnings are things that may be just fine, but are sometimes at fault\n"
+        )
+        for one in ctx.warnings:
+            print(f"{warning} {printable_lines(one.msg)}")
+        print()
+    if ctx.errors:
+        print(f"Found {len(ctx.errors)} error(s).\n")
+        for one in ctx.errors:
+            print(f"{error} {printable_lines(one.msg)}")

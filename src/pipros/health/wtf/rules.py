@@ -1,0 +1,50 @@
+"""What a rule of `roswtf` makes of the result of its function."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.health.wtf.context import WtfContext
+
+Rule = tuple[Any, str]
+"""A function and its text; `%(name)s` in the text stands for an attribute of the context."""
+
+
+class WtfError:
+    """Something that a rule found to be wrong.
+
+    Attributes:
+        msg: the text for a person.
+        format_msg: the text of the rule.
+        return_val: what the function of the rule returned.
+    """
+
+    def __init__(self, msg: str, format_msg: str | None = None, return_val: Any = None) -> None:
+        self.msg = msg
+        self.format_msg = msg if format_msg is None else format_msg
+        self.return_val = True if return_val is None else return_val
+
+
+class WtfWarning(WtfError):
+    """Something that a rule found, and that may be meant so."""
+
+
+def error_rule(rule: Rule, ret: Any, ctx: WtfContext) -> None:
+    """Adds an error to the context unless `ret`, the result of the rule's function, is false."""
+    if ret:
+        ctx.errors.append(WtfError(_text(rule, ret, ctx), rule[1], ret))
+
+
+def warning_rule(rule: Rule, ret: Any, ctx: WtfContext) -> None:
+    """Adds a warning to the context unless `ret`, the result of the rule's function, is false."""
+    if ret:
+        ctx.warnings.append(WtfWarning(_text(rule, ret, ctx), rule[1], ret))
+
+
+def _text(rule: Rule, ret: Any, ctx: WtfContext) -> str:
+    text = rule[1] % ctx.as_dictionary()
+    if isinstance(ret, str):
+        return text + ret
+    if isinstance(ret, (list, tuple)):
+        return text + "\n" + "".join(f" * {one}\n" for one in ret)
+    return text

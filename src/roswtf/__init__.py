@@ -1,0 +1,32 @@
+"""`roswtf` for plugins and other Python code: rules, and the context that they look at.
+
+Facade of `pipros.health.wtf`; see http://wiki.ros.org/roswtf.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from pipros.cli.roswtf import main as _main
+from pipros.health.wtf.context import WtfContext
+from pipros.health.wtf.report import print_results as print_results
+
+__all__ = ["print_results", "roswtf_main", "yaml_results"]
+
+
+def roswtf_main() -> None:
+    """The command, with the arguments of this process. Ends with SystemExit when something went wrong."""
+    code = _main(sys.argv[1:])
+    if code:
+        sys.exit(code)
+
+
+def yaml_results(ctx: WtfContext) -> None:
+    """Prints the errors and warnings of a context as YAML: text of the rule to what its function returned."""
+    import yaml
+
+    found = {
+        "warnings": {one.format_msg: one.return_val for one in ctx.warnings},
+        "errors": {one.format_msg: one.return_val for one in ctx.errors},
+    }
+    print(yaml.safe_dump(found, default_flow_style=False))

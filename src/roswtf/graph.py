@@ -1,0 +1,37 @@
+"""Rules about the running system. Facade of `pipros.health.wtf.graph`."""
+
+from __future__ import annotations
+
+import sys
+
+from pipros.health.wtf import graph as _graph
+from pipros.health.wtf.context import WtfContext
+from pipros.health.wtf.graph import (
+    graph_errors,
+    graph_warnings,
+    missing_edges,
+    ping_check,
+    probe_all_services,
+    simtime_check,
+    unconnected_subscriptions,
+    unexpected_edges,
+)
+
+__all__ = [
+    "graph_errors",
+    "graph_warnings",
+    "missing_edges",
+    "ping_check",
+    "probe_all_services",
+    "simtime_check",
+    "unconnected_subscriptions",
+    "unexpected_edges",
+    "wtf_check_graph",
+]
+
+
+def wtf_check_graph(ctx: WtfContext, names: object = None) -> None:
+    """Gathers the running system, unless the context has it, and applies all rules about it."""
+    if ctx.system is None:
+        _graph.load_online(ctx, lambda text: print(text, file=sys.stderr))
+    _graph.wtf_check_graph(ctx, names)

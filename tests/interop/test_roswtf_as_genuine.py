@@ -1,0 +1,150 @@
+"""`roswtf` of pipros beside that of genuine ROS: the same environments, and the same sick system."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+from xmlrpc.client import ServerProxy
+
+import pytest
+
+from tests.support.ros import RosSystem, Side
+
+NODE = (
+    "import rospy, std_msgs.msg as s, std_srvs.srv as v\n"
+    "rospy.init_node('talker'); p = rospy.Publisher('/chatter', s.String, queue_size=1)\n"
+    "rospy.Service('/ok', v.Empty, lambda _: v.EmptyResponse())\n"
+    "rospy.Subscriber('/nothing', s.String); rospy.Subscriber('/nothing_else', s.String)\n"
+    "print('up', flush=True); rospy.spin()\n"
+)
+
+#: Rules about rosdep, pip and ssh libraries that pipros does without.
+_LEFT_OUT = re.compile(r"rosdep|ROS Dep|pycrypto|paramiko|Debian packages|pip installed|core ROS Python")
+
+
+@pytest.fixture
+def environment(ros: RosSystem) -> dict[str, str]:
+    """What both sides get: an empty package path, and folders that can be written."""
+    root = ros.home / "share" / "ros"
+    packages = ros.home / "src"
+    for folder in (root, packages, ros.home / ".ros" / "log"):
+        folder.mkdir(parents=True, exist_ok=True)
+    return {
+        "ROS_ROOT": str(root),
+        "ROS_PACKAGE_PATH": str(packages),
+        "PYTHONPATH": "",
+        "PYTHONWARNINGS": "ignore",
+    }
+
+
+def findings(side: Side, environment: dict[str, str], *arguments: str) -> list[str]:
+    """The lines of what roswtf prints, without colours, those of rules that are left out, and their count."""
+    done = side.run("roswtf", *arguments, timeout_s=60.0, **environment)
+    assert done.returncode == 0, done.output
+    lines = [re.sub(r"\x1b\[\d+m", "", line) for line in done.stdout]
+    kept = [line for line in lines if not _LEFT_OUT.search(line) and line.strip()]
+    return [
+        line
+        for line in kept
+        if not re.match(r"Found \d+ warning|Warnings are things|No errors or warnings", line)
+    ]
+
+
+def both(ros: RosSystem, environment: dict[str, str], *arguments: str) -> tuple[list[str], list[str]]:
+    return findings(ros.genuine, environment, *arguments), findings(ros.pipros, environment, *arguments)
+
+
+ENVIRONMENTS: dict[str, dict[str, str]] = {
+    "nothing wrong": {},
+    "paths": {"ROS_PACKAGE_PATH": "/nope:/etc/passwd", "PYTHONPATH": "/not/there"},
+    "folders": {"ROS_LOG_DIR": "/etc/passwd", "ROS_TEST_RESULTS_DIR": "/etc/hosts"},
+    "master": {"ROS_MASTER_URI": "foo:1"},
+    "no port": {"ROS_MASTER_URI": "http://localhost"},
+    "empty": {"ROS_PACKAGE_PATH": "", "ROS_MASTER_URI": ""},
+    "unknown master": {"ROS_MASTER_URI": "http://no.such.host.invalid:11311"},
+    "unknown name": {"ROS_HOSTNAME": "no.such.host.invalid"},
+    "root": {"ROS_ROOT": "/not/there/ros"},
+    "log configuration": {"ROSCONSOLE_CONFIG_FILE": "/not/there"},
+}
+
+
+@pytest.mark.timeout(180)  # forty processes
+def test_both_find_the_same_in_an_environment(ros: RosSystem, environment: dict[str, str]) -> None:
+    different = {}
+    for name, changes in ENVIRONMENTS.items():
+        genuine, pipros = both(ros, {**environment, **changes}, "--offline")
+        if sorted(genuine) != sorted(pipros):
+            different[name] = genuine, pipros
+    assert different == {}
+
+
+def test_both_doubt_a_foreign_ip(ros: RosSystem, environment: dict[str, str]) -> None:
+    for lines in both(ros, {**environment, "ROS_IP": "192.0.2.77"}, "--offline"):
+        text = "WARNING ROS_IP may be incorrect: ROS_IP [192.0.2.77] does not appear to be an IP address"
+        assert any(line.startswith(text) for line in lines)
+
+
+def test_both_say_how_to_use_them(ros: RosSystem) -> None:
+    for arguments in (["-h"], ["--nonsense"]):
+        genuine, pipros = (side.run("roswtf", *arguments) for side in (ros.genuine, ros.pipros))
+        assert (genuine.returncode, genuine.stdout) == (pipros.returncode, pipros.stdout)
+        assert genuine.stderr == pipros.stderr
+
+
+@pytest.mark.timeout(180)
+@pytest.mark.parametrize("master", ["genuine", "pipros"])
+def test_both_find_the_same_in_a_sick_system(
+    ros: RosSystem, environment: dict[str, str], master: str
+) -> None:
+    (ros.genuine if master == "genuine" else ros.pipros).start_master()
+    ros.genuine.start("/usr/bin/python3", "-c", NODE).wait_for("up")
+    ros.pipros.start("rostopic", "echo", "/chatter", "__name:=listener")
+    ros.wait_for_subscriber("/chatter")
+    ros.wait_for_subscriber("/nothing_else")
+    genuine, pipros = both(ros, environment, "--no-plugins")
+    assert sorted(pipros) == sorted(genuine)
+    assert "   * /nothing_else" in pipros
+
+    with ServerProxy(ros.master_uri) as api:
+        any_api: Any = api
+        any_api.registerPublisher("/ghost", "/chatter", "std_msgs/String", "http://127.0.0.1:1/")
+        any_api.registerSubscriber("/deaf", "/chatter", "std_msgs/String", "http://127.0.0.1:1/")
+        any_api.registerService("/ghost", "/dead", "rosrpc://127.0.0.1:2", "http://127.0.0.1:1/")
+        any_api.setParam("/test", "/use_sim_time", True)
+    genuine, pipros = both(ros, environment, "--no-plugins")
+    assert sorted(pipros) == sorted(genuine)
+    assert "Found 4 error(s)." in pipros
+
+
+@pytest.mark.timeout(180)
+def test_both_look_at_launch_files(ros: RosSystem, environment: dict[str, str]) -> None:
+    package = ros.home / "src" / "mine"
+    package.mkdir()
+    (package / "package.xml").write_text(
+        "<package format='2'><name>mine</name><version>1.0.0</version><description>d</description>"
+        "<maintainer email='me@example.org'>m</maintainer><license>x</license></package>"
+    )
+    (package / "bad.launch").write_text(
+        '<launch><node name="a" pkg="mine" type="missing"/>'
+        '<node name="b" pkg="mine" type="gone.py"/></launch>'
+    )
+    (package / "broken.launch").write_text('<launch><node name="a" pkg="mine"/></launch>')
+    genuine, pipros = both(ros, environment, "--offline", "--no-plugins", str(package / "bad.launch"))
+    assert sorted(pipros) == sorted(genuine)
+    assert " * node [gone.py] in package [mine]" in pipros
+    for file in ("broken.launch", "nothing.launch"):
+        for side in (ros.genuine, ros.pipros):
+            done = side.run("roswtf", "--no-plugins", str(package / file), **environment)
+            assert done.returncode == 0
+            assert any(
+                line.startswith(f"Unable to load roslaunch file [{package / file}]") for line in done.stderr
+            )
+
+
+def test_a_package_without_a_program_is_named(ros: RosSystem, environment: dict[str, str]) -> None:
+    file: Path = ros.home / "x.launch"
+    file.write_text('<launch><arg name="pkg"/><node name="a" pkg="$(arg pkg)" type="x"/></launch>')
+    lines = findings(ros.pipros, environment, "--offline", str(file), "pkg:=not_there")
+    assert "ERROR Cannot find the following required packages:" in lines
+    assert " * not_there" in lines

@@ -1,0 +1,141 @@
+"""Rules and plugins of `roswtf`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import roswtf
+import roswtf.context
+import roswtf.environment
+import roswtf.graph
+import roswtf.model
+import roswtf.network
+import roswtf.packages
+import roswtf.plugins
+import roswtf.roslaunchwtf
+import roswtf.rules
+from pipros.cli.roswtf import main
+from pipros.health.system import System
+from tests.unit.health.test_graph_checks import HEALTHY, UNCONNECTED
+
+RULE = (lambda _: None, "about %(pkg)s:")
+
+
+def context(system: System | None = None) -> roswtf.context.WtfContext:
+    found = roswtf.context.WtfContext.from_env({"ROS_HOME": "/not/there"})
+    if system is not None:
+        found.take_system(system)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("result", "text"),
+    [
+        ("bad", "about None:bad"),
+        (["a", "b"], "about None:\n * a\n * b\n"),
+        (("a",), "about None:\n * a\n"),
+        (True, "about None:"),
+        ({"k": 1}, "about None:"),
+    ],
+)
+def test_what_a_function_returns_becomes_a_text(result: Any, text: str) -> None:
+    ctx = context()
+    roswtf.rules.error_rule(RULE, result, ctx)
+    roswtf.rules.warning_rule(RULE, result, ctx)
+    assert [(one.msg, one.format_msg, one.return_val) for one in ctx.errors] == [(text, RULE[1], result)]
+    assert isinstance(ctx.warnings[0], roswtf.model.WtfWarning)
+
+
+@pytest.mark.parametrize("result", [None, False, "", [], 0])
+def test_nothing_wrong_is_nothing(result: Any) -> None:
+    ctx = context()
+    roswtf.rules.error_rule(RULE, result, ctx)
+    assert ctx.errors == []
+
+
+def test_a_healthy_system_passes_all_rules() -> None:
+    ctx = context(HEALTHY)
+    ctx.unconnected_subscriptions = {}  # /rosout has no publisher in the example
+    roswtf.graph.wtf_check_graph(ctx)
+    assert (ctx.errors, ctx.warnings) == ([], [])
+    assert ctx.expected_edges == ctx.actual_edges == {("/talker", "/listener", "/chatter")}
+    assert ctx.uri_node_map == {"http://10.0.0.1:1001/": "/talker", "http://10.0.0.2:1002/": "/listener"}
+    assert ctx.topics == ["/chatter", "/rosout"]
+    assert ctx.service_providers == ["/talker"]
+
+
+def test_a_missing_connection_is_an_error() -> None:
+    ctx = context(UNCONNECTED)
+    roswtf.graph.wtf_check_graph(ctx)
+    assert [one.msg for one in ctx.errors] == [
+        "The following nodes should be connected but aren't:\n * /talker->/listener (/chatter)\n"
+    ]
+
+
+def test_an_unknown_package_cannot_be_looked_at() -> None:
+    with pytest.raises(roswtf.context.WtfException, match="no_such_package"):
+        roswtf.context.WtfContext.from_package("no_such_package")
+
+
+def test_results_as_yaml(capsys: pytest.CaptureFixture[str]) -> None:
+    ctx = context()
+    ctx.warnings.append(roswtf.model.WtfWarning("w1"))
+    roswtf.yaml_results(ctx)
+    assert capsys.readouterr().out == "errors: {}\nwarnings:\n  w1: true\n\n"
+
+
+PLUGIN = """
+from roswtf.rules import error_rule, warning_rule
+
+def roswtf_plugin_static(ctx):
+    warning_rule((len, "static says: "), "careful", ctx)
+
+def roswtf_plugin_online(ctx):
+    error_rule((len, "online says:"), sorted(ctx.nodes), ctx)
+"""
+
+
+@pytest.fixture
+def plugin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, module in {"good_plugin": PLUGIN, "bad_plugin": "1 / 0"}.items():
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "package.xml").write_text(
+            f"<package format='2'><name>{name}</name><exec_depend>roswtf</exec_depend>"
+            f"<export><roswtf plugin='{name}_module'/></export></package>"
+        )
+        (tmp_path / f"{name}_module.py").write_text(module)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    monkeypatch.setenv("ROS_HOME", str(tmp_path / "home"))
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.usefixtures("plugin")
+def test_plugins_are_found_by_their_export(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--offline"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out.splitlines()[0] == "Loaded plugin good_plugin_module"
+    assert "WARNING static says: careful\n" in captured.out
+    assert (
+        "Unable to load plugin [bad_plugin_module] from package [bad_plugin]: division by zero"
+        in captured.err
+    )
+
+
+@pytest.mark.usefixtures("plugin")
+def test_plugins_can_be_left_out(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--offline", "--no-plugins"]) == 0
+    assert "careful" not in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("plugin")
+def test_plugins_see_the_running_system() -> None:
+    _, online = roswtf.plugins.load_plugins()
+    ctx = context(HEALTHY)
+    for check in online:
+        check(ctx)
+    assert [one.return_val for one in ctx.errors] == [["/listener", "/talker"]]
