@@ -25,8 +25,8 @@ def yaml_results(ctx: WtfContext) -> None:
     """Prints the errors and warnings of a context as YAML: text of the rule to what its function returned."""
     import yaml
 
-    found = {
-        "warnings": {one.format_msg: one.return_val for one in ctx.warnings},
-        "errors": {one.format_msg: one.return_val for one in ctx.errors},
+    results = {
+        "warnings": {found.format_msg: found.return_val for found in ctx.warnings},
+        "errors": {found.format_msg: found.return_val for found in ctx.errors},
     }
-    print(yaml.safe_dump(found, default_flow_style=False))
+    print(yaml.safe_dump(results, default_flow_style=False))

@@ -122,6 +122,11 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
+        "rules about rosdep's database, pip, Debian packages and rosbuild, which pipros does without",
+        ("roswtf.packages.*", "roswtf.py_pip_deb_checks.*", "roswtf.rosdep_db.*", "roswtf.stacks.*"),
+    ),
+    Difference(
+        Kind.ABSENT,
         "the command `rosconsole` and what it stands on",
         ("rospy.logger_level_service_caller.*", "rospy.rosconsole.*"),
     ),

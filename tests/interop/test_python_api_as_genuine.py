@@ -31,6 +31,7 @@ PACKAGES = [
     "roslaunch",
     "rostest",
     "rosunit",
+    "roswtf",
 ]
 
 #: Modules of genuine ROS that cannot be imported there, either.

@@ -94,7 +94,7 @@ class WtfContext:
         """The environment, a package and those that it needs.
 
         Raises:
-            WtfException: there is no such package, or one that it needs is broken.
+            WtfException: the package, or one that it needs, does not exist or is broken.
         """
         ctx = WtfContext.from_env(env)
         ctx.take_package(pkg)
@@ -191,10 +191,10 @@ def _actual_edges(system: System) -> set[tuple[str, str, str]]:
     services = set(system.state.services)
     edges = set()
     for node, report in system.nodes.items():
-        for one in report.connections:
-            for peer in () if one.topic in services else system.nodes_at(one.peer):
-                if one.direction in ("o", "b"):
-                    edges.add((node, peer, one.topic))
-                if one.direction in ("i", "b"):
-                    edges.add((peer, node, one.topic))
+        for link in report.connections:
+            for peer in () if link.topic in services else system.nodes_at(link.peer):
+                if link.direction in ("o", "b"):
+                    edges.add((node, peer, link.topic))
+                if link.direction in ("i", "b"):
+                    edges.add((peer, node, link.topic))
     return edges

@@ -69,6 +69,15 @@ graph_warnings: list[Rule] = [
 ]
 
 
+#: Genuine roswtf has these lists, and no rule in them that it applies.
+topic_errors: list[Rule] = []
+topic_warnings: list[Rule] = []
+node_errors: list[Rule] = []
+node_warnings: list[Rule] = []
+service_errors: list[Rule] = []
+service_warnings: list[Rule] = []
+
+
 def load_online(ctx: WtfContext, complain: Callable[[str], Any]) -> None:
     """Gathers the running system into the context; why nodes do not answer goes to `complain`.
 

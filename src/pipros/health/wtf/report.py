@@ -23,10 +23,10 @@ def print_results(ctx: WtfContext) -> None:
             f"Found {len(ctx.warnings)} warning(s).\n"
             "Warnings are things that may be just fine, but are sometimes at fault\n"
         )
-        for one in ctx.warnings:
-            print(f"{warning} {printable_lines(one.msg)}")
+        for found in ctx.warnings:
+            print(f"{warning} {printable_lines(found.msg)}")
         print()
     if ctx.errors:
         print(f"Found {len(ctx.errors)} error(s).\n")
-        for one in ctx.errors:
-            print(f"{error} {printable_lines(one.msg)}")
+        for found in ctx.errors:
+            print(f"{error} {printable_lines(found.msg)}")

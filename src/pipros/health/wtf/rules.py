@@ -46,5 +46,5 @@ def _text(rule: Rule, ret: Any, ctx: WtfContext) -> str:
     if isinstance(ret, str):
         return text + ret
     if isinstance(ret, (list, tuple)):
-        return text + "\n" + "".join(f" * {one}\n" for one in ret)
+        return text + "\n" + "".join(f" * {item}\n" for item in ret)
     return text
