@@ -54,7 +54,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "tf": {"rospy", "tf2_ros"},
     "tf2_geometry_msgs": {"tf2_ros"},  # registers its types there
     "tf2_py": {"rospy"},  # gives rospy.Time
-    "tf2_ros": {"rosgraph", "rospy", "tf2_py"},
+    "tf2_ros": {"actionlib", "rosgraph", "rospy", "tf2_py"},
     "tf2_sensor_msgs": {"tf2_geometry_msgs", "tf2_ros"},
     "rostopic": {"rospy"},  # its measuring classes go by the clock of rospy's node
 }

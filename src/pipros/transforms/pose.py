@@ -6,7 +6,7 @@ that results are the same also then.
 
 from __future__ import annotations
 
-from math import acos, sin, sqrt
+from math import acos, asin, atan2, cos, pi, sin, sqrt
 
 Pose = tuple[float, float, float, float, float, float, float]
 
@@ -121,3 +121,25 @@ def composed_exactly(outer: Pose, inner: Pose) -> Pose:
     """
     turned, fixed = normalized(outer), normalized(inner)
     return normalized(composed(turned, fixed))
+
+
+def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
+    """The quaternion that rolls around x, then pitches around y, then yaws around z, all of them fixed."""
+    sr, cr = sin(roll / 2.0), cos(roll / 2.0)
+    sp, cp = sin(pitch / 2.0), cos(pitch / 2.0)
+    sy, cy = sin(yaw / 2.0), cos(yaw / 2.0)
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
+
+
+def roll_pitch_yaw(pose: Pose) -> tuple[float, float, float]:
+    """How the pose is turned, as angles around x, y and z."""
+    m = rotation_matrix(pose)
+    if abs(m[6]) >= 1.0:  # it looks straight up or down: roll and yaw turn around the same axis
+        upward = m[6] < 0.0
+        return (atan2(m[1], m[2]) if upward else atan2(-m[1], -m[2])), (pi / 2 if upward else -pi / 2), 0.0
+    return atan2(m[7], m[8]), -asin(m[6]), atan2(m[3], m[0])

@@ -1,0 +1,49 @@
+"""`rosrun tf static_transform_publisher`: sends a transform again and again."""
+
+from __future__ import annotations
+
+import sys
+
+import rospy
+from tf2_ros.nodes.static_transform_publisher import transform_of
+from tf2_ros.transform_broadcaster import TransformBroadcaster
+
+USAGE = """\
+Sends a transform on /tf again and again, until it is ended.
+Usage: static_transform_publisher x y z yaw pitch roll frame_id child_frame_id  period(milliseconds)
+OR
+Usage: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id  period(milliseconds)
+"""
+
+
+def main() -> int:
+    """Sends the transform until the node is ended. Returns the exit code."""
+    arguments = rospy.myargv()[1:]
+    rospy.init_node("static_transform_publisher", anonymous=True)
+    try:
+        if not arguments:
+            raise ValueError(
+                "static_transform_publisher exited due to not having the right number of arguments"
+            )
+        transform = transform_of(arguments[:-1])
+        period = rospy.Duration(float(arguments[-1]) / 1000.0)
+    except ValueError as error:
+        rospy.logerr("%s", error)
+        print(USAGE)
+        return 255
+    parent, child = transform.header.frame_id, transform.child_frame_id
+    if parent == child:
+        print(
+            f"target_frame and source frame are the same ({parent}, {child}) this cannot work",
+            file=sys.stderr,
+        )
+        return 1
+    broadcaster = TransformBroadcaster()
+    while not rospy.is_shutdown():
+        transform.header.stamp = rospy.Time.now() + period  # it counts until the next one comes
+        broadcaster.sendTransform(transform)
+        try:
+            rospy.sleep(period)
+        except rospy.ROSInterruptException:
+            break
+    return 0

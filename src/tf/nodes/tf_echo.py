@@ -1,0 +1,71 @@
+"""`rosrun tf tf_echo`: prints where a frame is in another."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import rospy
+import tf2_ros
+from pipros.transforms.pose import roll_pitch_yaw
+from tf.transformer import strip_leading_slash
+
+USAGE = """\
+Usage: tf_echo source_frame target_frame [echo_rate]
+
+This will echo the transform from the coordinate frame of the source_frame
+to the coordinate frame of the target_frame.
+Note: This is the transform to get data from target_frame into the source_frame.
+Default echo rate is 1 if echo_rate is not given."""
+
+
+def text_of(stamp: float, position: Sequence[float], rotation: Sequence[float]) -> str:
+    """What is printed of a transform, as genuine tf_echo prints it."""
+    x, y, z, w = rotation
+    angles = roll_pitch_yaw((0.0, 0.0, 0.0, x, y, z, w))
+    return (
+        f"At time {stamp:.3f}\n"
+        f"- Translation: [{_listed(position)}]\n"
+        f"- Rotation: in Quaternion [{_listed(rotation)}]\n"
+        f"            in RPY (radian) [{_listed(angles)}]\n"
+        f"            in RPY (degree) [{_listed([math.degrees(angle) for angle in angles])}]"
+    )
+
+
+def _listed(numbers: Sequence[float]) -> str:
+    return ", ".join(f"{number:.3f}" for number in numbers)
+
+
+def main() -> int:
+    """Prints until the node is ended. Returns the exit code."""
+    arguments = rospy.myargv()[1:]
+    if len(arguments) not in (2, 3):
+        print(USAGE)
+        return 255
+    source, target = map(strip_leading_slash, arguments[:2])
+    try:
+        hz = float(arguments[2]) if len(arguments) == 3 else 1.0
+    except ValueError:
+        hz = 0.0
+    if not 0.0 < hz < math.inf:
+        print(f"echo_rate must be a number above 0, got {arguments[2]}")
+        return 255
+    rospy.init_node("tf_echo", anonymous=True)
+    buffer = tf2_ros.Buffer(debug=False)
+    listener = tf2_ros.TransformListener(buffer)
+    buffer.can_transform(source, target, rospy.Time(), rospy.Duration(1.0))
+    rate = rospy.Rate(hz)
+    while not rospy.is_shutdown():
+        try:
+            found = buffer.lookup_transform(source, target, rospy.Time())
+        except tf2_ros.TransformException as error:
+            print(f"Failure at {rospy.get_time():.6f}\nException thrown:{error}", flush=True)
+        else:
+            t, q = found.transform.translation, found.transform.rotation
+            print(text_of(found.header.stamp.to_sec(), (t.x, t.y, t.z), (q.x, q.y, q.z, q.w)), flush=True)
+        try:
+            rate.sleep()
+        except rospy.ROSInterruptException:
+            break
+    listener.unregister()
+    return 0

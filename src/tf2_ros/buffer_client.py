@@ -1,0 +1,123 @@
+"""`BufferClient`: asks the buffer of another node, which offers an action for it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from actionlib_msgs.msg import GoalStatus
+from tf2_msgs.msg import LookupTransformAction, LookupTransformGoal
+
+import rospy
+from actionlib import SimpleActionClient
+from tf2_py import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    TimeoutException,
+    TransformException,
+)
+from tf2_ros.buffer_interface import BufferInterface
+
+_PADDING = rospy.Duration.from_sec(2.0)
+_NO_TIME = rospy.Duration(0.0)
+
+
+class BufferClient(BufferInterface):
+    """Asks the BufferServer `ns`, so that this node need not listen to transforms itself.
+
+    Args:
+        check_frequency: has no meaning any more.
+        timeout_padding: how much longer than a question's own timeout to wait for the server.
+    """
+
+    def __init__(self, ns: str, check_frequency: Any = None, timeout_padding: Any = _PADDING) -> None:
+        super().__init__()
+        self.client = SimpleActionClient(ns, LookupTransformAction)
+        self.timeout_padding = timeout_padding
+        self._name = ns
+        if check_frequency is not None:
+            rospy.logwarn("check_frequency of a BufferClient has no meaning any more: leave it out.")
+
+    def wait_for_server(self, timeout: Any = _NO_TIME) -> bool:
+        """Waits until the server is there; for ever where `timeout` is zero. Returns whether it is."""
+        return self.client.wait_for_server(timeout)
+
+    def lookup_transform(
+        self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_TIME
+    ) -> Any:
+        """The transform (TransformStamped) that brings data of the source into the target.
+
+        Raises:
+            TransformException: one of its kinds, as the server tells it.
+            TimeoutException: the server does not answer.
+        """
+        return self._ask(
+            LookupTransformGoal(
+                target_frame=target_frame, source_frame=source_frame, source_time=time, timeout=timeout
+            )
+        )
+
+    def lookup_transform_full(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+        timeout: Any = _NO_TIME,
+    ) -> Any:
+        """As `lookup_transform`, of the source at one time in the target at another."""
+        return self._ask(
+            LookupTransformGoal(
+                target_frame, source_frame, source_time, timeout, target_time, fixed_frame, True
+            )
+        )
+
+    def can_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_TIME) -> bool:
+        """Whether `lookup_transform` succeeds."""
+        try:
+            self.lookup_transform(target_frame, source_frame, time, timeout)
+        except TransformException:
+            return False
+        return True
+
+    def can_transform_full(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+        timeout: Any = _NO_TIME,
+    ) -> bool:
+        """Whether `lookup_transform_full` succeeds."""
+        try:
+            self.lookup_transform_full(
+                target_frame, target_time, source_frame, source_time, fixed_frame, timeout
+            )
+        except TransformException:
+            return False
+        return True
+
+    def _ask(self, goal: LookupTransformGoal) -> Any:
+        self.client.send_goal(goal)
+        if not self.client.wait_for_result(goal.timeout + self.timeout_padding):
+            raise TimeoutException(f"The BufferServer {self._name} did not answer in time. Is it running?")
+        state = self.client.get_state()
+        if state != GoalStatus.SUCCEEDED:
+            raise TimeoutException(
+                f"The BufferServer {self._name} ended the question with the status {state}"
+            )
+        result = self.client.get_result()
+        error = result.error
+        if error.error == error.NO_ERROR:
+            return result.transform
+        kinds: dict[int, type[TransformException]] = {
+            error.LOOKUP_ERROR: LookupException,
+            error.CONNECTIVITY_ERROR: ConnectivityException,
+            error.EXTRAPOLATION_ERROR: ExtrapolationException,
+            error.INVALID_ARGUMENT_ERROR: InvalidArgumentException,
+            error.TIMEOUT_ERROR: TimeoutException,
+        }
+        raise kinds.get(error.error, TransformException)(error.error_string)

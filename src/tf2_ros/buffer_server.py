@@ -1,0 +1,106 @@
+"""`BufferServer`: answers the questions of other nodes about a buffer, as roscpp's tf2_ros does."""
+
+from __future__ import annotations
+
+from threading import Lock
+from typing import Any
+
+from tf2_msgs.msg import LookupTransformAction, LookupTransformResult, TF2Error
+
+import rospy
+from actionlib import ActionServer
+from tf2_py import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    TimeoutException,
+    TransformException,
+)
+
+_CHECK_PERIOD = rospy.Duration(0.01)
+
+_KINDS = {
+    LookupException: TF2Error.LOOKUP_ERROR,
+    ConnectivityException: TF2Error.CONNECTIVITY_ERROR,
+    ExtrapolationException: TF2Error.EXTRAPOLATION_ERROR,
+    InvalidArgumentException: TF2Error.INVALID_ARGUMENT_ERROR,
+    TimeoutException: TF2Error.TIMEOUT_ERROR,
+}
+
+
+class BufferServer:
+    """Offers the buffer as the action `ns`.
+
+    Args:
+        auto_start: start at once; otherwise call `start`.
+        check_period: how often questions that wait are looked at again.
+    """
+
+    def __init__(
+        self, buffer: Any, ns: str, auto_start: bool = True, check_period: Any = _CHECK_PERIOD
+    ) -> None:
+        self.buffer = buffer
+        self._lock = Lock()
+        self._waiting: list[tuple[Any, rospy.Time]] = []
+        self._server = ActionServer(ns, LookupTransformAction, self._on_goal, self._on_cancel, False)
+        self._timer = rospy.Timer(check_period, lambda _: self.check(), reset=True)
+        if auto_start:
+            self.start()
+
+    def start(self) -> None:
+        """Takes questions from now on."""
+        self._server.start()
+
+    def stop(self) -> None:
+        """Takes no questions any more."""
+        self._timer.shutdown()
+        self._server.stop()
+
+    def check(self) -> None:
+        """Answers the questions that can be answered by now, or whose time is over. A timer calls it."""
+        with self._lock:
+            if not self._waiting:
+                return
+            now = rospy.Time.now()
+            due = [pair for pair in self._waiting if pair[1] <= now or self._can(pair[0].get_goal())]
+            self._waiting = [pair for pair in self._waiting if pair not in due]
+        for handle, _ in due:
+            self._answer(handle)
+
+    def _on_goal(self, handle: Any) -> None:
+        handle.set_accepted()
+        goal = handle.get_goal()
+        if goal.timeout.is_zero() or self._can(goal):
+            self._answer(handle)
+            return
+        with self._lock:
+            self._waiting.append((handle, rospy.Time.now() + goal.timeout))
+
+    def _on_cancel(self, handle: Any) -> None:
+        with self._lock:
+            self._waiting = [pair for pair in self._waiting if pair[0] != handle]
+        handle.set_canceled()
+
+    def _can(self, goal: Any) -> bool:
+        if not goal.advanced:
+            return bool(self.buffer.can_transform(goal.target_frame, goal.source_frame, goal.source_time))
+        return bool(self.buffer.can_transform_full(*_full(goal)))
+
+    def _answer(self, handle: Any) -> None:
+        goal, result = handle.get_goal(), LookupTransformResult()
+        try:
+            if goal.advanced:
+                result.transform = self.buffer.lookup_transform_full(*_full(goal))
+            else:
+                result.transform = self.buffer.lookup_transform(
+                    goal.target_frame, goal.source_frame, goal.source_time
+                )
+        except TransformException as error:
+            result.error.error = _KINDS.get(type(error), TF2Error.TRANSFORM_ERROR)
+            result.error.error_string = str(error)
+        handle.set_succeeded(result)
+
+
+def _full(goal: Any) -> tuple[str, Any, str, Any, str]:
+    return (goal.target_frame, goal.target_time, goal.source_frame, goal.source_time, goal.fixed_frame)

@@ -1,0 +1,88 @@
+"""`rosrun tf2_ros static_transform_publisher`: sends a transform that never changes."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from std_msgs.msg import Header
+
+import rospy
+from pipros.transforms.pose import from_roll_pitch_yaw
+from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
+
+USAGE = """\
+Sends a transform that never changes, on /tf_static, until it is ended.
+Usage: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id
+OR
+Usage: static_transform_publisher x y z yaw pitch roll frame_id child_frame_id
+OR
+Usage: static_transform_publisher /param_name
+"""
+
+
+def transform_of(arguments: Sequence[str]) -> TransformStamped:
+    """The transform that six or seven numbers and two frames say.
+
+    Raises:
+        ValueError: there are too few or too many, or some are no numbers.
+    """
+    if len(arguments) not in (8, 9):
+        raise ValueError("static_transform_publisher exited due to not having the right number of arguments")
+    *texts, parent, child = arguments
+    numbers = [float(text) for text in texts]
+    if len(numbers) == 6:
+        yaw, pitch, roll = numbers[3:]
+        turned = from_roll_pitch_yaw(roll, pitch, yaw)
+    else:
+        turned = (numbers[3], numbers[4], numbers[5], numbers[6])
+    pose = Transform(Vector3(*numbers[:3]), Quaternion(*turned))
+    return TransformStamped(Header(frame_id=parent), child, pose)
+
+
+def transform_of_param(value: Any) -> TransformStamped:
+    """The transform that a parameter says: a mapping with the fields of a TransformStamped.
+
+    Raises:
+        ValueError: something is missing or no number.
+    """
+    try:
+        translation, rotation = value["transform"]["translation"], value["transform"]["rotation"]
+        position = Vector3(*(float(translation[axis]) for axis in "xyz"))
+        turned = Quaternion(*(float(rotation[axis]) for axis in "xyzw"))
+        header = Header(frame_id=str(value["header"]["frame_id"]))
+        return TransformStamped(header, str(value["child_frame_id"]), Transform(position, turned))
+    except (KeyError, TypeError) as error:
+        raise ValueError(
+            f"the parameter must have the fields of a TransformStamped, but lacks {error}"
+        ) from error
+
+
+def main() -> int:
+    """Sends the transform until the node is ended. Returns the exit code."""
+    arguments = rospy.myargv()[1:]
+    rospy.init_node("static_transform_publisher", anonymous=True)
+    try:
+        if len(arguments) == 1:
+            transform = transform_of_param(rospy.get_param(arguments[0]))
+        else:
+            transform = transform_of(arguments)
+    except KeyError:
+        rospy.logfatal("Could not read TF from parameter server: %s is not set", arguments[0])
+        return 255
+    except ValueError as error:
+        print(USAGE, file=sys.stderr)
+        rospy.logerr("%s", error)
+        return 255
+    parent, child = transform.header.frame_id, transform.child_frame_id
+    if parent == child:
+        rospy.logfatal("target_frame and source frame are the same (%s, %s) this cannot work", parent, child)
+        return 1
+    transform.header.stamp = rospy.Time.now()
+    broadcaster = StaticTransformBroadcaster()
+    broadcaster.sendTransform(transform)
+    rospy.loginfo("Spinning until killed publishing %s to %s", parent, child)
+    rospy.spin()
+    return 0

@@ -1,0 +1,18 @@
+"""Asks the buffer server named by the argument about `hand` in `map`, and about what does not exist."""
+
+import rospy
+import tf2_ros
+
+rospy.init_node("asker")
+client = tf2_ros.BufferClient("tf2_buffer_server")
+print(client.wait_for_server(rospy.Duration(60)))
+found = client.lookup_transform("map", "hand", rospy.Time(0), rospy.Duration(30))
+print(found.header.frame_id, found.child_frame_id, found.transform.translation.x, found.transform.rotation.z)
+now = rospy.Time.now()
+full = client.lookup_transform_full("map", now, "hand", now, "map", rospy.Duration(30))
+print(round(full.transform.translation.x, 6), client.can_transform("map", "hand", rospy.Time(0)))
+for wanted in ("nowhere", "/hand", ""):
+    try:
+        client.lookup_transform("map", wanted, rospy.Time(0), rospy.Duration(0.1))
+    except tf2_ros.TransformException as error:
+        print(type(error).__name__, error)

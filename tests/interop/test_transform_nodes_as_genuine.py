@@ -1,0 +1,90 @@
+"""The programs of tf and tf2_ros, and servers and clients of buffers, with those of the other side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.support.ros import RosSystem, Side
+
+PROGRAMS = Path(__file__).parent / "programs"
+FIXED = ["1", "2", "3", "0", "0", "1", "0", "map", "hand"]
+NUMBERS = ["1", "2", "3", "0.5", "0.25", "-0.125", "map", "hand"]
+PAIRS = [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros")]
+
+
+def program(side: str, package: str, name: str) -> list[str]:
+    """How a program is started.
+
+    Debian's package of tf has no package.xml, so that its rosrun does not find it.
+    """
+    return ["rosrun", package, name] if side == "pipros" else [f"/usr/lib/{package}/{name}"]
+
+
+@pytest.fixture
+def sides(plain_ros: RosSystem) -> dict[str, Side]:
+    plain_ros.pipros.start_master()
+    return {"pipros": plain_ros.pipros, "genuine": plain_ros.genuine}
+
+
+@pytest.mark.timeout(200)
+@pytest.mark.parametrize(("server", "client"), PAIRS)
+def test_a_buffer_is_asked_over_the_graph(sides: dict[str, Side], server: str, client: str) -> None:
+    started = [
+        sides["pipros"].start(
+            "rosrun",
+            "tf2_ros",
+            "static_transform_publisher",
+            *["1", "2", "3", "0", "0", "1", "0", "map", "hand"],
+        ),
+        sides[server].start(*program(server, "tf2_ros", "buffer_server")),
+    ]
+
+    ended = sides[client].run("python3", PROGRAMS / "ask_buffer_server.py", timeout_s=90)
+    for process in started:
+        process.press_ctrl_c()
+
+    assert ended.stdout == [
+        "True",
+        "map hand 1.0 1.0",
+        "1.0 True",
+        'LookupException "nowhere" passed to lookupTransform argument source_frame does not exist. ',
+        'InvalidArgumentException Invalid argument "/hand" passed to lookupTransform argument source_frame '
+        "in "
+        "tf2 frame_ids cannot start with a '/' like: ",
+        "InvalidArgumentException Invalid argument passed to lookupTransform argument source_frame in tf2 "
+        "frame_ids cannot be empty",
+    ], ended.output
+
+
+@pytest.mark.timeout(200)
+@pytest.mark.parametrize("package", ["tf", "tf2_ros"])
+@pytest.mark.parametrize(("sender", "listener"), PAIRS)
+def test_a_published_frame_is_echoed(
+    sides: dict[str, Side], package: str, sender: str, listener: str
+) -> None:
+    more = ["20"] if package == "tf" else []
+    sending = sides[sender].start(*program(sender, package, "static_transform_publisher"), *NUMBERS, *more)
+    echo = sides[listener].start(*program(listener, "tf", "tf_echo"), "map", "hand", "20")
+
+    echo.wait_for(r"At time")
+    echo.wait_for(r"RPY \(degree\)")
+    for process in (echo, sending):
+        process.press_ctrl_c()
+        process.wait()
+
+    assert "- Translation: [1.000, 2.000, 3.000]" in echo.stdout
+    assert "- Rotation: in Quaternion [-0.091, 0.105, 0.253, 0.958]" in echo.stdout, echo.output
+    assert "            in RPY (degree) [-7.162, 14.324, 28.648]" in echo.stdout
+
+
+@pytest.mark.parametrize("package", ["tf", "tf2_ros"])
+@pytest.mark.parametrize("arguments", ["1 2 3", "1 2 3 0 0 0 a"])
+def test_wrong_arguments_end_alike(sides: dict[str, Side], package: str, arguments: str) -> None:
+    codes = {
+        name: side.run(*program(name, package, "static_transform_publisher"), *arguments.split()).wait()
+        for name, side in sides.items()
+    }
+
+    assert codes["pipros"] == codes["genuine"] != 0
