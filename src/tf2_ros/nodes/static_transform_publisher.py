@@ -27,7 +27,7 @@ def transform_of(arguments: Sequence[str]) -> TransformStamped:
     """The transform that six or seven numbers and two frames say.
 
     Raises:
-        ValueError: there are too few or too many, or some are no numbers.
+        ValueError: wrong number of arguments, or something that is not a number.
     """
     if len(arguments) not in (8, 9):
         raise ValueError("static_transform_publisher exited due to not having the right number of arguments")
@@ -46,7 +46,7 @@ def transform_of_param(value: Any) -> TransformStamped:
     """The transform that a parameter says: a mapping with the fields of a TransformStamped.
 
     Raises:
-        ValueError: something is missing or no number.
+        ValueError: something is missing or not a number.
     """
     try:
         translation, rotation = value["transform"]["translation"], value["transform"]["rotation"]
