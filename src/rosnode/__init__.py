@@ -6,8 +6,10 @@ Facade of `pipros.graph`; see http://wiki.ros.org/rosnode.
 from __future__ import annotations
 
 import contextlib
+import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from typing import Any
 
 from pipros import names as _names
 from pipros.cli.rosnode import main as _main
@@ -20,8 +22,13 @@ from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
 
 __all__ = [
+    "CONNECTION_PATTERN",
+    "ID",
+    "NAME",
     "ROSNodeException",
     "ROSNodeIOException",
+    "cleanup_master_blacklist",
+    "cleanup_master_whitelist",
     "get_api_uri",
     "get_machines_by_nodes",
     "get_node_connection_info_description",
@@ -29,13 +36,19 @@ __all__ = [
     "get_node_names",
     "get_nodes_by_machine",
     "kill_nodes",
+    "lookup_uri",
     "rosnode_cleanup",
+    "rosnode_debugnode",
     "rosnode_info",
     "rosnode_listnodes",
     "rosnode_ping",
     "rosnode_ping_all",
     "rosnodemain",
 ]
+
+NAME = "rosnode"
+ID = "/rosnode"
+CONNECTION_PATTERN = re.compile(r"\w+ connection on port (\d+) to \[(.*) on socket (\d+)\]")
 
 
 class ROSNodeException(Exception):
@@ -128,6 +141,44 @@ def get_node_connection_info_description(node_api: str, master: object) -> str: 
         return _node_info.describe_connections(graph.master, node_api)
 
 
+def rosnode_debugnode(node_name: str, quiet: bool = False) -> None:
+    """The same as `rosnode_info`."""
+    rosnode_info(node_name, quiet)
+
+
+def cleanup_master_blacklist(master: object, blacklist: Collection[str]) -> None:  # noqa: ARG001
+    """Removes the registrations of these nodes from the master. The master is that of the environment."""
+    with _graph() as graph:
+        for node in _nodes.node_names(graph.master):
+            if node in blacklist:
+                _nodes.unregister(graph.master, node)
+
+
+def cleanup_master_whitelist(master: object, whitelist: Collection[str]) -> None:  # noqa: ARG001
+    """Removes the registrations of all other nodes from the master. The master is that of the environment."""
+    with _graph() as graph:
+        for node in _nodes.node_names(graph.master):
+            if node not in whitelist:
+                _nodes.unregister(graph.master, node)
+
+
+def lookup_uri(master: Any, system_state: Sequence[Sequence[Any]], topic: str, uri: str) -> str:
+    """The name of the node of that URI among the publishers and subscribers of a topic; else the URI.
+
+    Args:
+        master: a `rosgraph.Master`.
+        system_state: what its `getSystemState` returns.
+    """
+    for kind in system_state[:2]:
+        for name, nodes in kind:
+            if name == topic:
+                for node in nodes:
+                    with contextlib.suppress(Exception):  # an unknown node, or a master that has ended
+                        if master.lookupNode(node) == uri:
+                            return str(node)
+    return uri
+
+
 def rosnode_cleanup() -> None:
     """Unregisters nodes that do not answer from the master, after asking on standard input."""
     with _graph() as graph:
@@ -135,5 +186,10 @@ def rosnode_cleanup() -> None:
 
 
 def rosnodemain(argv: Sequence[str] | None = None) -> None:
-    """The command `rosnode`; ends the process. The first argument is the name of the program."""
-    sys.exit(_main(None if argv is None else argv[1:]))
+    """The command `rosnode`. The first argument is the name of the program.
+
+    Raises:
+        SystemExit: it failed, or was used wrongly.
+    """
+    if code := _main(None if argv is None else argv[1:]):
+        sys.exit(code)

@@ -6,10 +6,13 @@ Facade of `pipros.graph`; see http://wiki.ros.org/rosparam.
 from __future__ import annotations
 
 import contextlib
+import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+from yaml.constructor import ConstructorError
 
 import rosgraph
 from pipros.cli.rosparam import main as _main
@@ -18,23 +21,52 @@ from pipros.graph import param_text as _rendering
 from pipros.graph import params as _server
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
+from pipros.safe import yaml as _yaml
+from rosgraph.names import (
+    GLOBALNS,
+    get_ros_namespace,
+    make_caller_id,
+    make_global_ns,
+    ns_join,
+    script_resolve_name,
+)
 
 __all__ = [
+    "GLOBALNS",
+    "NAME",
+    "NS",
     "RosParamException",
     "RosParamIOException",
+    "construct_angle_degrees",
+    "construct_angle_radians",
+    "construct_yaml_binary",
     "delete_param",
     "dump_params",
     "get_param",
     "get_param_server",
+    "get_ros_namespace",
     "list_params",
     "load_file",
     "load_str",
+    "make_caller_id",
+    "make_global_ns",
+    "ns_join",
+    "pattern",
     "print_params",
+    "represent_foo",
+    "represent_xml_binary",
+    "script_resolve_name",
     "set_param",
     "set_param_raw",
     "upload_params",
     "yamlmain",
 ]
+
+NAME = "rosparam"
+NS = "_ns"
+
+pattern = re.compile(r"^rad\([^\)]*\)$")
+"""Texts in YAML files that are angles in radians."""
 
 
 class RosParamException(Exception):
@@ -48,7 +80,10 @@ class RosParamIOException(RosParamException):
 @contextlib.contextmanager
 def _graph() -> Iterator[GraphClient]:
     with translated(RosParamIOException, RosParamException), GraphClient("rosparam") as graph:
-        yield graph
+        try:
+            yield graph
+        except _server.ParameterNotSet as error:
+            raise rosgraph.MasterError(str(error)) from None
 
 
 def get_param_server() -> rosgraph.Master:
@@ -60,7 +95,7 @@ def get_param(param: str) -> Any:
     """The value of a parameter, or the dictionary of a namespace.
 
     Raises:
-        RosParamException: it is not set.
+        rosgraph.MasterError: it is not set.
     """
     with _graph() as graph:
         return _server.read(graph.master, param)
@@ -92,7 +127,7 @@ def delete_param(param: str, verbose: bool = False) -> None:
     """Removes a parameter or a namespace.
 
     Raises:
-        RosParamException: it is not set.
+        rosgraph.MasterError: it is not set.
     """
     with _graph() as graph:
         _server.delete(graph.master, param)
@@ -145,6 +180,52 @@ def print_params(params: Any, ns: str) -> None:
         print(f"{name}={value}")
 
 
+def construct_angle_radians(loader: Any, node: Any) -> float:
+    """The number that `rad(pi/2)` in a YAML file means. For a PyYAML loader.
+
+    Raises:
+        RosParamException: it is not arithmetic.
+    """
+    return _angle(_yaml.construct_radians, "radian", loader, node)
+
+
+def construct_angle_degrees(loader: Any, node: Any) -> float:
+    """The number of radians that `deg(90)` in a YAML file means; see `construct_angle_radians`."""
+    return _angle(_yaml.construct_degrees, "degree", loader, node)
+
+
+def _angle(construct: Callable[[Any, Any], float], unit: str, loader: Any, node: Any) -> float:
+    try:
+        return construct(loader, node)
+    except ConstructorError:
+        raise RosParamException(f"invalid {unit} value: {loader.construct_scalar(node)}") from None
+
+
+def construct_yaml_binary(loader: Any, node: Any) -> Any:
+    """The `xmlrpc.client.Binary` that a `!!binary` in a YAML file means. For a PyYAML loader."""
+    from xmlrpc.client import Binary
+
+    return Binary(loader.construct_yaml_binary(node))
+
+
+def represent_xml_binary(loader: Any, data: Any) -> Any:
+    """An `xmlrpc.client.Binary` as `!!binary`. For a PyYAML dumper, which Noetic calls a loader."""
+    from base64 import encodebytes
+
+    text = encodebytes(data.data).decode("ascii")
+    return loader.represent_scalar("tag:yaml.org,2002:binary", text, style="|")
+
+
+def represent_foo(loader: Any, data: Any) -> Any:
+    """A text as a scalar with the tag `#`. For a PyYAML dumper."""
+    return loader.represent_scalar("#", data)
+
+
 def yamlmain(argv: Sequence[str] | None = None) -> None:
-    """The command `rosparam`; ends the process. The first argument is the name of the program."""
-    sys.exit(_main(None if argv is None else argv[1:]))
+    """The command `rosparam`. The first argument is the name of the program.
+
+    Raises:
+        SystemExit: it failed, or was used wrongly.
+    """
+    if code := _main(None if argv is None else argv[1:]):
+        sys.exit(code)

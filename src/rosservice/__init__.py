@@ -17,8 +17,10 @@ from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
 from pipros.graph.service_call import ServiceCaller
 from pipros.graph.system_state import is_below
+from pipros.wire.uri import split_uri
 
 __all__ = [
+    "NAME",
     "ROSServiceException",
     "ROSServiceIOException",
     "call_service",
@@ -29,9 +31,12 @@ __all__ = [
     "get_service_node",
     "get_service_type",
     "get_service_uri",
+    "has_service_args",
     "rosservice_find",
     "rosservicemain",
 ]
+
+NAME = "rosservice"
 
 
 class ROSServiceException(Exception):
@@ -53,8 +58,8 @@ def _graph() -> Iterator[GraphClient]:
 
 def get_service_list(
     node: str | None = None, namespace: str | None = None, include_nodes: bool = False
-) -> list[str] | list[tuple[str, list[str]]]:
-    """The services, of one node or in one namespace; with their nodes: `[(service, [node]), …]`."""
+) -> list[str] | list[list[Any]]:
+    """The services, of one node or in one namespace; with their nodes: `[[service, [node]], …]`."""
     with _graph() as graph:
         found = {
             service: provider
@@ -62,7 +67,7 @@ def get_service_list(
             if is_below(service, namespace or "/") and node in (None, provider)
         }
     if include_nodes:
-        return [(service, [provider]) for service, provider in found.items()]
+        return [[service, [provider]] for service, provider in found.items()]
     return list(found)
 
 
@@ -84,10 +89,25 @@ def get_service_node(service_name: str) -> str | None:
         return _services.nodes_by_service(graph.master).get(graph.resolve(service_name))
 
 
-def get_service_headers(service_name: str, service_uri: str) -> Mapping[str, str]:  # noqa: ARG001
-    """The connection header that the server of a service answers with."""
-    with _graph() as graph:
-        return _services.header_of(graph.master, graph.resolve(service_name)) or {}
+def get_service_headers(service_name: str, service_uri: str) -> Mapping[str, str]:
+    """The connection header with which the server at that URI answers for a service.
+
+    Raises:
+        ROSServiceException: the URI is not `rosrpc://HOST:PORT`.
+        ROSServiceIOException: the server does not answer.
+    """
+    try:
+        split_uri(service_uri, ["rosrpc"])
+    except ValueError:
+        raise ROSServiceException(
+            f"service [{service_name}] has an invalid RPC URI [{service_uri}]"
+        ) from None
+    try:
+        return _services.header_at(service_uri, service_name, "/rosservice")
+    except PiprosError:
+        raise ROSServiceIOException(
+            f"Unable to communicate with service [{service_name}], address [{service_uri}]"
+        ) from None
 
 
 def get_service_class_by_name(service_name: str) -> Any:
@@ -103,6 +123,13 @@ def get_service_class_by_name(service_name: str) -> Any:
 def get_service_args(service_name: str) -> str:
     """The fields of a service's request, separated by blanks."""
     return _services.argument_names(get_service_class_by_name(service_name))
+
+
+def has_service_args(service_name: str, service_class: Any = None) -> bool:
+    """Whether the request of a service has fields; raises as `get_service_class_by_name`."""
+    if service_class is None:
+        service_class = get_service_class_by_name(service_name)
+    return len(service_class._request_class.__slots__) > 0
 
 
 def call_service(
@@ -123,5 +150,10 @@ def rosservice_find(service_type: str) -> list[str]:
 
 
 def rosservicemain(argv: Sequence[str] | None = None) -> None:
-    """The command `rosservice`; ends the process. The first argument is the name of the program."""
-    sys.exit(_main(None if argv is None else argv[1:]))
+    """The command `rosservice`. The first argument is the name of the program.
+
+    Raises:
+        SystemExit: it failed, or was used wrongly.
+    """
+    if code := _main(None if argv is None else argv[1:]):
+        sys.exit(code)

@@ -11,8 +11,10 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+import rosgraph
+import rospy
 from pipros.cli.rostopic import main as _main
-from pipros.errors import Unreachable
+from pipros.errors import Interrupted, NotFound, Unreachable
 from pipros.graph import listening as _listening
 from pipros.graph import message_path as _message_path
 from pipros.graph import topics as _topics
@@ -20,32 +22,55 @@ from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
 from pipros.graph.message_classes import installed_class
 from pipros.graph.system_state import SystemState
+from rostopic.echo import CallbackEcho, create_field_filter, create_value_transform
+from rostopic.errors import ROSTopicException, ROSTopicIOException
 from rostopic.measures import ROSTopicBandwidth, ROSTopicDelay, ROSTopicHz
+from rostopic.publishing import (
+    SUBSCRIBER_TIMEOUT,
+    argv_publish,
+    create_publisher,
+    file_yaml_arg,
+    param_publish,
+    param_publish_once,
+    publish_message,
+    stdin_publish,
+    stdin_yaml_arg,
+    wait_for_subscriber,
+)
 
 __all__ = [
+    "NAME",
+    "SUBSCRIBER_TIMEOUT",
+    "CallbackEcho",
     "ROSTopicBandwidth",
     "ROSTopicDelay",
     "ROSTopicException",
     "ROSTopicHz",
     "ROSTopicIOException",
+    "argv_publish",
+    "create_field_filter",
+    "create_publisher",
+    "create_value_transform",
+    "file_yaml_arg",
     "find_by_type",
+    "get_api",
     "get_info_text",
     "get_topic_class",
     "get_topic_list",
     "get_topic_type",
     "msgevalgen",
+    "param_publish",
+    "param_publish_once",
+    "publish_message",
     "rostopicmain",
+    "stdin_publish",
+    "stdin_yaml_arg",
+    "wait_for_subscriber",
 ]
 
+NAME = "rostopic"
+
 MessageEval = Callable[[Any], Any]
-
-
-class ROSTopicException(Exception):
-    """A rostopic function failed."""
-
-
-class ROSTopicIOException(ROSTopicException):
-    """The master does not answer."""
 
 
 @contextlib.contextmanager
@@ -59,12 +84,16 @@ def get_topic_type(
 ) -> tuple[str, str, MessageEval | None] | tuple[None, None, None]:
     """The type of a topic, its full name, and what takes the field out of a message that `topic` names.
 
-    `blocking` waits until there is such a topic. Without one, three times None.
+    `blocking` waits until the topic exists, or the node ends. Without a topic, three times None.
     """
     with _graph() as graph:
         name = graph.resolve(topic)
         if blocking:
-            name = _full_name(_listening.wait_for_topic(graph.master, name))
+            try:
+                source = _listening.wait_for_topic(graph.master, name, is_over=rospy.is_shutdown)
+            except Interrupted:
+                return None, None, None
+            name = _full_name(source)
         type_name, real_topic = _topics.topic_type(graph.master, name.partition("[")[0])
     if type_name is None:
         return None, None, None
@@ -93,9 +122,27 @@ def get_topic_class(
 
 
 def msgevalgen(pattern: str) -> MessageEval | None:
-    """What takes a field out of a message: `msgevalgen("/header/stamp")(message)`. None for no field."""
-    path = _message_path.parse_path(pattern)
-    return (lambda message: _message_path.extract(message, path).value) if path else None
+    """What takes a field out of a message: `msgevalgen("/header/stamp")(message)`.
+
+    None for no field, and for a malformed index. Mistakes are printed to stderr, also when a message does
+    not have the field.
+    """
+    try:
+        path = _message_path.parse_path(pattern)
+    except _message_path.InvalidIndex as error:
+        print(error, file=sys.stderr)
+        return None
+    if not path:
+        return None
+
+    def evaluate(message: Any) -> Any:
+        try:
+            return _message_path.extract(message, path).value
+        except (NotFound, IndexError) as error:
+            print(f"{error} in {pattern}", file=sys.stderr)
+            return None
+
+    return evaluate
 
 
 def get_topic_list(master: object = None) -> tuple[list[tuple[str, str, list[str]]], ...]:  # noqa: ARG001
@@ -116,6 +163,20 @@ def get_topic_list(master: object = None) -> tuple[list[tuple[str, str, list[str
     )
 
 
+def get_api(master: rosgraph.Master, caller_id: str) -> str:
+    """The URI of a node's slave API; "unknown address" with the name if the master does not know it.
+
+    Raises:
+        ROSTopicIOException: the master does not answer.
+    """
+    try:
+        return master.lookupNode(caller_id)
+    except rosgraph.MasterError:
+        return f"unknown address {caller_id}"
+    except OSError:
+        raise ROSTopicIOException("Unable to communicate with master!") from None
+
+
 def find_by_type(topic_type: str) -> list[str]:
     """The topics of a message type."""
     with _graph() as graph:
@@ -133,5 +194,13 @@ def get_info_text(topic: str) -> str:
 
 
 def rostopicmain(argv: Sequence[str] | None = None) -> None:
-    """The command `rostopic`; ends the process. The first argument is the name of the program."""
-    sys.exit(_main(None if argv is None else argv[1:]))
+    """The command `rostopic`. The first argument is the name of the program.
+
+    Raises:
+        SystemExit: it failed, or was used wrongly.
+    """
+    if code := _main(None if argv is None else argv[1:]):
+        sys.exit(code)
+
+
+_get_topic_type = get_topic_type

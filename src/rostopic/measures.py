@@ -2,95 +2,221 @@
 
 from __future__ import annotations
 
+import threading
 import time
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import rospy
 from pipros.graph import measurements as _text
-from pipros.graph.samples import DEFAULT_WINDOW, BandwidthWindow, Figures, RateWindow, Samples
+from pipros.graph.samples import DEFAULT_WINDOW, Figures, Samples
 
 
 def _window(size: int) -> int:
     return size if size >= 0 else DEFAULT_WINDOW
 
 
+def _figures(values: Sequence[float]) -> Figures | None:
+    samples = Samples(len(values))
+    for value in values:
+        samples.add(value)
+    return samples.figures()
+
+
 class ROSTopicHz:
-    """The rates of topics. Subscribe with `callback_hz`, and the topic as `callback_args`."""
+    """The rates of topics. Subscribe with `callback_hz`, and the topic as `callback_args`.
+
+    Times are in seconds of the node's clock, or of wall time. Without a topic, methods mean the only one.
+
+    Attributes:
+        times: the intervals between messages; `msg_t0` and `msg_tn` are the first and last arrival.
+        last_printed_tn: the last arrival that was printed.
+        lock: held while these change.
+    """
 
     def __init__(
         self, window_size: int, filter_expr: Callable[[Any], bool] | None = None, use_wtime: bool = False
     ) -> None:
-        self._window = _window(window_size)
-        self._passes = filter_expr
-        self._now = time.time if use_wtime else rospy.get_time
-        self._rates: dict[str | None, RateWindow] = {}
+        self.lock = threading.Lock()
+        self.last_printed_tn: float = 0
+        self.msg_t0: float = -1
+        self.msg_tn: float = 0
+        self.times: list[float] = []
+        self._last_printed_tn: defaultdict[str, float] = defaultdict(int)
+        self._msg_t0: defaultdict[str, float] = defaultdict(lambda: -1)
+        self._msg_tn: defaultdict[str, float] = defaultdict(int)
+        self._times: defaultdict[str, list[float]] = defaultdict(list)
+        self.filter_expr = filter_expr
+        self.use_wtime = use_wtime
+        self.window_size = _window(window_size)
+
+    def get_last_printed_tn(self, topic: str | None = None) -> float:
+        return self.last_printed_tn if topic is None else self._last_printed_tn[topic]
+
+    def set_last_printed_tn(self, value: float, topic: str | None = None) -> None:
+        if topic is None:
+            self.last_printed_tn = value
+        else:
+            self._last_printed_tn[topic] = value
+
+    def get_msg_t0(self, topic: str | None = None) -> float:
+        return self.msg_t0 if topic is None else self._msg_t0[topic]
+
+    def set_msg_t0(self, value: float, topic: str | None = None) -> None:
+        if topic is None:
+            self.msg_t0 = value
+        else:
+            self._msg_t0[topic] = value
+
+    def get_msg_tn(self, topic: str | None = None) -> float:
+        return self.msg_tn if topic is None else self._msg_tn[topic]
+
+    def set_msg_tn(self, value: float, topic: str | None = None) -> None:
+        if topic is None:
+            self.msg_tn = value
+        else:
+            self._msg_tn[topic] = value
+
+    def get_times(self, topic: str | None = None) -> list[float]:
+        return self.times if topic is None else self._times[topic]
+
+    def set_times(self, value: list[float], topic: str | None = None) -> None:
+        if topic is None:
+            self.times = value
+        else:
+            self._times[topic] = value
 
     def callback_hz(self, m: Any, topic: str | None = None) -> None:
         """Takes over a message."""
-        if self._passes is None or self._passes(m):
-            self._rates.setdefault(topic, RateWindow(self._window)).add(self._now())
+        if self.filter_expr is not None and not self.filter_expr(m):
+            return
+        with self.lock:
+            now = time.time() if self.use_wtime else rospy.get_time()
+            first, last = self.get_msg_t0(topic), self.get_msg_tn(topic)
+            if first < 0 or now < last:  # the first message, or time went back
+                self.set_msg_t0(now, topic)
+                self.set_times([], topic)
+            else:
+                times = self.get_times(topic)
+                times.append(now - last)
+                del times[: max(len(times) - (self.window_size - 1), 0)]
+            self.set_msg_tn(now, topic)
 
     def get_hz(self, topic: str | None = None) -> tuple[float, float, float, float, int] | None:
         """Rate, shortest and longest interval, deviation and window; None without a new message."""
         figures = self._news(topic)
         if figures is None:
             return None
-        return 1 / figures.mean, figures.minimum, figures.maximum, figures.deviation, figures.count
+        rate = 1 / figures.mean if figures.mean > 0 else 0.0
+        return rate, figures.minimum, figures.maximum, figures.deviation, figures.count
 
-    def print_hz(self, topics: Sequence[str | None] = (None,)) -> None:
+    def print_hz(self, topics: Sequence[str | None] | None = None) -> None:
         """Prints what is new."""
-        found = {str(topic): figures for topic in topics if (figures := self._news(topic)) is not None}
+        asked = (None,) if topics is None else topics
+        found = {str(topic): figures for topic in asked if (figures := self._news(topic)) is not None}
         if not found:
             print(_text.NO_NEW_MESSAGES)
-        elif len(topics) == 1:
+        elif len(asked) == 1:
             print(_text.rate_text(next(iter(found.values()))))
         else:
             print(_text.rate_table(found))
 
     def _news(self, topic: str | None) -> Figures | None:
-        rate = self._rates.get(topic)
-        return rate.figures() if rate is not None and rate.has_new else None
+        with self.lock:
+            last = self.get_msg_tn(topic)
+            if not self.get_times(topic) or last == self.get_last_printed_tn(topic):
+                return None
+            self.set_last_printed_tn(last, topic)
+            figures = _figures(self.get_times(topic))
+        if figures is None:
+            return None
+        return Figures(figures.mean, figures.minimum, figures.maximum, figures.deviation, figures.count + 1)
 
 
 class ROSTopicBandwidth:
-    """The bandwidth of a topic. Subscribe with `callback`, as `rospy.AnyMsg`."""
+    """The bandwidth of a topic. Subscribe with `callback`, as `rospy.AnyMsg`.
+
+    Attributes:
+        sizes, times: of the newest messages, in bytes and in seconds.
+        last_printed_tn: the last arrival that was printed.
+        lock: held while these change.
+    """
 
     def __init__(self, window_size: int = _text.BANDWIDTH_WINDOW) -> None:
-        self._bandwidth = BandwidthWindow(window_size)
+        self.lock = threading.Lock()
+        self.last_printed_tn: float = 0
+        self.sizes: list[int] = []
+        self.times: list[float] = []
+        self.window_size = window_size or _text.BANDWIDTH_WINDOW
 
     def callback(self, data: Any) -> None:
         """Takes over an undecoded message."""
-        self._bandwidth.add(time.monotonic(), len(data._buff))
+        with self.lock:
+            self.times.append(time.time())
+            self.sizes.append(len(data._buff))
+            excess = max(len(self.times) - self.window_size, 0)
+            del self.times[:excess], self.sizes[:excess]
 
     def print_bw(self) -> None:
         """Prints the figures, once there are two messages."""
-        figures = self._bandwidth.figures(time.monotonic())
+        with self.lock:
+            now = time.time()
+            if len(self.times) < 2 or now <= self.times[0]:
+                return
+            self.last_printed_tn = self.times[-1]
+            figures = _figures(self.sizes)
+            bytes_per_s = sum(self.sizes) / (now - self.times[0])
         if figures is not None:
-            print(_text.bandwidth_text(*figures))
+            print(_text.bandwidth_text(bytes_per_s, figures))
 
 
 class ROSTopicDelay:
-    """How old the messages of a topic are. Subscribe with `callback_delay`."""
+    """The age of the messages of a topic. Subscribe with `callback_delay`.
+
+    Attributes:
+        delays: of the newest messages, in seconds.
+        msg_t0, msg_tn, last_msg_tn: the first and last arrival, and the last one that was asked for.
+        lock: held while these change.
+    """
 
     def __init__(self, window_size: int) -> None:
-        self._delays_s = Samples(_window(window_size))
+        self.lock = threading.Lock()
+        self.last_msg_tn: float = 0
+        self.msg_t0: float = -1.0
+        self.msg_tn: float = 0
+        self.delays: list[float] = []
+        self.window_size = _window(window_size)
 
     def callback_delay(self, msg: Any) -> None:
-        """Takes over a message; one without a header is complained about."""
+        """Takes over a message; one without a header leads to an error in the log."""
         if not msg._has_header:
             rospy.logerr("msg does not have header")
             return
-        self._delays_s.add(rospy.get_time() - msg.header.stamp.to_sec())
+        with self.lock:
+            now = rospy.get_time()
+            if self.msg_t0 < 0 or now < self.msg_tn:
+                self.msg_t0 = now
+                self.delays = []
+            self.msg_tn = now
+            self.delays.append(now - msg.header.stamp.to_sec())
+            del self.delays[: max(len(self.delays) - self.window_size, 0)]
 
     def get_delay(self) -> tuple[float, float, float, float, int] | None:
-        """Mean, shortest and longest delay, deviation and window, in seconds; None without a message."""
-        figures = self._delays_s.figures()
+        """Mean, shortest and longest delay, deviation and window, in seconds; None without a new message."""
+        figures = self._news()
         if figures is None:
             return None
         return figures.mean, figures.minimum, figures.maximum, figures.deviation, figures.count
 
     def print_delay(self) -> None:
         """Prints the figures."""
-        figures = self._delays_s.figures()
+        figures = self._news()
         print(_text.NO_NEW_MESSAGES if figures is None else _text.delay_text(figures))
+
+    def _news(self) -> Figures | None:
+        with self.lock:
+            if not self.delays or self.msg_tn == self.last_msg_tn:
+                return None
+            self.last_msg_tn = self.msg_tn
+            return _figures(self.delays)

@@ -67,6 +67,16 @@ DIFFERENCES = [
         ("roslib.manifestlib.check*", "roslib.manifestlib.get_nodes_by_name"),
     ),
     Difference(
+        Kind.ABSENT,
+        "they change PyYAML's loaders and dumpers for the whole process; pipros has its own",
+        (
+            "rosmsg.construct_ordered_mapping",
+            "rosmsg.construct_yaml_map_with_ordered_dict",
+            "rosmsg.init_rosmsg_proto",
+            "rosmsg.represent_ordered_mapping",
+        ),
+    ),
+    Difference(
         Kind.DIFFERS,
         "a function with a decorator, which takes what the function takes",
         ("roslib.scriptutil.get_*", "roslib.scriptutil.script_resolve_name"),

@@ -25,11 +25,16 @@ PACKAGES = [
     "genmsg",
     "rosclean",
     "rosgraph",
+    "roslaunch",
     "roslib",
     "rosmaster",
+    "rosmsg",
+    "rosnode",
+    "rosparam",
     "rospy",
-    "roslaunch",
+    "rosservice",
     "rostest",
+    "rostopic",
     "rosunit",
     "roswtf",
 ]
@@ -52,6 +57,7 @@ SCRIPTS = {
     "examine_api_definitions.py": 500,
     "examine_api_nodes.py": 700,
     "examine_api_roslib.py": 250,
+    "examine_api_tools.py": 100,
 }
 
 Described = Mapping[str, Any]

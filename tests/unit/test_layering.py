@@ -47,6 +47,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "roslib": {"genmsg", "genpy", "rosgraph"},  # the former home of their names, messages and network
     "rosbag": {"rospy"},  # timestamps are rospy.Time
     "rosmaster": {"rosgraph"},  # ROSMasterHandler is a handler of rosgraph.xmlrpc; its log is rosgraph's
+    "rosmsg": {"genpy"},  # generate_dynamic is a name of both
     "rosparam": {"rosgraph"},  # get_param_server returns a rosgraph.Master
     "rospy": {"rosgraph"},  # rospy.names has functions of rosgraph.names
     "rosunit": {"roslaunch"},  # its monitor of processes is roslaunch's
@@ -56,7 +57,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "tf2_py": {"rospy"},  # gives rospy.Time
     "tf2_ros": {"actionlib", "rosgraph", "rospy", "tf2_py"},
     "tf2_sensor_msgs": {"tf2_geometry_msgs", "tf2_ros"},
-    "rostopic": {"rospy"},  # its measuring classes go by the clock of rospy's node
+    "rostopic": {"rosgraph", "rosparam", "rospy"},  # its classes go by rospy's node; messages of parameters
 }
 
 # Runs the code that is made of message definitions; every name in it passed their grammar before.

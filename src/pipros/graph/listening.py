@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from pipros.errors import Interrupted
 from pipros.graph.message_classes import installed_class
 from pipros.graph.message_path import InvalidIndex, Step, has_field, parse_path
 from pipros.graph.output import to_stderr
@@ -31,13 +32,22 @@ class TopicPart:
     path: tuple[Step, ...]
 
 
-def wait_for_topic(master: MasterClient, name: str, *, warn: Say = to_stderr) -> TopicPart:
+def _never() -> bool:
+    return False
+
+
+def wait_for_topic(
+    master: MasterClient, name: str, *, warn: Say = to_stderr, is_over: Callable[[], bool] = _never
+) -> TopicPart:
     """The topic and field of `name`, as soon as the master knows the topic.
 
     Blocks until then; Ctrl-C ends it. `warn` is called once when it has to wait.
+
+    Raises:
+        Interrupted: `is_over` returned true meanwhile.
     """
     has_warned = False
-    while True:
+    while not is_over():
         type_name, topic = topic_type(master, name.partition("[")[0])
         if type_name is not None:
             part = TopicPart(topic, _parse(name[len(topic) :], warn))
@@ -48,6 +58,7 @@ def wait_for_topic(master: MasterClient, name: str, *, warn: Say = to_stderr) ->
             has_warned = True
             warn(f"WARNING: topic [{name}] does not appear to be published yet")
         time.sleep(POLL_PERIOD_S)
+    raise Interrupted(f"gave up waiting for topic [{name}]")
 
 
 def _parse(path: str, warn: Say) -> tuple[Step, ...]:

@@ -12,6 +12,10 @@ from pipros.names import InvalidKey, leaves_below
 from pipros.net.master_client import MasterClient
 
 
+class ParameterNotSet(GraphError):
+    """The parameter server does not have the parameter."""
+
+
 def leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     """The single parameters in a value at `name`; dictionaries are namespaces.
 
@@ -33,12 +37,12 @@ def read(master: MasterClient, name: str) -> Any:
     """The value, or the dictionary of a namespace; binary values are `bytes`.
 
     Raises:
-        GraphError: it is not set.
+        ParameterNotSet: it is not set.
     """
     try:
         return _plain(master.get_param(name))
     except Refused:
-        raise GraphError(f"Parameter [{name}] is not set") from None
+        raise ParameterNotSet(f"Parameter [{name}] is not set") from None
 
 
 def _plain(value: Any) -> Any:
@@ -79,7 +83,7 @@ def delete(master: MasterClient, name: str) -> None:
     """Removes a parameter or a namespace; `/`, which the server does not delete, becomes empty.
 
     Raises:
-        GraphError: it is not set.
+        ParameterNotSet: it is not set.
     """
     try:
         if name == "/":
@@ -87,7 +91,7 @@ def delete(master: MasterClient, name: str) -> None:
         else:
             master.delete_param(name)
     except Refused:
-        raise GraphError(f"parameter [{name}] is not set") from None
+        raise ParameterNotSet(f"parameter [{name}] is not set") from None
 
 
 def names_below(master: MasterClient, ns: str) -> list[str]:

@@ -37,17 +37,24 @@ def header_of(master: MasterClient, service: str) -> Mapping[str, str] | None:
     Raises:
         GraphError: the server does not answer.
     """
+    uri = uri_of(master, service)
+    return None if uri is None else header_at(uri, service, master.caller_id)
+
+
+def header_at(uri: str, service: str, caller_id: str) -> Mapping[str, str]:
+    """The connection header with which the server at a URI answers for a service.
+
+    Raises:
+        GraphError: the server does not answer, or the URI is not valid.
+    """
     import time
 
     from pipros.node.service_client import ServiceFailed, ServiceLink
     from pipros.wire.handshake import WireType
 
-    uri = uri_of(master, service)
-    if uri is None:
-        return None
     deadline = time.monotonic() + PROBE_DEADLINE_S
     try:
-        link = ServiceLink(uri, service, master.caller_id, WireType("*", "*"), deadline=deadline, probe=True)
+        link = ServiceLink(uri, service, caller_id, WireType("*", "*"), deadline=deadline, probe=True)
     except ServiceFailed as error:
         raise GraphError(
             f"Unable to communicate with service [{service}] at [{printable(uri)}]: {error}"

@@ -57,11 +57,17 @@ class _Loader(_PlainLoader):
     """The plain loader plus angles."""
 
 
-def _construct_radians(loader: Any, node: Any) -> float:
+def construct_radians(loader: Any, node: Any) -> float:
+    """The number that `rad(pi/2)` or `pi/2` means.
+
+    Raises:
+        yaml.constructor.ConstructorError: it is not arithmetic.
+    """
     return _angle(node, loader.construct_scalar(node), "rad(")
 
 
-def _construct_degrees(loader: Any, node: Any) -> float:
+def construct_degrees(loader: Any, node: Any) -> float:
+    """The number of radians that `deg(90)` or `90` means; raises as `construct_radians`."""
     return math.radians(_angle(node, loader.construct_scalar(node), "deg("))
 
 
@@ -74,7 +80,7 @@ def _angle(node: Any, written: str, opening: str) -> float:
     except ExpressionError as error:
         kind = "degree" if opening == "deg(" else "radian"
         raise yaml.constructor.ConstructorError(
-            None, None, f"invalid {kind} value {written}: {error.reason}", node.start_mark
+            None, None, f"invalid {kind} value {written}: {error.reason}", getattr(node, "start_mark", None)
         ) from None
 
 
@@ -103,8 +109,8 @@ def _check_digits(node: Any) -> None:
 for _loader in (_PlainLoader, _Loader):
     _loader.add_constructor("tag:yaml.org,2002:int", _construct_integer)
     _loader.add_constructor("tag:yaml.org,2002:float", _construct_float)
-_Loader.add_constructor("!radians", _construct_radians)
-_Loader.add_constructor("!degrees", _construct_degrees)
+_Loader.add_constructor("!radians", construct_radians)
+_Loader.add_constructor("!degrees", construct_degrees)
 _Loader.add_implicit_resolver("!radians", re.compile(r"rad\([^)]*\)$"), ["r"])
 _Loader.add_implicit_resolver("!degrees", re.compile(r"deg\([^)]*\)$"), ["d"])
 

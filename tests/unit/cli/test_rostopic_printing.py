@@ -2,12 +2,12 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.cli.rostopic.elide import Elision
-from pipros.cli.rostopic.plot import Plot
+from pipros.graph.elide import Elision
 from pipros.graph.errors import GraphError
 from pipros.graph.message_classes import MessageClasses
 from pipros.graph.message_filter import MessageFilter
 from pipros.graph.message_path import Part
+from pipros.graph.plot import Plot
 from pipros.msg import load_message_class
 from pipros.msg.text import strify_message
 from pipros.node.any_msg import RawMessage

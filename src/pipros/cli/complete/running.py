@@ -61,7 +61,8 @@ def service_type(service: str) -> str:
 
 def prototype(kind: str, type_name: str) -> list[str]:
     """A message or a request with default values, to be filled in; empty for an unknown type."""
-    from pipros.cli.rosmsg_proto import UnknownType, example, skeleton
+    from pipros.cli.rosmsg_proto import UnknownType, example
+    from pipros.graph.skeleton import skeleton
 
     try:
         return [f'{MANY_LINES}"{skeleton(example(kind, type_name))}"'] if type_name else []

@@ -7,13 +7,13 @@ from collections.abc import Callable
 from typing import Any
 
 from pipros.cli.rostopic.echo_options import EchoOptions
-from pipros.cli.rostopic.elide import Elision
-from pipros.cli.rostopic.plot import Plot
 from pipros.errors import NotFound
+from pipros.graph.elide import Elision
 from pipros.graph.listening import TopicPart
 from pipros.graph.message_classes import MessageClasses
 from pipros.graph.message_filter import MessageFilter
 from pipros.graph.message_path import Part, describe_path, extract
+from pipros.graph.plot import Plot
 from pipros.msg.text import strify_message
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node.any_msg import RawMessage

@@ -1,0 +1,174 @@
+"""What `rostopic echo` prints, for those who subscribe themselves."""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import rospy
+from pipros.graph.elide import Elision
+from pipros.graph.message_path import Part
+from pipros.graph.plot import Plot
+from pipros.msg.base import Message
+from pipros.msg.text import strify_message
+
+CLEAR_SCREEN = "\x1b[2J\x1b[;H"
+
+FieldFilter = Callable[[Any], list[str]]
+ValueTransform = Callable[..., Any]
+
+
+def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> FieldFilter:
+    """What lists the fields of a message without its strings, or without its arrays."""
+
+    def field_filter(val: Any) -> list[str]:
+        kinds = zip(val.__slots__, val._slot_types, strict=True)
+        return [
+            name
+            for name, kind in kinds
+            if not (echo_noarr and "[" in kind) and not (echo_nostr and "string" in kind)
+        ]
+
+    return field_filter
+
+
+def create_value_transform(echo_nostr: bool, echo_noarr: bool) -> ValueTransform:
+    """What returns a message with the sizes of its strings, or of its arrays, in their place."""
+    elision = Elision(no_arrays=echo_noarr, no_texts=echo_nostr)
+
+    def value_transform(val: Any, type_information: str | None = None) -> Any:
+        return elision.of(Part(val, type_information))
+
+    return value_transform
+
+
+class CallbackEcho:
+    """Prints messages as `rostopic echo` does. Subscribe with `callback`.
+
+    Attributes:
+        done: true once `count` messages were printed, or one could not be.
+        count: the number of messages that were printed.
+    """
+
+    def __init__(
+        self,
+        topic: str,
+        msg_eval: Callable[[Any], Any] | None,
+        plot: bool = False,
+        filter_fn: Callable[[Any], object] | None = None,
+        echo_clear: bool = False,
+        echo_all_topics: bool = False,
+        offset_time: bool = False,
+        count: int | None = None,
+        field_filter_fn: FieldFilter | None = None,
+        fixed_numeric_width: int | None = None,
+        value_transform_fn: ValueTransform | None = None,
+    ) -> None:
+        """
+        Args:
+            topic: the topic; messages of others are left out, unless `echo_all_topics`.
+            msg_eval: returns the part of a message to print; None for all of it.
+            plot: prints a line of values separated by commas for each message.
+            filter_fn: a message is printed if it returns true.
+            echo_clear: clears the screen before each message.
+            offset_time: prints times as differences from now.
+            count: the number of messages to print; None for all.
+            field_filter_fn: lists the fields to print of a message.
+            fixed_numeric_width: the width of numbers.
+            value_transform_fn: changes messages before they are printed.
+        """
+        self.topic = topic
+        self.msg_eval = msg_eval
+        self.plot = plot
+        self.filter_fn = filter_fn
+        self.fixed_numeric_width = fixed_numeric_width
+        self.prefix = CLEAR_SCREEN if echo_clear else ""
+        self.suffix = "" if plot else "\n---"
+        self.echo_all_topics = echo_all_topics
+        self.offset_time = offset_time
+        self.done = False
+        self.max_count = count
+        self.count = 0
+        self.field_filter = field_filter_fn
+        self.value_transform = value_transform_fn
+        self.str_fn: Callable[..., str] = self._row if plot else self.custom_strify_message
+        self.first = True
+        if plot:
+            self.sep = ""
+        self.last_topic: str | None = None
+        self.last_msg_eval: Callable[[Any], Any] | None = None
+
+    def custom_strify_message(
+        self,
+        val: Any,
+        indent: str = "",
+        time_offset: Any = None,
+        current_time: Any = None,
+        field_filter: FieldFilter | None = None,
+        type_information: str | None = None,
+        fixed_numeric_width: int | None = None,
+        value_transform: ValueTransform | None = None,
+    ) -> str:
+        """A value as text. The bytes of a `uint8[]` field are numbers."""
+        if value_transform is not None:
+            val = value_transform(val, type_information)
+        if isinstance(val, (bytes, bytearray)) and (type_information or "").startswith("uint8["):
+            val = list(val)
+        return strify_message(val, indent, time_offset, current_time, field_filter, fixed_numeric_width)
+
+    def _row(self, val: Any, **more: Any) -> str:
+        offset = more.get("time_offset")
+        now = more.get("current_time")
+        offset_ns = 0 if offset is None else offset.to_nsec()
+        is_stamped = isinstance(val, Message) and val._has_header
+        if is_stamped:
+            now_ns = val.header.stamp.to_nsec()
+        else:
+            now_ns = (rospy.get_rostime() if now is None else now).to_nsec()
+        return Plot().row(Part(val, more.get("type_information")), now_ns, offset_ns)
+
+    def callback(self, data: Any, callback_args: Mapping[str, Any], current_time: Any = None) -> None:
+        """Prints a message.
+
+        Args:
+            data: the message.
+            callback_args: `topic` and `type_information`, of the message or of its part.
+            current_time: when it was received, if not now.
+        """
+        topic, kind = callback_args["topic"], callback_args["type_information"]
+        if self.filter_fn is not None and not self.filter_fn(data):
+            return
+        if self.max_count is not None and self.count >= self.max_count:
+            self.done = True
+            return
+        try:
+            if topic == self.topic or self.echo_all_topics:
+                self._print(data, kind, current_time)
+        except Exception:
+            self.done = True
+            traceback.print_exc()
+        if self.max_count is not None and self.count >= self.max_count:
+            self.done = True
+
+    def _print(self, data: Any, kind: str, current_time: Any) -> None:
+        if self.msg_eval is not None:
+            data = self.msg_eval(data)
+        if data is None:
+            return
+        self.count += 1
+        if self.plot and self.first:
+            print(Plot().heading(Part(data, kind)))
+            self.first = False
+        text = self.str_fn(
+            data,
+            time_offset=rospy.get_rostime() if self.offset_time else None,
+            current_time=current_time,
+            field_filter=self.field_filter,
+            type_information=kind,
+            fixed_numeric_width=self.fixed_numeric_width,
+            value_transform=self.value_transform,
+        )
+        sys.stdout.write(f"{self.prefix}{text}{self.suffix}\n")
+        sys.stdout.flush()

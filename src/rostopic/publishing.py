@@ -1,0 +1,225 @@
+"""What `rostopic pub` does, for those who publish from their own code."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import repeat
+from pathlib import Path
+from typing import Any
+
+import rosgraph
+import rosparam
+import rospy
+from pipros.graph.errors import GraphError
+from pipros.graph.values import filled_message
+from pipros.msg.base import Message
+from pipros.safe import yaml
+from pipros.safe.yaml import YamlError
+from rostopic.errors import ROSTopicException
+
+SUBSCRIBER_TIMEOUT = 5.0
+"""How long `wait_for_subscriber` is asked to wait before a single message, in seconds."""
+
+ONCE_S = 3.0
+DOCUMENTS_RATE_HZ = 10.0
+POLL_PERIOD_S = 0.05
+
+Documents = Callable[[], Iterator[list[Any]]]
+
+
+def create_publisher(
+    topic_name: str, topic_type: str, latch: bool, disable_rostime: bool = True
+) -> tuple[rospy.Publisher[Any], type[Message]]:
+    """Starts a node, anonymous, that publishes a topic: the publisher and the class of its messages.
+
+    Raises:
+        ROSTopicException: the type does not exist.
+    """
+    from pipros.graph.message_classes import installed_class
+
+    message_class = installed_class(topic_type)
+    if message_class is None:
+        raise ROSTopicException(f"invalid message type: {topic_type}. Is its package on ROS_PACKAGE_PATH?")
+    topic_name = rosgraph.names.script_resolve_name("rostopic", topic_name)
+    rospy.init_node("rostopic", anonymous=True, disable_rosout=True, disable_rostime=disable_rostime)
+    return rospy.Publisher(topic_name, message_class, latch=latch, queue_size=100), message_class
+
+
+def publish_message(
+    pub: rospy.Publisher[Any],
+    msg_class: type[Message],
+    pub_args: Sequence[Any],
+    rate: float | None = None,
+    once: bool = False,
+    verbose: bool = False,
+    substitute_keywords: bool = False,
+) -> None:
+    """Publishes a message that has these values: at a rate, or latched until the node ends.
+
+    Args:
+        rate: in hertz; None to publish it once.
+        once: returns after some seconds.
+        verbose: prints the message.
+        substitute_keywords: a time `now`, and a header `auto`, are the time of each publication.
+
+    Raises:
+        ROSTopicException: the values do not fit the type.
+    """
+    make = _maker(msg_class, pub_args)
+    message = make()
+    if rate is None:
+        shown = f"[{message}]" if verbose else "message"
+        print(f"publishing and latching {shown}" + (f" for {ONCE_S} seconds" if once else ""), flush=True)
+        pub.publish(message)
+        if once:
+            rospy.rostime.wallsleep(ONCE_S)
+        else:
+            rospy.spin()
+        return
+    for _ in _beats(rate):
+        if verbose:
+            print(f"publishing {message}", flush=True)
+        pub.publish(message)
+        message = make() if substitute_keywords else message
+
+
+def argv_publish(
+    pub: rospy.Publisher[Any],
+    msg_class: type[Message],
+    pub_args: Sequence[Any],
+    rate: float | None,
+    once: bool,
+    verbose: bool,
+    substitute_keywords: bool = False,
+) -> None:
+    """As `publish_message`; a single message waits for a subscriber first."""
+    if once:
+        wait_for_subscriber(pub, SUBSCRIBER_TIMEOUT)
+    publish_message(pub, msg_class, pub_args, rate, once, verbose, substitute_keywords)
+
+
+def stdin_publish(
+    pub: rospy.Publisher[Any],
+    msg_class: type[Message],
+    rate: float | None,
+    once: bool,
+    filename: str | None,
+    verbose: bool,
+) -> None:
+    """Publishes a message for each YAML document of a file, or of standard input.
+
+    Raises:
+        ROSTopicException: the file does not exist, or values do not fit the type.
+    """
+    documents = file_yaml_arg(filename)() if filename else stdin_yaml_arg()
+    wait_for_subscriber(pub, SUBSCRIBER_TIMEOUT)
+    for values, _ in zip(documents, _beats(rate or DOCUMENTS_RATE_HZ), strict=False):
+        if once:
+            publish_message(pub, msg_class, values, None, True, verbose)
+            return
+        _publish(pub, msg_class, values, verbose)
+
+
+def param_publish(
+    pub: rospy.Publisher[Any], msg_class: type[Message], param_name: str, rate: float, verbose: bool
+) -> None:
+    """Publishes at a rate what a parameter says at the time.
+
+    Raises:
+        ROSTopicException: its values do not fit the type.
+    """
+    for _ in _beats(rate):
+        _publish(pub, msg_class, _values_of(param_name), verbose)
+
+
+def param_publish_once(
+    pub: rospy.Publisher[Any], msg_class: type[Message], param_name: str, verbose: bool
+) -> None:
+    """Publishes what a parameter says, once; see `publish_message`."""
+    publish_message(pub, msg_class, _values_of(param_name), None, True, verbose)
+
+
+def wait_for_subscriber(pub: rospy.Publisher[Any], timeout: float) -> None:
+    """Waits until the topic has a subscriber, up to so many seconds; says on stderr if it has not."""
+    deadline = time.monotonic() + timeout
+    while pub.get_num_connections() == 0 and not rospy.is_shutdown():
+        if time.monotonic() > deadline:
+            sys.stderr.write(f"No subscribers to {pub.resolved_name}\n")
+            return
+        rospy.rostime.wallsleep(POLL_PERIOD_S)
+
+
+def file_yaml_arg(filename: str) -> Documents:
+    """What yields the YAML documents of a file, each as the values of a message.
+
+    Raises:
+        ROSTopicException: the file does not exist.
+    """
+    if not Path(filename).is_file():
+        raise ROSTopicException(f"file does not exist: {filename}")
+
+    def documents() -> Iterator[list[Any]]:
+        try:
+            for document in yaml.load_all(Path(filename).read_text("utf-8"), filename):
+                yield [document]
+        except YamlError as error:
+            raise ROSTopicException(f"invalid YAML in file: {error}") from None
+
+    return documents
+
+
+def stdin_yaml_arg() -> Iterator[list[Any]]:
+    """Yields the YAML documents of standard input as they arrive, each as the values of a message.
+
+    Raises:
+        ROSTopicException: one is not YAML.
+    """
+    lines: list[str] = []
+    for line in (*sys.stdin, "---\n") if not sys.stdin.isatty() else sys.stdin:
+        if not line.startswith("---"):
+            lines.append(line)
+            continue
+        text, lines = "".join(lines), []
+        if text.strip():
+            try:
+                yield [yaml.load(text, "<stdin>")]
+            except YamlError as error:
+                raise ROSTopicException(f"invalid YAML: {error}") from None
+
+
+def _values_of(param_name: str) -> list[Any]:
+    value = rosparam.get_param(param_name)
+    return value if isinstance(value, list) else [value]
+
+
+def _publish(
+    pub: rospy.Publisher[Any], msg_class: type[Message], values: Sequence[Any], verbose: bool
+) -> None:
+    message = _maker(msg_class, values)()
+    if verbose:
+        print(f"publishing {message}", flush=True)
+    pub.publish(message)
+
+
+def _maker(msg_class: type[Message], values: Sequence[Any]) -> Callable[[], Message]:
+    def make() -> Message:
+        try:
+            return filled_message(msg_class, list(values), rospy.get_rostime().to_nsec())
+        except GraphError as error:
+            raise ROSTopicException(str(error)) from None
+
+    return make
+
+
+def _beats(rate_hz: float) -> Iterable[None]:
+    """Yields at once, then at the rate, until the node ends."""
+    period_s = 1.0 / rate_hz
+    due = time.monotonic()
+    for _ in repeat(None):
+        if rospy.is_shutdown():
+            return
+        yield
+        due += period_s
+        rospy.rostime.wallsleep(due - time.monotonic())
