@@ -190,20 +190,22 @@ def _name_in(manifest: bytes) -> str:
 
 def dump(found: Crawl) -> str | None:
     """A crawl as text for a cache file; None if a path or name contains a tab or a line end."""
-    lines = [found.root]
+    texts = [found.root, *(path for path, _ in found.folders)]
+    texts += [text for package in found.packages for text in (package.path, package.name)]
+    if any("\t" in text or "\n" in text for text in texts):
+        return None
+    lines = [str(len(found.folders)), found.root]
     lines += [f"{changed_ns}\t{path}" for path, changed_ns in found.folders]
-    lines += [f"{item.manifest_ns}\t{item.path}\t{item.name}\t{item.kind}" for item in found.packages]
-    if any("\t" in path or "\n" in path for path, _ in found.folders):
-        return None
-    if any("\n" in package.path or "\t" in package.path for package in found.packages):
-        return None
-    return "\n".join((str(len(found.folders)), *lines)) + "\n"
+    lines += [
+        f"{package.manifest_ns}\t{package.path}\t{package.name}\t{package.kind}" for package in found.packages
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def load(text: str, root: str) -> Crawl | None:
     """The crawl that `dump` wrote; None if the text is damaged or belongs to another folder."""
     try:
-        count, written_root, *lines = text.splitlines()
+        count, written_root, *lines = text.removesuffix("\n").split("\n")
         if written_root != root:
             return None
         folders = []

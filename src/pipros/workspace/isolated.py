@@ -78,23 +78,23 @@ def build_isolated(
             continue
         say(f"\n==> Processing catkin package: '{package.name}'")
         lines: list[str] = []
-        one = build(
+        outcome = build(
             replace(layout, build=layout.build / package.name, devel=devel),
             replace(options.build, only=frozenset((package.name,)), is_alone=True, sources=tuple(sources)),
             lines.append if options.is_quiet else _without_headings(say),
             variables,
             projects,
         )
-        if one.needs_genuine:
+        if outcome.needs_genuine:
             result.needs_genuine = package.name
             return result
-        if one.errors:
+        if outcome.errors:
             for line in lines:
                 say(line)
             say(f"<== Failed to process package '{package.name}'")
-            result.errors = one.errors
+            result.errors = outcome.errors
             return result
-        projects.update(one.projects)
+        projects.update(outcome.projects)
         variables = _with_underlay(variables, layout.install if options.build.installs else devel)
         last = devel
         say(f"<== Finished processing package [{number} of {len(packages)}]: '{package.name}'")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
+from warnings import catch_warnings, simplefilter
 
 from catkin_pkg.package import InvalidPackage, parse_package
 from catkin_pkg.package import Package as Manifest
@@ -118,7 +120,9 @@ def _read_manifest(folder: Path, variables: Mapping[str, str], errors: list[str]
     try:
         parse(read_file(file), str(file))  # unlike catkin_pkg it says where malformed XML is
         manifest = parse_package(str(file), warnings=warnings)
-        manifest.evaluate_conditions({**DISTRIBUTION, **variables})
+        with catch_warnings():
+            simplefilter("ignore")  # catkin_pkg uses deprecated names of pyparsing
+            manifest.evaluate_conditions({**DISTRIBUTION, **variables})
     except XmlError as error:
         errors.append(str(error))
     except InvalidPackage as error:
@@ -131,8 +135,21 @@ def _read_manifest(folder: Path, variables: Mapping[str, str], errors: list[str]
     return None
 
 
+class _Evaluated:
+    """A manifest whose conditions stay evaluated: catkin_pkg would do it again, with `os.environ`."""
+
+    def __init__(self, manifest: Manifest) -> None:
+        self._manifest = manifest
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._manifest, name)
+
+    def evaluate_conditions(self, context: Mapping[str, str]) -> None:
+        """Does nothing."""
+
+
 def _in_order(packages: Mapping[str, SourcePackage]) -> list[SourcePackage]:
-    ordered = topological_order_packages({str(p.folder): p.manifest for p in packages.values()})
+    ordered = topological_order_packages({str(p.folder): _Evaluated(p.manifest) for p in packages.values()})
     result = []
     for path, manifest in ordered:
         if path is None:

@@ -77,7 +77,17 @@ def read_setup_py(folder: str) -> PythonSetup:
     folders = recorded.get("package_dir") or {}
     packages = {}
     for name in recorded.get("packages") or []:
-        path = folders.get(name) or os.path.join(folders.get("", ""), *name.split("."))
-        packages[name] = os.path.normpath(os.path.join(folder, path))
+        packages[name] = os.path.normpath(os.path.join(folder, _folder_of(name, folders)))
     scripts = [os.path.join(folder, script) for script in recorded.get("scripts") or []]
     return PythonSetup(packages, scripts)
+
+
+def _folder_of(package: str, folders: Mapping[str, str]) -> str:
+    """The folder of a Python package by the `package_dir` of its `setup.py`, as setuptools computes it."""
+    parts, below = package.split("."), list[str]()
+    while parts:
+        known = folders.get(".".join(parts))
+        if known is not None:
+            return os.path.join(known, *below)
+        below.insert(0, parts.pop())
+    return os.path.join(folders.get("", ""), *below)

@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipros.errors import NotFound
+from pipros.safe.xml import XmlError
+from pipros.workspace.dependency_graph import CircularDependency, DependencyGraph
+from pipros.workspace.index import PackageIndex
+
+PACKAGES = {
+    "top": "<exec_depend>left</exec_depend><exec_depend>right</exec_depend><exec_depend>boost</exec_depend>",
+    "left": "<exec_depend>bottom</exec_depend><build_depend>right</build_depend>",
+    "right": "<depend>bottom</depend><test_depend>rostest</test_depend>",
+    "bottom": '<export><viewer plugin="${prefix}/p.xml"/></export>',
+    "viewer": "",
+    "plugins": "<exec_depend>viewer</exec_depend>"
+    '<export><viewer plugin="${prefix}/q.xml" other="x"/></export>',
+    "round": "<exec_depend>about</exec_depend>",
+    "about": "<exec_depend>round</exec_depend>",
+}
+
+
+@pytest.fixture
+def graph(tmp_path: Path) -> DependencyGraph:
+    for name, content in PACKAGES.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "package.xml").write_text(f"<package><name>{name}</name>{content}</package>")
+    (tmp_path / "broken").mkdir()
+    (tmp_path / "broken" / "package.xml").write_text("<package><name>broken</name>")
+    return DependencyGraph(PackageIndex([tmp_path]))
+
+
+@pytest.mark.parametrize(
+    ("name", "direct", "everything"),
+    [
+        ("top", ["left", "right"], ["bottom", "left", "right"]),
+        ("left", ["bottom"], ["bottom"]),
+        ("bottom", [], []),
+    ],
+)
+def test_dependencies_at_run_time(
+    graph: DependencyGraph, name: str, direct: list[str], everything: list[str]
+) -> None:
+    assert graph.direct(name) == direct
+    assert graph.all(name) == everything
+
+
+def test_names_in_a_manifest_are_listed_whatever_they_are(graph: DependencyGraph) -> None:
+    assert graph.named("top") == ["boost", "left", "right"]
+    assert graph.named("left") == ["bottom", "right"]
+    assert graph.rosdeps("left") == ["bottom", "right"]
+    assert graph.rosdeps("top") == ["boost", "bottom", "left", "right", "rostest"]
+    assert graph.rosdeps("top", only_direct=True) == ["boost", "left", "right"]
+
+
+def test_chains_are_all_the_ways(graph: DependencyGraph) -> None:
+    assert list(graph.chains("top", "bottom")) == [["top", "left", "bottom"], ["top", "right", "bottom"]]
+    assert list(graph.chains("bottom", "top")) == []
+    assert list(graph.chains("round", "round")) == [["round", "about", "round"]]
+
+
+def test_dependents_leave_broken_manifests_out(graph: DependencyGraph) -> None:
+    assert graph.dependents("bottom", only_direct=True) == ["left", "right"]
+    assert graph.dependents("bottom") == ["left", "right", "top"]
+    assert graph.dependents("nowhere") == []
+
+
+def test_exports_name_the_package_and_its_folder(graph: DependencyGraph, tmp_path: Path) -> None:
+    found = [(package.name, value) for package, value in graph.exporters("viewer", "plugin")]
+    assert found == [("plugins", f"{tmp_path}/plugins/q.xml")]
+    assert list(graph.exporters("viewer", "plugin", top="top")) == []
+    assert [value for _, value in graph.exporters("viewer", "other", top="plugins")] == ["x"]
+
+
+def test_a_circle_is_refused_with_its_packages(graph: DependencyGraph) -> None:
+    with pytest.raises(CircularDependency, match="round -> about -> round"):
+        graph.all("round")
+
+
+def test_unknown_and_broken_packages_are_refused(graph: DependencyGraph) -> None:
+    with pytest.raises(NotFound):
+        graph.direct("nowhere")
+    with pytest.raises(XmlError):
+        graph.direct("broken")

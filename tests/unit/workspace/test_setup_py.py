@@ -1,0 +1,76 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipros.workspace import setup_py
+from pipros.workspace.setup_py import SetupPyError, read_setup_py
+
+
+def write(folder: Path, text: str, *packages: str) -> str:
+    for package in packages:
+        (folder / package).mkdir(parents=True)
+        (folder / package / "__init__.py").touch()
+    (folder / "setup.py").write_text(text)
+    return str(folder)
+
+
+@pytest.mark.parametrize(
+    ("text", "packages"),
+    [
+        ("from setuptools import setup\nsetup(packages=['a'])", {"a": "a"}),
+        ("from distutils.core import setup\nsetup(packages=['a'], package_dir={'': 'src'})", {"a": "src/a"}),
+        ("import setuptools\nsetuptools.setup(packages=['a', 'a.b'], package_dir={'a': 'x'})",
+         {"a": "x", "a.b": "x/b"}),
+        ("from setuptools import setup\nsetup(packages=['a.b'], package_dir={'': 'src/'})",
+         {"a.b": "src/a/b"}),
+        ("from setuptools import setup, find_packages\n"
+         "setup(packages=find_packages('src'), package_dir={'': 'src'})",
+         {"found": "src/found"}),
+        ("from setuptools import setup\nsetup()", {}),
+        ("print('talks')\nfrom setuptools import setup\nsetup(packages=['a'])\nprint('a lot')", {"a": "a"}),
+    ],
+)  # fmt: skip
+def test_packages_are_where_the_setup_says(tmp_path: Path, text: str, packages: dict[str, str]) -> None:
+    folder = write(tmp_path, text, "src/found")
+    setup = read_setup_py(folder)
+    assert setup.packages == {name: str(tmp_path / path) for name, path in packages.items()}
+    assert setup.scripts == []
+
+
+def test_scripts_are_absolute(tmp_path: Path) -> None:
+    folder = write(tmp_path, "from distutils.core import setup\nsetup(scripts=['scripts/a', 'b'])")
+    assert read_setup_py(folder).scripts == [str(tmp_path / "scripts/a"), str(tmp_path / "b")]
+
+
+def test_catkin_pkg_reads_the_manifest(tmp_path: Path) -> None:
+    (tmp_path / "package.xml").write_text(
+        '<package format="2"><name>p</name><version>1.2.3</version><description>d</description>'
+        '<maintainer email="a@example.org">A</maintainer><license>x</license></package>'
+    )
+    text = (
+        "from setuptools import setup\nfrom catkin_pkg.python_setup import generate_distutils_setup\n"
+        "setup(**generate_distutils_setup(packages=['p'], package_dir={'': 'src'}))\n"
+    )
+    assert read_setup_py(write(tmp_path, text)).packages == {"p": str(tmp_path / "src/p")}
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("raise RuntimeError('no way')", "no way"),
+        ("def", "SyntaxError"),
+        ("import sys\nsys.exit(3)", "failed"),
+    ],
+)
+def test_a_setup_that_fails_is_quoted(tmp_path: Path, text: str, reason: str) -> None:
+    with pytest.raises(SetupPyError, match=r"setup\.py failed") as error:
+        read_setup_py(write(tmp_path, text))
+    assert reason in str(error.value)
+
+
+def test_a_setup_without_an_end_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(setup_py, "_TIME_LIMIT_S", 0.2)
+    with pytest.raises(SetupPyError, match="did not end within"):
+        read_setup_py(write(tmp_path, "import threading\nthreading.Event().wait()"))
