@@ -55,6 +55,7 @@ from roslaunch.nodeprocess import (
     RunProcesses,
     create_master_process,
     create_node_process,
+    process_numbers,
 )
 from roslaunch.pmon import ProcessListener, ProcessMonitor, start_process_monitor
 from roslaunch.rlutil import update_terminal_name
@@ -225,6 +226,7 @@ class ROSLaunchRunner:
                 has_summary=False,
                 checks_log_folder=False,
                 has_server=False,
+                numbers=process_numbers,
                 master=MasterOptions(limits=limits_with_timeout(self.timeout)),
                 run=RunOptions(
                     sigint_timeout_s=self.sigint_timeout,

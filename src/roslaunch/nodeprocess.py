@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import threading
 import time
@@ -101,7 +102,8 @@ DEFAULT_TIMEOUT_SIGINT = SIGINT_TIMEOUT_S
 DEFAULT_TIMEOUT_SIGTERM = SIGTERM_TIMEOUT_S
 NUM_WORKERS = 3
 
-_numbers = iter(range(1, 2**31))
+process_numbers = itertools.count(1)
+"""Numbers of the processes that this program launches, in whatever launch: log files are named after them."""
 
 
 class LocalProcess(Process):
@@ -361,7 +363,7 @@ def create_node_process(
         from roslaunch.node_args import NodeParamsException
 
         raise NodeParamsException(error.reason) from error
-    name = f"{(node.namespace + node.name).lstrip('/')}-{next(_numbers)}"
+    name = f"{(node.namespace + node.name).lstrip('/')}-{next(process_numbers)}"
     return LocalProcess(
         run_id,
         node.package,

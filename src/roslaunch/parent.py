@@ -14,7 +14,12 @@ from pipros.master.options import MasterOptions, limits_with_timeout
 from roslaunch.config import ROSLaunchConfig, load_config_default
 from roslaunch.core import FileAndArguments, RLException, printerrlog, printlog_bold
 from roslaunch.launch import ROSLaunchRunner
-from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM, NUM_WORKERS
+from roslaunch.nodeprocess import (
+    DEFAULT_TIMEOUT_SIGINT,
+    DEFAULT_TIMEOUT_SIGTERM,
+    NUM_WORKERS,
+    process_numbers,
+)
 from roslaunch.pmon import ProcessListener, ProcessMonitor, start_process_monitor
 from roslaunch.server import ROSLaunchParentNode
 
@@ -172,6 +177,7 @@ class ROSLaunchParent:
                 run_id=self.run_id,
                 has_summary=self.show_summary,
                 checks_log_folder=False,
+                numbers=process_numbers,
                 master=MasterOptions(limits=limits_with_timeout(self.timeout)),
                 run=self._run_options,
             ),

@@ -168,11 +168,11 @@ def result_of(suite: Suite, test_name: str, prefix: str) -> Result:
     result.test_case_results = [_from_case(case, test_name, prefix) for case in suite.cases]
     for text, name in ((suite.stdout, "stdout"), (suite.stderr, "stderr")):
         if text:
-            said = f"\n{f'[{prefix}] {name}':-<80}\n{text}"
+            section = f"\n{f'[{prefix}] {name}':-<80}\n{text}"
             if name == "stdout":
-                result.system_out = said
+                result.system_out = section
             else:
-                result.system_err = said
+                result.system_err = section
     return result
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.environments import REPOSITORY
 from tests.support.programs import make_programs
 from tests.support.ros import RosSystem
 
@@ -176,3 +177,11 @@ context = {"arg": {"x": "1"}}
 print(">", roslaunch.substitution_args.resolve_args("$(arg x)-$(anon a)", context)[:3], list(context["anon"]))
 """,
     ) == ["> 7 ['/c'] a", "> refused", "> 1-a ['a']"]
+
+
+def test_the_example_of_the_documentation_runs(ros: RosSystem) -> None:
+    text = (REPOSITORY / "docs" / "launch.md").read_text()
+    code = text.partition("```python\n")[2].partition("```")[0]
+    ended = ros.pipros.run(sys.executable, "-c", code)
+    assert ended.returncode == 0, ended.output
+    assert "True True True" in ended.stdout

@@ -88,3 +88,13 @@ def test_an_answer_picks_one_of_several(ros: RosSystem, folder: Path) -> None:
     )
     assert ended.returncode == 0
     assert ended.stdout.splitlines()[-1] == "from b"
+
+
+@pytest.mark.parametrize("tool", ["roslaunch", "roslaunch-check", "roslaunch-deps"])
+def test_the_tools_of_roslaunch_are_programs_of_their_package(ros: RosSystem, tool: str) -> None:
+    assert ros.pipros.run("rosrun", "roslaunch", tool, "--help").returncode == 0
+
+
+def test_the_logs_of_a_run_are_found_by_a_program_of_roslaunch(ros: RosSystem) -> None:
+    ended = ros.pipros.run("rosrun", "roslaunch", "roslaunch-logs")
+    assert (ended.returncode, ended.stderr) == (2, ["No active roscore"])

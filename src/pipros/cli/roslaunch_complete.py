@@ -21,7 +21,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     index = PackageIndex.from_environment()
     try:
         files = resolve_files(words[:2], index)[:1]  # what follows may be incomplete as yet
-        launch = load(files, {}, context=LoadContext.of_process(index), unset_as="")
+        launch = load(files, {}, context=LoadContext.of_process(index), unset_as="", arguments_only=True)
     except PiprosError:
         return 1
     settable = [

@@ -8,9 +8,10 @@ meanwhile.
 
 from __future__ import annotations
 
+import itertools
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
@@ -83,14 +84,14 @@ class Run:
         console: Console,
         options: RunOptions | None = None,
         placement: Placement | None = None,
-        first_number: int = 1,
+        numbers: Iterator[int] | None = None,
         on_end: Callable[[str, int], None] | None = None,
     ) -> None:
         """Nothing is started yet.
 
         Args:
             placement: which nodes run on other computers, when that was looked up already.
-            first_number: the number of the first process; as in Noetic, `/rosout` counts as the first one.
+            numbers: of the processes, for their names; by default counted from 1.
             on_end: called with the name and the exit code of each process that ended, after it was reported.
         """
         self._launch = launch
@@ -99,7 +100,7 @@ class Run:
         self._logs = logs
         self._console = console
         self._options = options or RunOptions()
-        self._number = first_number
+        self._numbers = numbers or itertools.count(1)
         self._on_end = on_end
         self._guardian = Guardian(maker.tag)
         self._managed: list[ManagedNode] = []
@@ -161,8 +162,7 @@ class Run:
         """As `start`, for those who follow a node over its restarts. They must not change what they get."""
         with self._lock:
             self._guardian.start()
-            number = self._number
-            self._number += 1
+            number = next(self._numbers)
             name = f"{node.full_name.lstrip('/')}-{number}"
             command = self._maker.make(
                 node,

@@ -6,10 +6,11 @@ people wait for, so whatever can be done later is done later.
 
 from __future__ import annotations
 
+import itertools
 import os
 import sys
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from pipros.env import Environment
@@ -47,6 +48,7 @@ class SessionOptions:
         run_id: the run to belong to; by default that of the running master, or a new one.
         has_summary: whether the summary is printed.
         checks_log_folder: whether the size of the log folder is checked.
+        numbers: of the processes, for their names; by default counted from 1.
         has_server: whether other programs can ask the session for its processes.
         run: how the nodes are run.
     """
@@ -58,6 +60,7 @@ class SessionOptions:
     has_summary: bool = True
     checks_log_folder: bool = True
     has_server: bool = True
+    numbers: Iterator[int] | None = None
     run: RunOptions = field(default_factory=RunOptions)
 
 
@@ -256,6 +259,9 @@ class LaunchSession:
 
     def _start_nodes(self, launch: Launch, placement: Placement, log: LauncherLog) -> None:
         """Starts the nodes, and while they come up `/rosout`; the first process number is its."""
+        numbers = self._options.numbers or itertools.count(1)
+        if self.owns_master:
+            next(numbers)  # as in Noetic, `/rosout` counts as the first process
         run = Run(
             launch,
             CommandMaker.for_launcher(self._environment, self._index, log.file),
@@ -264,7 +270,7 @@ class LaunchSession:
             console=self._console,
             options=self._options.run,
             placement=placement,
-            first_number=2 if self.owns_master else 1,
+            numbers=numbers,
             on_end=self._on_end,
         )
         self._publish_server()

@@ -4,7 +4,9 @@ from pathlib import Path
 
 import pytest
 
+import pipros
 from pipros.launch.model import LaunchError, Output, Place, WorkingFolder
+from pipros.launch.roscore import STANDARD_PARAMETERS
 from pipros.launch.xml import INCLUDE_LIMIT, load
 
 
@@ -157,3 +159,18 @@ def test_arguments_can_be_read_without_the_rest() -> None:
     text = '<launch><arg name="a" default="1"/><node/><include file="/nope"/></launch>'
     launch = load([], texts=[text], arguments_only=True)
     assert [argument.name for argument in launch.arguments] == ["a"]
+
+
+RESOURCES = Path(pipros.__file__).parent / "share" / "roslaunch" / "resources"
+
+
+@pytest.mark.parametrize("file", sorted(RESOURCES.iterdir()), ids=lambda file: file.name)
+def test_the_examples_that_ship_can_be_loaded(file: Path) -> None:
+    arguments = {"who": "x", "address": "localhost"} if "arg" in file.read_text() else {}
+    assert load([str(file)], arguments).files[0] == str(file)
+
+
+def test_the_core_of_configurations_is_that_of_a_core() -> None:
+    launch = load([str(RESOURCES / "roscore.xml")])
+    assert launch.params == STANDARD_PARAMETERS
+    assert [node.full_name for node in launch.nodes] == ["/rosout"]
