@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import pytest
 
 from tests.fuzz import (
+    bags,
     cmake,
     definitions,
     expressions,
@@ -31,6 +32,7 @@ class Subject:
 
 
 SUBJECTS = {
+    "bags": Subject(lambda: bags.target, bags.WORDS, 300),
     "definitions": Subject(lambda: definitions.target, definitions.WORDS, 700),
     "messages": Subject(lambda: messages.target, (), 1500),
     "strange_messages": Subject(lambda: strange_messages.target, strange_messages.WORDS, 200),

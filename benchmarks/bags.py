@@ -1,0 +1,121 @@
+#!/usr/bin/env python3
+"""How long bags take to be written, opened and read: pipros beside genuine rosbag, in one run.
+
+    benchmarks/bags.py [--rounds 3] [--only none,index] [--dir FOLDER]
+
+Each side runs in its own Python, on the same disk. They take turns, round by round, and the best round of each
+counts: what else the machine does then disturbs both alike.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+PYTHON = "/usr/bin/python3"
+PARTS = ("none", "bz2", "lz4", "images", "index")
+
+
+def timed(work):
+    """Microseconds for each operation of `work()`, which returns how many it did."""
+    start = time.perf_counter()
+    count = work()
+    return (time.perf_counter() - start) / count * 1e6
+
+
+def write(path, topics, message, count, compression="none"):
+    import rosbag
+    import rospy
+
+    def work():
+        with rosbag.Bag(path, "w", compression=compression) as bag:
+            for i in range(count):
+                stamp = rospy.Time(100 + i // 1000, i % 1000 * 1000000)
+                bag.write(topics[i % len(topics)], message, stamp)
+        return count
+
+    return work
+
+
+def read(path, **options):
+    import rosbag
+
+    def work():
+        with rosbag.Bag(path) as bag:
+            return sum(1 for _ in bag.read_messages(**options))
+
+    return work
+
+
+def count_messages(path):
+    import rosbag
+
+    with rosbag.Bag(path) as bag:
+        return min(1, bag.get_message_count())
+
+
+def measure(part, folder):
+    """The figures of one part by their names."""
+    from sensor_msgs.msg import Image, Imu
+    from std_msgs.msg import String
+
+    import rospy
+
+    path = os.path.join(folder, part + ".bag")
+    if part == "images":
+        image = Image(height=480, width=640, encoding="rgb8", step=1920, data=os.urandom(921600))
+        return {
+            "write Image 0.9 MB": timed(write(path, ["/camera"], image, 100)),
+            "read Image 0.9 MB": timed(read(path)),
+        }
+    if part == "index":
+        topics = [f"/imu{i}" for i in range(20)]
+        figures = {"write Imu, 20 topics": timed(write(path, topics, Imu(), 200000))}
+        span = {"start_time": rospy.Time(150), "end_time": rospy.Time(250)}
+        figures["open, 200,000 messages"] = timed(lambda: count_messages(path))
+        figures["read raw Imu"] = timed(read(path, raw=True))
+        figures["read one of 20 topics, half the time"] = timed(read(path, topics=["/imu7"], **span))
+        return figures
+    return {
+        "write String, " + part: timed(write(path, ["/chatter"], String("message number 1"), 20000, part)),
+        "read String, " + part: timed(read(path)),
+    }
+
+
+def run(python, part, folder):
+    """The figures of one side for one part, in a process of its own."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    if python == PYTHON:
+        environment["PATH"] = "/usr/bin:/bin"
+    argv = [python, os.path.abspath(__file__), "--worker", part, "--dir", folder]
+    return json.loads(subprocess.run(argv, env=environment, check=True, stdout=subprocess.PIPE).stdout)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--only", default=",".join(PARTS))
+    parser.add_argument("--dir")
+    parser.add_argument("--worker", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.worker:
+        print(json.dumps(measure(options.worker, options.dir)))
+        return
+    print(f"{'microseconds':40} {'pipros':>12} {'genuine':>12} {'ratio':>8}")
+    with tempfile.TemporaryDirectory(dir=options.dir) as folder:
+        for part in options.only.split(","):
+            best = ({}, {})
+            for _ in range(options.rounds):
+                for side, python in zip(best, (sys.executable, PYTHON)):  # noqa: B905 # genuine's Python
+                    for name, value in run(python, part, folder).items():
+                        side[name] = min(value, side.get(name, value))
+            for name, ours in best[0].items():
+                genuine = best[1][name]
+                print(f"{name:40} {ours:12.2f} {genuine:12.2f} {genuine / ours:7.1f}x", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,66 @@
+"""A bag from a stranger: its messages, or a BagError; nothing else, in bounded memory.
+
+python -m tests.fuzz.bags --seconds 60
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+import tracemalloc
+
+from pipros.bag.errors import BagError
+from pipros.bag.info import bag_info, info_text, info_yaml
+from pipros.bag.reader import BagReader
+from pipros.bag.repair import reindex
+from pipros.limits import Limits
+from tests.fuzz import mutation
+
+WORDS = [
+    *(b"op=\x02", b"op=\x04", b"op=\x05", b"op=\x06", b"op=\x07", b"\x0d\0\0\0", b"conn=\x01\0\0\0"),
+    *(b"size=\xff\xff\xff\x7f", b"compression=bz2", b"compression=lz4", b"index_pos=", b"#ROSBAG V1.2\n"),
+    *(b"#ROSBAG V2.0\n", b"ver=\x01\0\0\0", b"count=\xff\xff\xff\xff", b"chunk_pos=", b"encryptor=x"),
+]
+LIMITS = Limits(bag_chunk_bytes=1 << 20, bag_cache_bytes=1 << 20, bag_header_bytes=10_000)
+MEMORY_BYTES = 24 << 20
+"""Several chunks of the limit, and what compression needs of its own."""
+
+MEMORY_PER_BYTE = 200
+
+
+def target(data: bytes) -> None:
+    tracemalloc.start()
+    try:
+        for is_rebuilt in (False, True):
+            with contextlib.suppress(BagError):
+                _read(data, is_rebuilt)
+        _repair(data)
+    finally:
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    assert peak < MEMORY_BYTES + MEMORY_PER_BYTE * len(data), f"{peak} bytes for {len(data)}"
+
+
+def _read(data: bytes, is_rebuilt: bool) -> None:
+    bag = BagReader(io.BytesIO(data), rebuild_index=is_rebuilt, limits=LIMITS)
+    info = bag_info(bag, "x.bag", with_frequencies=is_rebuilt)
+    assert info_text(info)
+    assert info_yaml(info)
+    for _ in bag.raw_messages():
+        pass
+
+
+def _repair(data: bytes) -> None:
+    """A repaired bag has an index, and all that can be read without one."""
+    file = io.BytesIO(data)
+    try:
+        found = sum(1 for _ in BagReader(io.BytesIO(data), rebuild_index=True, limits=LIMITS).raw_messages())
+        reindex(file, "x.bag", LIMITS).finish()
+    except BagError:
+        return
+    assert sum(1 for _ in BagReader(file, limits=LIMITS).raw_messages()) == found
+
+
+if __name__ == "__main__":
+    sys.exit(mutation.main(target, "bags", WORDS))
