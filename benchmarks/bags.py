@@ -3,7 +3,7 @@
 
     benchmarks/bags.py [--rounds 3] [--only none,index] [--dir FOLDER]
 
-Each side runs in its own Python, on the same disk. They take turns, round by round, and the best round of each
+Each side runs in its own Python, on one disk. They take turns, round by round, and the best round of each
 counts: what else the machine does then disturbs both alike.
 """
 
