@@ -142,6 +142,8 @@ class _Evaluated:
         self._manifest = manifest
 
     def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)  # while it is copied, there is no manifest yet
         return getattr(self._manifest, name)
 
     def evaluate_conditions(self, context: Mapping[str, str]) -> None:
