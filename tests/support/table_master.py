@@ -15,13 +15,14 @@ class TableMaster(MasterClient):
     """Answers each call from a table: `{("lookupNode", "/a"): "http://…"}`. Other calls are refused.
 
     Attributes:
+        answers: the table, which a test may change.
         calls: the calls so far, each as method and parameters.
     """
 
     def __init__(self, answers: Answers, accepts: Collection[str] = ()) -> None:
         """`accepts` names methods that succeed with any parameters."""
         super().__init__("http://127.0.0.1:1/", "/test")
-        self._answers = answers
+        self.answers = dict(answers)
         self._accepts = accepts
         self.calls: list[tuple[Any, ...]] = []
 
@@ -30,6 +31,6 @@ class TableMaster(MasterClient):
         self.calls.append(call)
         if method in self._accepts:
             return 1
-        if call not in self._answers:
+        if call not in self.answers:
             raise Refused("the table", -1, f"no answer to {method}{params}")
-        return self._answers[call]
+        return self.answers[call]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from pipros.graph.nodes import unregister
-from pipros.graph.output import bullets, to_stdout
-from pipros.graph.ping import ping_all
+from pipros.graph.output import bullets, to_stderr, to_stdout
+from pipros.graph.ping import ask_pid, ping_all
 from pipros.net.master_client import MasterClient
 from pipros.printable import listed
 
@@ -20,25 +21,39 @@ Cleanup will purge all information about these nodes from the master.
 Please type y or n to continue:"""
 
 
-def clean_up(master: MasterClient, *, say: Say = to_stdout) -> None:
-    """Pings every node, asks on standard input, and unregisters those that did not answer."""
-    _, unreachable = ping_all(master)
+def clean_up(
+    master: MasterClient,
+    *,
+    say: Say = to_stdout,
+    complain: Say = to_stderr,
+    answers: Iterable[str] | None = None,
+    ask: Callable[[str, str], object] = ask_pid,
+    remove: Callable[[MasterClient, str], object] = unregister,
+) -> None:
+    """Pings every node, asks the user, and unregisters those that did not answer.
+
+    Args:
+        answers: the lines that the user types, by default standard input.
+        ask: pings the node at a URI, in the name of a caller.
+        remove: unregisters a node.
+    """
+    _, unreachable = ping_all(master, complain=complain, ask=ask)
     if not unreachable:
         return
     say(bullets("Unable to contact the following nodes:", unreachable))
     say(WARNING)
-    if not _agrees():
+    if not _agrees(sys.stdin if answers is None else answers):
         say("aborting")
         return
     for node in unreachable:
         say(f"Unregistering {listed(node)}")
-        unregister(master, node)
+        remove(master, node)
     say("done")
 
 
-def _agrees() -> bool:
+def _agrees(answers: Iterable[str]) -> bool:
     """True when the user types y, False for n and at the end of the input."""
-    for line in sys.stdin:
+    for line in answers:
         answer = line.strip()
         if answer in ("y", "n"):
             return answer == "y"

@@ -37,7 +37,12 @@ def _never() -> bool:
 
 
 def wait_for_topic(
-    master: MasterClient, name: str, *, warn: Say = to_stderr, is_over: Callable[[], bool] = _never
+    master: MasterClient,
+    name: str,
+    *,
+    warn: Say = to_stderr,
+    is_over: Callable[[], bool] = _never,
+    pause: Callable[[float], object] = time.sleep,
 ) -> TopicPart:
     """The topic and field of `name`, as soon as the master knows the topic.
 
@@ -57,7 +62,7 @@ def wait_for_topic(
         if not has_warned:
             has_warned = True
             warn(f"WARNING: topic [{name}] does not appear to be published yet")
-        time.sleep(POLL_PERIOD_S)
+        pause(POLL_PERIOD_S)
     raise Interrupted(f"gave up waiting for topic [{name}]")
 
 

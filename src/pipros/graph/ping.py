@@ -21,6 +21,12 @@ TIMEOUT_S = 3.0
 PERIOD_S = 1.0
 
 
+def ask_pid(api: str, caller_id: str) -> object:
+    """Calls `getPid` of the node at this URI. Raises as `RpcClient.call`."""
+    with RpcClient(api, timeout_s=TIMEOUT_S) as client:
+        return client.call("getPid", caller_id)
+
+
 def ping(
     master: MasterClient,
     node: str,
@@ -29,23 +35,31 @@ def ping(
     say: Say | None = None,
     complain: Say = to_stderr,
     pause: Callable[[float], object] = time.sleep,
+    ask: Callable[[str, str], object] = ask_pid,
+    clock: Callable[[], float] = time.perf_counter,
 ) -> bool:
     """Pings a node once a second, `count` times, or without end when `count` is None or 0.
 
     Ctrl-C ends it. When a ping is not answered, returns False and passes the reason to `complain`.
 
+    Args:
+        ask: calls the node at a URI, in the name of a caller.
+        clock: measures the answers, in seconds.
+
     Raises:
         Unreachable: the *master* does not answer.
     """
-    pings = _Pings(master, node, say, complain)
+    pings = _Pings(master, node, say, complain, ask, clock)
     if not pings.find():
         return False
     if say:
         say(f"pinging {listed(node)} with a timeout of {TIMEOUT_S}s")
     try:
+        is_first = True
         while not count or len(pings.durations_ms) < count:
-            if pings.durations_ms:
+            if not is_first:
                 pause(PERIOD_S)
+            is_first = False
             if not pings.send():
                 return False
     except KeyboardInterrupt:
@@ -54,24 +68,40 @@ def ping(
     return True
 
 
-def ping_all(master: MasterClient, say: Say | None = None) -> tuple[list[str], list[str]]:
+def ping_all(
+    master: MasterClient,
+    say: Say | None = None,
+    *,
+    complain: Say = to_stderr,
+    ask: Callable[[str, str], object] = ask_pid,
+) -> tuple[list[str], list[str]]:
     """Pings every node once. Returns the nodes that answered, and those that did not."""
     nodes = node_names(master)
     if say:
         say(bullets("Will ping the following nodes: ", nodes) + "\n")
-    answered = [node for node in nodes if ping(master, node, say=say)]
+    answered = [node for node in nodes if ping(master, node, say=say, complain=complain, ask=ask)]
     return answered, [node for node in nodes if node not in answered]
 
 
 class _Pings:
     """The pings to one node so far."""
 
-    def __init__(self, master: MasterClient, node: str, say: Say | None, complain: Say) -> None:
+    def __init__(
+        self,
+        master: MasterClient,
+        node: str,
+        say: Say | None,
+        complain: Say,
+        ask: Callable[[str, str], object],
+        clock: Callable[[], float],
+    ) -> None:
         self.durations_ms: list[float] = []
         self._master = master
         self._node = node
         self._say = say
         self._complain = complain
+        self._ask = ask
+        self._clock = clock
         self._api = ""
 
     def find(self) -> bool:
@@ -85,15 +115,14 @@ class _Pings:
 
     def send(self) -> bool:
         """Pings once; False without an answer."""
-        start = time.perf_counter()
+        start = self._clock()
         try:
-            with RpcClient(self._api, timeout_s=TIMEOUT_S) as client:
-                client.call("getPid", self._master.caller_id)
+            self._ask(self._api, self._master.caller_id)
         except (Unreachable, ValueError) as error:
             return self._explain(error)
         except Fault:
             pass  # it answers, although getPid failed
-        duration_ms = (time.perf_counter() - start) * 1000
+        duration_ms = (self._clock() - start) * 1000
         self.durations_ms.append(duration_ms)
         if self._say:
             self._say(f"xmlrpc reply from {listed(self._api)}\ttime={duration_ms:f}ms")

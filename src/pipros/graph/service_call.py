@@ -3,32 +3,39 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from pipros.graph.errors import GraphError
 from pipros.graph.services import argument_names, service_class_of, uri_of
 from pipros.net.master_client import MasterClient
 
+if TYPE_CHECKING:
+    from pipros.node.service_server import ServiceClass
+
 POLL_PERIOD_S = 0.05
 
 
-def wait_for_service(master: MasterClient, service: str) -> None:
+def wait_for_service(
+    master: MasterClient, service: str, *, pause: Callable[[float], object] = time.sleep
+) -> None:
     """Waits until the service is offered; Ctrl-C ends it."""
     while uri_of(master, service) is None:
-        time.sleep(POLL_PERIOD_S)
+        pause(POLL_PERIOD_S)
 
 
 class ServiceCaller:
     """Calls one service with YAML values."""
 
-    def __init__(self, master: MasterClient, service: str) -> None:
-        """Raises:
-        GraphError: the service is not offered, or its type is not installed.
+    def __init__(self, master: MasterClient, service: str, service_class: ServiceClass | None = None) -> None:
+        """`service_class` is by default that of the server, which is asked for it.
+
+        Raises:
+            GraphError: the service is not offered, or its type is not installed.
         """
         from pipros.node.service_client import OpenCalls, ServiceClient
 
-        self._class = service_class_of(master, service)
+        self._class = service_class or service_class_of(master, service)
         self._client = ServiceClient(service, self._class, master=lambda: master, calls=OpenCalls())
 
     @property

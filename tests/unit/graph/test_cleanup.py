@@ -1,0 +1,65 @@
+"""Unregistering nodes that do not answer: who is asked, and what is removed."""
+
+from __future__ import annotations
+
+import pytest
+
+from pipros.errors import Unreachable
+from pipros.graph.cleanup import WARNING, clean_up
+from tests.support.table_master import TableMaster
+
+ANSWERS = {
+    ("getSystemState",): [[["/t", ["/good", "/bad"]]], [], []],
+    ("lookupNode", "/good"): "http://good:1/",
+    ("lookupNode", "/bad"): "http://bad:1/",
+}
+
+
+class Run:
+    def __init__(self, *answers: str, dead: str = "bad") -> None:
+        self.said: list[str] = []
+        self.removed: list[str] = []
+
+        def ask(api: str, _caller_id: str) -> object:
+            if dead in api:
+                raise Unreachable(api, "no answer in time")
+            return 1
+
+        clean_up(
+            TableMaster(ANSWERS),
+            say=self.said.append,
+            complain=lambda _: None,
+            answers=answers,
+            ask=ask,
+            remove=lambda _, node: self.removed.append(node),
+        )
+
+
+def test_after_a_y_the_silent_nodes_are_removed() -> None:
+    run = Run("y\n")
+
+    assert run.removed == ["/bad"]
+    assert run.said == [
+        "Unable to contact the following nodes:\n * /bad",
+        WARNING,
+        "Unregistering /bad",
+        "done",
+    ]
+
+
+def test_other_answers_are_asked_again() -> None:
+    assert Run("yes\n", "\n", "y\n").removed == ["/bad"]
+
+
+@pytest.mark.parametrize("answers", [("n\n",), ("maybe\n", "n\n"), ()])
+def test_a_no_and_the_end_of_the_input_remove_nothing(answers: tuple[str, ...]) -> None:
+    run = Run(*answers)
+
+    assert run.removed == []
+    assert run.said[-1] == "aborting"
+
+
+def test_nothing_is_asked_when_all_nodes_answer() -> None:
+    run = Run(dead="nobody")
+
+    assert run.said == []

@@ -1,0 +1,146 @@
+"""Pinging nodes that are functions: what is printed, counted and waited for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import count
+from socket import gaierror
+
+import pytest
+
+from pipros.errors import Unreachable
+from pipros.graph.ping import ping, ping_all
+from pipros.net.rpc_client import Fault
+from tests.support.table_master import TableMaster
+
+API = "http://robot:1234/"
+
+
+def master(**apis: str) -> TableMaster:
+    state = [[["/t", [f"/{name}" for name in apis]]], [], []]
+    answers = {("lookupNode", f"/{name}"): api for name, api in apis.items()}
+    return TableMaster({("getSystemState",): state, **answers})
+
+
+class Run:
+    """One run of `ping`, with a clock that goes 2 ms further at each look."""
+
+    def __init__(self, ask: Callable[[str, str], object], server: TableMaster | None = None) -> None:
+        self.said: list[str] = []
+        self.complaints: list[str] = []
+        self.pauses: list[float] = []
+        self._ask = ask
+        self._server = server or master(node=API)
+
+    def of(self, node: str = "/node", pings: int | None = 1) -> bool:
+        ticks = count()
+        return ping(
+            self._server,
+            node,
+            count=pings,
+            say=self.said.append,
+            complain=self.complaints.append,
+            pause=self.pauses.append,
+            ask=self._ask,
+            clock=lambda: next(ticks) * 0.002,
+        )
+
+
+def failing(cause: BaseException) -> Callable[[str, str], object]:
+    def ask(_api: str, _caller_id: str) -> object:
+        try:
+            raise cause
+        except OSError:
+            raise Unreachable(API, "no answer in time")  # noqa: B904  # as RpcClient raises it
+
+    return ask
+
+
+def test_each_answer_is_printed_with_its_time_and_the_mean_at_the_end() -> None:
+    run = Run(lambda api, caller_id: (api, caller_id))
+
+    assert run.of(pings=3)
+    assert run.said == [
+        "pinging /node with a timeout of 3.0s",
+        *[f"xmlrpc reply from {API}\ttime=2.000000ms"] * 3,
+        "ping average: 2.000000ms",
+    ]
+    assert run.pauses == [1.0, 1.0]
+    assert run.complaints == []
+
+
+def test_a_fault_is_an_answer() -> None:
+    def ask(_api: str, _caller_id: str) -> object:
+        raise Fault(1, "no such method")
+
+    assert Run(ask).of()
+
+
+@pytest.mark.parametrize(
+    ("cause", "complaint"),
+    [
+        (ConnectionRefusedError(), f"ERROR: connection refused to [{API}]"),
+        (gaierror(), "ERROR: Unknown host [robot] for node [/node]"),
+        (TimeoutError(), "connection to [/node] timed out"),
+        (ConnectionResetError(), "ERROR: communication with node [/node] failed: cannot reach"),
+    ],
+)
+def test_the_reason_of_a_missing_answer_is_printed(cause: BaseException, complaint: str) -> None:
+    run = Run(failing(cause))
+
+    assert not run.of(pings=None)
+    assert len(run.complaints) == 1
+    assert run.complaints[0].startswith(complaint)
+
+
+def test_an_unknown_node_is_not_pinged() -> None:
+    run = Run(failing(AssertionError("asked")))
+
+    assert not run.of("/nobody")
+    assert run.complaints == ["cannot ping [/nobody]: unknown node"]
+    assert run.said == []
+
+
+def test_a_node_that_moved_is_pinged_at_its_new_address_after_a_pause() -> None:
+    server = master(node=API)
+    asked: list[str] = []
+
+    def ask(api: str, caller_id: str) -> object:
+        asked.append(api)
+        if len(asked) == 1:
+            server.answers["lookupNode", "/node"] = "http://robot:5678/"
+            return failing(ConnectionRefusedError())(api, caller_id)
+        return [1, "", 4711]
+
+    run = Run(ask, server)
+
+    assert run.of()
+    assert asked == [API, "http://robot:5678/"]
+    assert run.complaints == [f"node url has changed from [{API}] to [http://robot:5678/], retrying to ping"]
+    assert run.pauses == [1.0]
+
+
+def test_ctrl_c_ends_with_the_mean_so_far() -> None:
+    answers = iter([None, None])
+
+    def ask(_api: str, _caller_id: str) -> object:
+        try:
+            return next(answers)
+        except StopIteration:
+            raise KeyboardInterrupt from None
+
+    run = Run(ask)
+
+    assert run.of(pings=None)
+    assert run.said[-1] == "ping average: 2.000000ms"
+
+
+def test_all_nodes_are_pinged_and_sorted_by_whether_they_answer() -> None:
+    server = master(good="http://good:1/", bad="http://bad:1/")
+    said: list[str] = []
+
+    def ask(api: str, caller_id: str) -> object:
+        return failing(TimeoutError())(api, caller_id) if "bad" in api else 1
+
+    assert ping_all(server, said.append, complain=lambda _: None, ask=ask) == (["/good"], ["/bad"])
+    assert said[0] == "Will ping the following nodes: \n * /bad\n * /good\n"
