@@ -1,0 +1,90 @@
+"""Arrays of numbers: as their own memory where that has the wire format, converted where it has not."""
+
+from __future__ import annotations
+
+import array
+import struct
+from typing import Any
+
+import numpy
+import pytest
+
+from pipros.msg.compile.arrays import numbers, numpy_numbers, octets
+
+PACKED = struct.pack("<3i", 1, -2, 3)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        [1, -2, 3],
+        (1, -2, 3),
+        array.array("i", [1, -2, 3]),
+        numpy.array([1, -2, 3], "<i4"),
+        numpy.array([1, -2, 3], ">i4"),
+        numpy.array([1, -2, 3], "i2"),
+        numpy.array([1, 0, -2, 0, 3, 0], "<i4")[::2],
+        memoryview(array.array("i", [1, -2, 3])),
+    ],
+)
+def test_numbers_are_little_endian_whatever_holds_them(value: Any) -> None:
+    assert bytes(numbers("i", value)) == PACKED
+
+
+def test_memory_in_the_wire_format_is_not_copied() -> None:
+    value = numpy.array([1, -2, 3], "<i4")
+    packed = numbers("i", value)
+    value[0] = 7
+
+    assert struct.unpack("<3i", packed) == (7, -2, 3)
+
+
+@pytest.mark.parametrize(
+    ("code", "value"),
+    [
+        ("i", numpy.array([1.5])),
+        ("b", numpy.array([300], "i2")),
+        ("I", numpy.array([-1], "i4")),
+    ],
+)
+def test_an_array_whose_values_could_be_lost_is_converted_one_by_one_or_refused(
+    code: str, value: Any
+) -> None:
+    with pytest.raises((struct.error, TypeError, ValueError, OverflowError)):
+        numbers(code, value)
+
+
+def test_a_wider_integer_array_with_small_values_is_written() -> None:
+    assert bytes(numbers("b", numpy.array([1, -2], "i8"))) == b"\x01\xfe"
+
+
+def test_floats_may_lose_precision_as_in_genpy() -> None:
+    assert bytes(numbers("f", numpy.array([0.1, 1.0]))) == struct.pack("<2f", 0.1, 1.0)
+
+
+@pytest.mark.parametrize("empty", [[], (), array.array("i"), numpy.zeros(0, "i4")])
+def test_nothing_is_nothing(empty: Any) -> None:
+    assert bytes(numbers("i", empty)) == b""
+
+
+@pytest.mark.parametrize(
+    "value", [b"\x00\xff", bytearray(b"\x00\xff"), [0, 255], (0, 255), numpy.array([0, 255], "u1")]
+)
+def test_octets_come_from_bytes_numbers_and_memory(value: Any) -> None:
+    assert bytes(octets(value)) == b"\x00\xff"
+
+
+@pytest.mark.parametrize("value", ["ab", 5, [256], [-1], [1.0], None])
+def test_what_is_not_octets_is_refused(value: Any) -> None:
+    with pytest.raises((TypeError, ValueError)):
+        octets(value)
+
+
+def test_a_numpy_array_shares_the_memory_of_the_message() -> None:
+    data = bytearray(b"\x00" + PACKED)
+    found = numpy_numbers(numpy, "i", data, 1, 3)
+    data[1] = 9
+
+    assert found.tolist() == [9, -2, 3]
+    with pytest.raises(struct.error, match="longer than the data"):
+        numpy_numbers(numpy, "i", data, 1, 4)
