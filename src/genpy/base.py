@@ -1,10 +1,8 @@
 """`genpy.base`: which types are one number on the wire."""
 
-from pipros.msg.language.spec import NUMBERS
+from pipros.msg.generated_parts import SIMPLE as SIMPLE_TYPES_DICT
+from pipros.msg.generated_parts import is_simple
 
-SIMPLE_TYPES = list(NUMBERS)
-SIMPLE_TYPES_DICT = {**NUMBERS, "bool": "B"}
+__all__ = ["SIMPLE_TYPES", "SIMPLE_TYPES_DICT", "is_simple"]
 
-
-def is_simple(type_: str) -> bool:
-    return type_ in NUMBERS
+SIMPLE_TYPES = list(SIMPLE_TYPES_DICT)

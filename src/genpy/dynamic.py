@@ -1,11 +1,11 @@
 """`genpy.dynamic`: message classes from the definition in a connection header or a bag."""
 
-from genmsg import InvalidMsgSpec, MsgGenerationException, MsgNotFound
+from genmsg import InvalidMsgSpec, MsgContext, MsgGenerationException, MsgNotFound
 from pipros.msg.base import Message
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.spec import DefinitionError, UnknownType
 
-__all__ = ["MsgGenerationException", "generate_dynamic"]
+__all__ = ["MsgContext", "MsgGenerationException", "generate_dynamic"]
 
 
 class _BrokenText(InvalidMsgSpec, MsgGenerationException):

@@ -31,9 +31,15 @@ __all__ = [
     "get_printable_message_args",
     "get_service_class",
     "is_simple",
+    "isstring",
     "strify_message",
     "struct_I",
 ]
+
+
+def isstring(s: object) -> bool:
+    """Whether it is a text."""
+    return isinstance(s, str)
 
 
 def get_message_class(message_type: str, reload_on_error: bool = False) -> Any:  # noqa: ARG001

@@ -23,6 +23,7 @@ from tests.support.environments import REPOSITORY, genuine_environment, make_too
 #: As far as they are complete.
 PACKAGES = [
     "genmsg",
+    "genpy",
     "rosclean",
     "rosgraph",
     "roslaunch",
@@ -55,6 +56,7 @@ PRIVATE_NAMES = {
 #: Programs that call functions with good and bad arguments: how many calls there are at least.
 SCRIPTS = {
     "examine_api_definitions.py": 500,
+    "examine_api_genpy.py": 200,
     "examine_api_nodes.py": 700,
     "examine_api_roslib.py": 250,
     "examine_api_tools.py": 100,

@@ -1,0 +1,214 @@
+"""Parts of the Python source that genuine genpy generates for a message, for tools that generate their own.
+
+The classes of pipros are compiled without it, in `pipros.msg.compile`. Types are names as definitions have
+them; a context has `get_registered(name)`, which returns a specification with `fields`, `types`, `names` and
+`constants`, and raises KeyError for an unknown name.
+"""
+
+from __future__ import annotations
+
+import keyword
+import os
+import re
+from collections.abc import Iterator, Sequence
+from copy import copy
+from itertools import groupby
+from typing import Any
+
+from pipros.errors import PiprosError
+from pipros.msg.language.spec import BUILTINS, FLOATS
+
+SIMPLE = {
+    "int8": "b",
+    "uint8": "B",
+    "bool": "B",
+    "int16": "h",
+    "uint16": "H",
+    "int32": "i",
+    "uint32": "I",
+    "int64": "q",
+    "uint64": "Q",
+    "float32": "f",
+    "float64": "d",
+    "char": "B",
+    "byte": "b",
+}
+"""The types that are one number on the wire, with their letter for `struct`."""
+
+_HEADERS = ("Header", "std_msgs/Header")
+
+
+class GenerationError(PiprosError):
+    """No source can be generated for a type."""
+
+
+class Special:
+    """A type that is not generated: how to make a value, and what to do once it was read.
+
+    Attributes:
+        constructor: an expression that makes a value.
+        post_deserialize: what to call a value with once it was read, as `%s.canon()`; None for nothing.
+        import_str: the import that it needs.
+    """
+
+    def __init__(self, constructor: str, post_deserialize: str | None, import_str: str) -> None:
+        self.constructor = constructor
+        self.post_deserialize = post_deserialize
+        self.import_str = import_str
+
+    def get_post_deserialize(self, varname: str) -> str | None:
+        """The call for a variable."""
+        return None if self.post_deserialize is None else self.post_deserialize % varname
+
+
+_SPECIAL = {
+    "time": Special("genpy.Time()", "%s.canon()", "import genpy"),
+    "duration": Special("genpy.Duration()", "%s.canon()", "import genpy"),
+    "Header": Special("std_msgs.msg._Header.Header()", None, "import std_msgs.msg"),
+}
+
+
+def is_simple(type_: str) -> bool:
+    """True for a type that is one number on the wire."""
+    return type_ in SIMPLE
+
+
+def is_special(type_: str) -> bool:
+    """True for a type that is not generated."""
+    return type_ in _SPECIAL
+
+
+def special(type_: str) -> Special | None:
+    """What replaces a type that is not generated; None for others."""
+    return _SPECIAL.get(type_)
+
+
+def registered(context: Any, type_: str) -> Any:
+    """The specification of a type.
+
+    Raises:
+        GenerationError: the context does not have it.
+    """
+    try:
+        return context.get_registered(type_)
+    except KeyError:
+        raise GenerationError(
+            f"Unknown type [{type_}]. Please check that the manifest.xml correctly declares dependencies."
+        ) from None
+
+
+def package_and_name(package: str, type_: str) -> tuple[str, str]:
+    """Package and name of a type that a definition of the package uses.
+
+    Raises:
+        GenerationError: it has more than one slash.
+    """
+    parts = type_.split("/")
+    if len(parts) > 2:
+        raise GenerationError(f"illegal message type: {type_}")
+    return (package, type_) if len(parts) == 1 else (parts[0], parts[1])
+
+
+def constructor(context: Any, package: str, type_: str) -> str | None:
+    """The expression that makes a message, or a time; None for numbers, texts and arrays."""
+    if type_ in _SPECIAL:
+        return _SPECIAL[type_].constructor
+    owner, name = package_and_name(package, type_)
+    try:
+        context.get_registered(f"{owner}/{name}")
+    except KeyError:
+        return None
+    return None if "[" in name else f"{owner}.msg.{name}()"
+
+
+def imports(context: Any, package: str, type_: str) -> list[str]:
+    """The imports that the generated source of a field needs."""
+    bare = type_.partition("[")[0]
+    if bare == "roslib/Header":
+        return ["import std_msgs.msg"]
+    if bare in _SPECIAL:
+        return [_SPECIAL[bare].import_str]
+    if bare in BUILTINS:
+        return []
+    owner, name = package_and_name(package, bare)
+    found = [f"import {owner}.msg"]
+    if bare in _HEADERS:
+        return found
+    for kind in registered(context, f"{owner}/{name}").types:
+        found += [line for line in imports(context, owner, kind) if line not in found]
+    return found
+
+
+def default_value(context: Any, field_type: str, default_package: str) -> str | None:
+    """The expression for the default value of a field."""
+    base, bracket, length = field_type.partition("[")
+    if bracket:
+        return _default_array(context, base, length.rstrip("]"), default_package)
+    if base in FLOATS:
+        return "0."
+    if base == "bool":
+        return "False"
+    if base == "string":
+        return "''"
+    return "0" if base in SIMPLE else constructor(context, default_package, base)
+
+
+def _default_array(context: Any, base: str, length: str, package: str) -> str:
+    if base in ("uint8", "char"):
+        return f"b'\\0'*{length}" if length else "b''"
+    if not length:
+        return "[]"
+    element = default_value(context, base, package)
+    if base in BUILTINS and base not in _SPECIAL:
+        return f"[{element}] * {length}"
+    return f"[{element} for _ in range({length})]"
+
+
+def without_keywords(spec: Any) -> Any:
+    """A copy of a specification in which names that are keywords of Python end in an underscore."""
+    safe = copy(spec)
+    safe.names = [_safe(name) for name in spec.names]
+    safe.constants = [copy(constant) for constant in spec.constants]
+    for constant in safe.constants:
+        constant.name = _safe(constant.name)
+    return safe
+
+
+def _safe(name: str) -> str:
+    return f"{name}_" if keyword.iskeyword(name) else name
+
+
+def flattened(context: Any, spec: Any) -> Iterator[tuple[str, str]]:
+    """`(type, name)` of each field, with dots for those of embedded messages; arrays stay as they are."""
+    for kind, name in spec.fields():
+        if "[" in kind or (kind in BUILTINS and kind not in ("time", "duration")):
+            yield kind, name
+            continue
+        inner = registered(context, kind)
+        for inner_kind, inner_name in flattened(context, inner):
+            yield inner_kind, f"{name}.{inner_name}"
+
+
+def struct_pattern(types: Sequence[str] | None) -> str | None:
+    """The letters of `struct` for types; None if one is not a number, and for no types."""
+    if not types or not all(kind in SIMPLE for kind in types):
+        return None
+    return "".join(SIMPLE[kind] for kind in types)
+
+
+def reduced_pattern(pattern: str) -> str:
+    """A pattern of `struct` with counts for repeated letters; one that has counts is returned as it is."""
+    if not pattern or re.search(r"\d", pattern):
+        return pattern
+    counted = ((letter, len(list(group))) for letter, group in groupby(pattern))
+    return "".join(letter if count == 1 else f"{count}{letter}" for letter, count in counted)
+
+
+def resource_name(filename: str, ext: str) -> str:
+    """The name of the type that a file defines."""
+    return os.path.basename(filename)[: -len(ext)]
+
+
+def outfile_name(outdir: str, infile_name: str, ext: str) -> str:
+    """The path of the module that is generated for the file of a type."""
+    return os.path.join(outdir, f"_{resource_name(infile_name, ext)}.py")
