@@ -70,8 +70,7 @@ def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False
     Raises:
         BagFormatError: they are damaged.
     """
-    version = bag.layout.version
-    known = Info(path, f"{version.major}.{version.minor}", bag.size)
+    known = Info(path, bag.format_name, bag.size)
     if not bag.message_count and not bag.connections:
         return known
     has_messages = bag.message_count > 0

@@ -12,6 +12,7 @@ from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
 from pipros.bag.index import Stamp
 from pipros.bag.merge import merged_raw
+from pipros.bag.opening import open_bag
 from pipros.bag.playback_clock import PlaybackClock
 from pipros.bag.reader import BagReader, stamp_of
 from pipros.msg.time import Time
@@ -273,4 +274,4 @@ def _seconds(stamp: Stamp) -> float:
 def opened_bags(paths: Sequence[str]) -> Iterator[list[BagReader]]:
     """The bags at these paths, closed at the end. Raises `BagError` or `OSError`."""
     with contextlib.ExitStack() as stack:
-        yield [stack.enter_context(BagReader(path)) for path in paths]
+        yield [stack.enter_context(open_bag(path)) for path in paths]

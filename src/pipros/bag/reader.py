@@ -138,6 +138,11 @@ class BagReader:
         return self._source.name
 
     @property
+    def format_name(self) -> str:
+        """The version of the format, as `rosbag info` shows it: `2.0`."""
+        return f"{self.layout.version.major}.{self.layout.version.minor}"
+
+    @property
     def source(self) -> Source:
         """The file."""
         return self._source

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from pipros.bag.connection import Connection
+from pipros.bag.opening import writer_for
 from pipros.bag.record_queue import Received
-from pipros.bag.writer import CHUNK_BYTES, BagWriter
+from pipros.bag.writer import CHUNK_BYTES, MessageWriter
 
 Say = Callable[[str], object]
 
@@ -55,7 +56,7 @@ class RecordFiles:
         self._kept: deque[Path] = deque()
         self._file: Any = None
         self._path = Path()
-        self._writer: BagWriter | None = None
+        self._writer: MessageWriter | None = None
         self._connections: dict[tuple[str, int], tuple[Connection, Mapping[str, str]]] = {}
         self._latched: dict[tuple[str, str], Received] = {}
         self._started = (0, 0)
@@ -70,8 +71,11 @@ class RecordFiles:
         self._path = Path(self._next_name())
         active = self._active()
         self._file = active.open("w+b")
-        self._writer = BagWriter(
-            self._file, compression=self._options.compression, chunk_bytes=self._options.chunk_bytes
+        self._writer = writer_for(
+            self._path,
+            self._file,
+            compression=self._options.compression,
+            chunk_bytes=self._options.chunk_bytes,
         )
         self._connections.clear()
         self._started = now
@@ -156,12 +160,13 @@ class RecordFiles:
 
     def _next_name(self) -> str:
         options = self._options
-        parts = [options.name.removesuffix(".bag")] if options.name else []
+        suffix = ".mcap" if options.name.endswith(".mcap") else ".bag"
+        parts = [options.name.removesuffix(suffix)] if options.name else []
         if not options.name:
             parts = [part for part in (options.prefix, time.strftime("%Y-%m-%d-%H-%M-%S")) if part]
         if options.split:
             parts.append(str(self._count))
-        return "_".join(parts) + ".bag"
+        return "_".join(parts) + suffix
 
     def _active(self) -> Path:
         return self._path.with_name(self._path.name + ".active")

@@ -17,7 +17,7 @@ from pipros.bag.compression import compress
 from pipros.bag.connection import Connection
 from pipros.bag.index import ChunkInfo, chunk_header_bytes, index_record
 from pipros.bag.reader import BagReader
-from pipros.bag.writer import BagWriter
+from pipros.bag.writer import BagWriter, MessageWriter
 from pipros.limits import Limits
 from pipros.msg.time import Time
 
@@ -85,7 +85,7 @@ def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, told
     writer.finish()
 
 
-def copy_chosen(bag: BagReader, writer: BagWriter, choice: Choice | None, told: Told) -> int:
+def copy_chosen(bag: BagReader, writer: MessageWriter, choice: Choice | None, told: Told) -> int:
     """Adds the messages that are wanted to a writer, in time order, each with the connection that it had.
 
     Returns how many they are. The writer is finished.

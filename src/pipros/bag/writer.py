@@ -36,6 +36,19 @@ class WritableFile(Protocol):
     def flush(self) -> None: ...
 
 
+class MessageWriter(Protocol):
+    """What writers of all formats have; see `BagWriter`."""
+
+    layout: Layout
+
+    @property
+    def size(self) -> int: ...
+    def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection: ...
+    def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None: ...
+    def flush(self) -> None: ...
+    def finish(self) -> None: ...
+
+
 class _Topic:
     """A connection as the writer has it: how its messages begin, and their entries in the open chunk."""
 

@@ -13,6 +13,7 @@ from pipros.cli.streams import command
 _DESCRIPTIONS = {
     "check": "Determine whether a bag is playable in the current system, or if it can be migrated.",
     "compress": "Compress one or more bag files.",
+    "convert": "Convert bag files to MCAP, and MCAP files to bags.",
     "decompress": "Decompress one or more bag files.",
     "decrypt": "Decrypt one or more bag files.",
     "encrypt": "Encrypt one or more bag files.",
@@ -30,6 +31,7 @@ _HOMES = {
     "reindex": "rewriting",
     "decrypt": "encryption",
     "encrypt": "encryption",
+    "convert": "converting",
     "filter": "filtering",
     "info": "info",
     "play": "playing",

@@ -9,9 +9,8 @@ from typing import Any
 
 from pipros.bag.connection import Connection
 from pipros.bag.filter_expression import MessageExpression
-from pipros.bag.reader import BagReader
+from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.rewrite import copy_chosen, replaced_file
-from pipros.bag.writer import BagWriter
 from pipros.cli.program import CommandError, option_parser
 from pipros.cli.rosbag.progress import Progress
 from pipros.msg.time import Time
@@ -76,7 +75,7 @@ def _choice(
 
 
 def _write(source: Path, target: Path, choice: Callable[[Connection, Callable[[], Any], Time], bool]) -> None:
-    with BagReader(source) as bag, replaced_file(target) as file:
+    with open_bag(source) as bag, replaced_file(target) as file:
         progress = Progress(str(target), sum(bag.chunk_header(n).size for n in range(len(bag.chunks))))
-        copy_chosen(bag, BagWriter(file), choice, progress)
+        copy_chosen(bag, writer_for(target, file), choice, progress)
         progress.finish()

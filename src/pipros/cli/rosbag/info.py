@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from pipros.bag.errors import BagError, NotIndexed
 from pipros.bag.info import bag_info, info_text, info_value, info_yaml
-from pipros.bag.reader import BagReader
+from pipros.bag.opening import open_bag
 from pipros.cli.program import option_parser
 
 
@@ -45,7 +45,7 @@ def info(argv: Sequence[str]) -> int:
 
 
 def _print(path: str, is_yaml: bool, key: str | None, *, with_frequencies: bool) -> None:
-    with BagReader(path) as bag:
+    with open_bag(path) as bag:
         told = bag_info(bag, path, with_frequencies=with_frequencies)
     if not is_yaml:
         print(info_text(told))

@@ -1,0 +1,40 @@
+"""Readers and writers by what a file is, or by what its name says: a bag or MCAP."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from pipros.bag.reader import BagReader
+from pipros.bag.writer import CHUNK_BYTES, BagWriter, MessageWriter
+
+
+def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> BagReader:
+    """The reader of a file, by its first bytes.
+
+    Raises:
+        BagError: the file is neither, is damaged, or needs a library that is not installed.
+        OSError: it cannot be read.
+    """
+    with open(path, "rb") as file:
+        start = file.read(8)
+    if start == b"\x89MCAP0\r\n":
+        from pipros.bag.mcap_files import McapReader
+
+        return McapReader(path)
+    return BagReader(path, rebuild_index=rebuild_index)
+
+
+def writer_for(
+    path: str | os.PathLike[str], file: Any, *, compression: str = "none", chunk_bytes: int = CHUNK_BYTES
+) -> MessageWriter:
+    """A writer into an open file, by the name that the file is to have.
+
+    Raises:
+        BagError: it needs a library that is not installed, or does not have the compression.
+    """
+    if os.fspath(path).endswith(".mcap"):
+        from pipros.bag.mcap_files import McapWriter
+
+        return McapWriter(file, compression=compression, chunk_bytes=chunk_bytes)
+    return BagWriter(file, compression=compression, chunk_bytes=chunk_bytes)
