@@ -10,7 +10,7 @@ import pytest
 
 from pipros.msg.language.parse import parse_action
 from pipros.workspace.index import SHARED_PACKAGES
-from tests.support.environments import genuine_environment
+from tests.support.environments import CPP_ONLY, genuine_environment
 from tests.support.ros import RosSystem
 
 EXTRAS = SHARED_PACKAGES / "actionlib_msgs" / "cmake" / "actionlib_msgs-extras.cmake"
@@ -67,7 +67,7 @@ def build(workspace: Path, *targets: str) -> str:
     """What genuine catkin_make prints, which must not fail."""
     built = subprocess.run(
         ["catkin_make", "-C", str(workspace), *targets],
-        env=genuine_environment(workspace, "http://127.0.0.1:1") | {"CMAKE_PREFIX_PATH": "/usr"},
+        env=genuine_environment(workspace, "http://127.0.0.1:1") | {"CMAKE_PREFIX_PATH": "/usr"} | CPP_ONLY,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

@@ -12,7 +12,7 @@ from control_msgs.msg import FollowJointTrajectoryAction, PidState
 from control_msgs.srv import QueryCalibrationState
 
 from pipros.workspace.index import SHARED_PACKAGES
-from tests.support.environments import genuine_environment
+from tests.support.environments import CPP_ONLY, genuine_environment
 from tests.support.ros import RosSystem
 
 MANIFEST = """<package format="2"><name>uses</name><version>1.0.0</version><description>d</description>
@@ -49,7 +49,7 @@ def test_a_cpp_program_uses_a_package_that_only_pipros_has(tmp_path: Path) -> No
 
     built = subprocess.run(
         ["catkin_make", "-C", str(tmp_path), "digests"],
-        env=genuine_environment(tmp_path, "http://127.0.0.1:1") | {"CMAKE_PREFIX_PATH": "/usr"},
+        env=genuine_environment(tmp_path, "http://127.0.0.1:1") | {"CMAKE_PREFIX_PATH": "/usr"} | CPP_ONLY,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -73,6 +73,7 @@ def test_catkin_make_of_pipros_hands_over_what_genuine_ros_lacks(ros: RosSystem,
         *("catkin_make", "-C", tmp_path),
         timeout_s=200,
         PATH=f"{ros.pipros.environment['PATH']}{os.pathsep}/usr/bin:/bin",
+        **CPP_ONLY,
     )
 
     assert built.returncode == 0, built.output

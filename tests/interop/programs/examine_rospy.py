@@ -65,6 +65,7 @@ def topics():
     word_subscriber = rospy.Subscriber("words", String, got.append)
     examine("names", lambda: (words.name, words.resolved_name, words.type, words.md5sum, words.data_class))
     wait_for(lambda: points.get_num_connections() and words.get_num_connections())
+    wait_for(word_subscriber.get_num_connections)  # the publisher knows of the link first
     examine("subscriber's connections", word_subscriber.get_num_connections)
     for label, publish in (
         ("one of three", lambda: points.publish(1)),
