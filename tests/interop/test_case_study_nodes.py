@@ -34,43 +34,35 @@ def listener(side: Side) -> Process:
 
 @pytest.mark.usefixtures("master")
 @pytest.mark.parametrize(("talking", "listening"), [("genuine", "pipros"), ("pipros", "genuine")])
-@pytest.mark.parametrize("first", ["talker", "listener"])
-def test_talker_and_listener_meet_whoever_comes_first(
-    ros: RosSystem, talking: str, listening: str, first: str
+def test_talker_and_listener_meet_whoever_comes_first_and_again_after_a_restart(
+    ros: RosSystem, talking: str, listening: str
 ) -> None:
-    if first == "talker":
+    heard = listener(side(ros, listening))
+    ros.wait_for_subscriber("/battery_topic")
+    for how in (signal.SIGINT, signal.SIGKILL):  # of a talker that ends, and of one that is killed
         said = talker(side(ros, talking))
-        said.wait_for(SAID)
-        heard = listener(side(ros, listening))
-    else:
-        heard = listener(side(ros, listening))
-        ros.wait_for_subscriber("/battery_topic")
-        said = talker(side(ros, talking))
+        hears(heard)
+        said.send_signal(how)
+        assert said.wait() == (0 if how == signal.SIGINT else -how)
+        assert "Traceback" not in said.output
+    said = talker(side(ros, talking))
+    hears(heard)
 
-    heard.wait_for(HEARD)
-    mark = heard.mark()
-    heard.wait_for(HEARD, since=mark)
-    for process in (said, heard):
+    late = listener(side(ros, listening))  # which takes the name of the first
+    hears(late)
+    assert heard.wait() == 0
+    for process in (said, late):
         process.press_ctrl_c()
         assert process.wait() == 0
+    for process in (said, late, heard):
         assert "Traceback" not in process.output
 
 
-@pytest.mark.usefixtures("master")
-@pytest.mark.parametrize(("talking", "listening"), [("genuine", "pipros"), ("pipros", "genuine")])
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL], ids=["ctrl-c", "sigkill"])
-def test_a_listener_hears_the_talker_again_after_it_was_restarted(
-    ros: RosSystem, talking: str, listening: str, how: signal.Signals
-) -> None:
-    heard = listener(side(ros, listening))
-    first = talker(side(ros, talking))
-    heard.wait_for(HEARD)
-
-    first.send_signal(how)
-    first.wait()
+def hears(heard: Process) -> None:
+    """Waits until a listener hears two messages, from now on."""
     mark = heard.mark()
-    talker(side(ros, talking))
-
+    heard.wait_for(HEARD, since=mark)
+    mark = heard.mark()
     heard.wait_for(HEARD, since=mark)
 
 

@@ -41,9 +41,21 @@ def master(request: pytest.FixtureRequest, ros: RosSystem) -> Process:
     return side.start_bare_master()
 
 
-@pytest.fixture(params=["genuine talker", "pipros talker"])
-def talker(request: pytest.FixtureRequest, ros: RosSystem, master: Process) -> Process:
-    side = ros.genuine if request.param == "genuine talker" else ros.pipros
+@pytest.mark.timeout(240)
+@pytest.mark.parametrize("kind", ["genuine", "pipros"])
+def test_tools_of_both_show_measure_and_kill_a_talker(ros: RosSystem, master: Process, kind: str) -> None:
+    """All against one system, because starting one takes longer than most of them."""
+    talker = start_talker(ros, kind)
+    both_print_the_same(ros)
+    both_describe_a_node_and_its_connections_alike(ros)
+    the_rate_is_measured(ros)
+    for killer in (ros.genuine, ros.pipros):
+        pinged_and_killed(killer, talker)
+        talker = start_talker(ros, kind)
+
+
+def start_talker(ros: RosSystem, kind: str) -> Process:
+    side = ros.genuine if kind == "genuine" else ros.pipros
     process = side.start(
         "rostopic",
         "pub",
@@ -59,13 +71,14 @@ def talker(request: pytest.FixtureRequest, ros: RosSystem, master: Process) -> P
 
 
 def both(ros: RosSystem, *argv: str) -> tuple[Process, Process]:
-    """The same command of both implementations."""
-    return ros.genuine.run(*argv), ros.pipros.run(*argv)
+    """The same command of both implementations, at the same time."""
+    genuine, pipros = ros.genuine.start(*argv), ros.pipros.start(*argv)
+    for process in (genuine, pipros):
+        process.wait()
+    return genuine, pipros
 
 
-@pytest.mark.timeout(240)
-def test_both_print_the_same(ros: RosSystem, talker: Process) -> None:
-    """All commands against one system, because starting one takes longer than all of them."""
+def both_print_the_same(ros: RosSystem) -> None:
     different = {}
     for command in COMMANDS:
         genuine, pipros = both(ros, *command.split())
@@ -79,16 +92,18 @@ def _timeless(lines: list[str]) -> list[str]:
     return [re.sub(r"^\d{19},", "NOW,", line) for line in lines]
 
 
-def test_both_describe_a_node_and_its_connections_alike(ros: RosSystem, talker: Process) -> None:
+def both_describe_a_node_and_its_connections_alike(ros: RosSystem) -> None:
     listener = ros.genuine.start("rostopic", "echo", "/point", "__name:=listener")
     listener.wait_for("frame_id")
     for node in ("/talker", "/listener"):
         genuine, pipros = both(ros, "rosnode", "info", node)
         assert pipros.stdout == genuine.stdout
         assert any(line.startswith(" * topic: /point") for line in pipros.stdout)
+    listener.press_ctrl_c()
+    assert listener.wait() == 0
 
 
-def test_the_rate_of_a_talker_is_measured(ros: RosSystem, talker: Process) -> None:
+def the_rate_is_measured(ros: RosSystem) -> None:
     hz = ros.pipros.start("rostopic", "hz", "/point")
     rate = float(hz.wait_for(r"average rate: ([\d.]+)")[1])
     hz.press_ctrl_c()
@@ -96,9 +111,7 @@ def test_the_rate_of_a_talker_is_measured(ros: RosSystem, talker: Process) -> No
     assert 10 < rate < 40
 
 
-@pytest.mark.parametrize("killer", ["genuine", "pipros"])
-def test_either_rosnode_pings_and_kills_a_talker(ros: RosSystem, talker: Process, killer: str) -> None:
-    side: Side = getattr(ros, killer)
+def pinged_and_killed(side: Side, talker: Process) -> None:
     ping = side.run("rosnode", "ping", "-c", "1", "/talker")
     assert any("xmlrpc reply from" in line for line in ping.stdout)
     kill = side.run("rosnode", "kill", "/talker")
