@@ -110,4 +110,4 @@ def plain(line: str, base: Path) -> str:
     """A line without colours and paths; empty for what only one side says, and for options of make."""
     line = re.sub(r"\033\[\d+m", "", line).replace(str(base), "BASE")
     line = re.sub(r'Invoking "make (.*?)( -[jl]\d+)* ?" failed', r'Invoking "make \1" failed', line)
-    return "" if line.startswith("catkin_make is to be called") else line
+    return "" if line.startswith("Call catkin_make in") else line

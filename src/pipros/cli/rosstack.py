@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pipros.cli.streams import command
 from pipros.errors import PiprosError
+from pipros.packages.crawl import STACKS
 from pipros.workspace.dependency_graph import DependencyGraph
 from pipros.workspace.index import PackageIndex
 
@@ -55,7 +56,7 @@ class _Question:
         self._words = words
         self._unknown = _UNKNOWN.get(command, "stack '{}' not found")
         self.options = options
-        self.index = PackageIndex.from_environment()
+        self.index = PackageIndex.from_environment(kinds=STACKS)
         self.graph = DependencyGraph(self.index)
 
     @property

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from pipros.cli.program import run
 from pipros.cli.streams import command
+from pipros.packages.crawl import STACKS
 from pipros.workspace.index import Package, PackageIndex
 
 DISTRO = "noetic"
@@ -45,7 +46,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         if options.all:
             print("\n".join(f"{package.name}: {version_of(package)}" for package in index), end=end)
             return 0
-        package = index.get(options.package) or index.metapackage(options.package)
+        package = index.get(options.package)
+        if package is None:
+            package = PackageIndex.from_environment(kinds=STACKS).get(options.package)
         if package is None:
             print(f"Cannot locate [{options.package}]")
             return 1

@@ -25,6 +25,12 @@ DRY_MANIFEST = "manifest.xml"
 WET, META, DRY = "wet", "meta", "dry"
 """The kinds of packages: of catkin, metapackages of catkin, and dry ones."""
 
+PACKAGES = (WET, DRY)
+"""What `rospack` and `rospkg.RosPack` take for packages."""
+
+STACKS = (WET, META)
+"""What `rosstack` and `rospkg.RosStack` take for stacks, apart from dry ones."""
+
 _IGNORE_MARKERS = frozenset(("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE"))
 _NO_DESCENT_MARKER = "rospack_nosubdirs"
 

@@ -10,7 +10,7 @@ import os
 from binascii import crc32
 
 from pipros.cache_files import CacheFolder
-from pipros.packages.crawl import META, Crawl, CrawledPackage, crawl, dump, load
+from pipros.packages.crawl import PACKAGES, Crawl, CrawledPackage, crawl, dump, load
 
 TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
 if TYPE_CHECKING:
@@ -29,12 +29,16 @@ class PackageFolders:
     have written (`CacheFolder`), is not used. May be used from several threads.
     """
 
-    def __init__(self, roots: Sequence[str], cache_folder: str | None = None) -> None:
+    def __init__(
+        self, roots: Sequence[str], cache_folder: str | None = None, kinds: Sequence[str] = PACKAGES
+    ) -> None:
+        """Reads nothing yet; packages of other `kinds` are left out."""
         cache = None if cache_folder is None else CacheFolder(os.path.abspath(cache_folder))
-        self._roots = [_Root(os.path.abspath(root), cache) for root in roots]
+        self._kinds = kinds
+        self._roots = [_Root(os.path.abspath(root), cache, kinds) for root in roots]
 
     def get(self, name: str) -> str | None:
-        """The folder of that package, or None. Metapackages are not packages, as for rospack and rospkg."""
+        """The folder of that package, or None."""
         for root in self._roots:
             folder = root.get(name)
             if folder is not None:
@@ -49,19 +53,11 @@ class PackageFolders:
         return folders
 
     def occurrences(self) -> Iterator[tuple[str, str]]:
-        """Name and folder of every package but metapackages; one that hides another comes before it."""
+        """Name and folder of every package; one that hides another comes before it."""
         for root in self._roots:
             for package in root.crawl().packages:
-                if package.kind != META:
+                if package.kind in self._kinds:
                     yield package.name, package.path
-
-    def metapackage(self, name: str) -> str | None:
-        """The folder of that metapackage, or None."""
-        for root in self._roots:
-            for package in root.crawl().packages:
-                if package.kind == META and package.name == name:
-                    return package.path
-        return None
 
 
 class _Root:
@@ -72,9 +68,10 @@ class _Root:
     trusted for its packages as long as the process runs.
     """
 
-    __slots__ = ("_cache", "_cache_name", "_folder", "_is_own", "_known")
+    __slots__ = ("_cache", "_cache_name", "_folder", "_is_own", "_kinds", "_known")
 
-    def __init__(self, folder: str, cache: CacheFolder | None) -> None:
+    def __init__(self, folder: str, cache: CacheFolder | None, kinds: Sequence[str]) -> None:
+        self._kinds = kinds
         self._folder = folder
         self._cache = cache
         self._cache_name = f"{crc32(os.fsencode(folder)):08x}"
@@ -108,7 +105,7 @@ class _Root:
     def _learn(self, found: Crawl, *, is_own: bool) -> tuple[Crawl, dict[str, CrawledPackage]]:
         packages: dict[str, CrawledPackage] = {}
         for package in found.packages:
-            if package.kind != META:
+            if package.kind in self._kinds:
                 packages.setdefault(package.name, package)
         self._is_own = is_own
         self._known = found, packages

@@ -10,7 +10,7 @@ from pathlib import Path
 from pipros.env import Environment
 from pipros.errors import NotFound
 from pipros.packages import SHARE
-from pipros.packages.crawl import DRY_MANIFEST, MANIFEST, crawl
+from pipros.packages.crawl import DRY_MANIFEST, MANIFEST, PACKAGES, crawl
 from pipros.packages.package_folders import PackageFolders
 
 SHARED_PACKAGES = Path(SHARE).resolve()
@@ -37,28 +37,33 @@ class PackageIndex:
     `PackageFolders` says when the disk is read, and what is cached. May be used from several threads.
     """
 
-    def __init__(self, folders: Sequence[Path], *, cache_folder: Path | None = None) -> None:
+    def __init__(
+        self, folders: Sequence[Path], *, cache_folder: Path | None = None, kinds: Sequence[str] = PACKAGES
+    ) -> None:
+        """Reads nothing yet.
+
+        Args:
+            kinds: what counts: `PACKAGES`, or `STACKS`, which has metapackages and no dry packages.
+        """
         self.folders = tuple(folders)
         cache = None if cache_folder is None else os.fspath(cache_folder)
-        self._found = PackageFolders([os.fspath(folder) for folder in folders], cache)
+        self._found = PackageFolders([os.fspath(folder) for folder in folders], cache, kinds)
 
     @classmethod
-    def from_environment(cls, environment: Environment | None = None) -> PackageIndex:
+    def from_environment(
+        cls, environment: Environment | None = None, kinds: Sequence[str] = PACKAGES
+    ) -> PackageIndex:
         """The packages that a ROS process with this environment finds."""
         environment = environment or Environment.from_os()
         return cls(
             (*environment.package_path, SHARED_PACKAGES),
             cache_folder=environment.ros_home / "pipros" / "packages",
+            kinds=kinds,
         )
 
     def get(self, name: str) -> Package | None:
         """The package of that name, or None."""
         folder = self._found.get(name)
-        return None if folder is None else Package(name, Path(folder))
-
-    def metapackage(self, name: str) -> Package | None:
-        """The metapackage of that name, or None. The other methods leave them out, as rospack does."""
-        folder = self._found.metapackage(name)
         return None if folder is None else Package(name, Path(folder))
 
     def find(self, name: str) -> Package:

@@ -252,8 +252,9 @@ def test_metapackages_are_found_only_by_those_who_ask_for_them(tmp_path: Path) -
 
     assert [package.name for package in index] == ["robot"]
     assert index.get("all_robots") is None
-    assert index.metapackage("all_robots") == Package("all_robots", folder)
-    assert index.metapackage("robot") is None
+    stacks = PackageIndex([tmp_path], kinds=crawling.STACKS)
+    assert stacks.get("all_robots") == Package("all_robots", folder)
+    assert [package.name for package in stacks] == ["all_robots", "robot"]
 
 
 @pytest.mark.parametrize("change", ["package.xml is added", "manifest.xml is removed"])

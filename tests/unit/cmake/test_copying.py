@@ -1,0 +1,138 @@
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from pipros.cmake.copying import PROGRAM_MODE, CannotCopy, Copy, copy, read_copies
+
+
+def in_source(path: str) -> str:
+    return os.path.normpath(os.path.join("/source", path))
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("a b DESTINATION d", [("/source/a", "d"), ("/source/b", "d")]),
+        ("DESTINATION d a", [("/source/a", "d")]),
+        ("x/ DESTINATION d", [("/source/x/", "d")]),
+        ("/abs/a DESTINATION /d", [("/abs/a", "/d")]),
+        ("DESTINATION d", []),
+        ("a DESTINATION d COMPONENT c CONFIGURATIONS Debug Release", [("/source/a", "d")]),
+    ],
+)
+def test_sources_and_target_are_read(words: str, expected: list[tuple[str, str]]) -> None:
+    assert [(item.source, item.target) for item in read_copies(words.split(), in_source)] == expected
+
+
+@pytest.mark.parametrize(
+    ("words", "attributes"),
+    [
+        ("a DESTINATION d", {"mode": 0o644, "is_optional": False, "rename": "", "keeps_permissions": False}),
+        ("a DESTINATION d RENAME b OPTIONAL", {"rename": "b", "is_optional": True}),
+        ("a DESTINATION d PERMISSIONS OWNER_READ OWNER_EXECUTE GROUP_READ", {"mode": 0o540}),
+        ("a DESTINATION d FILE_PERMISSIONS OWNER_READ DIRECTORY_PERMISSIONS OWNER_WRITE", {"mode": 0o400}),
+        ("a DESTINATION d USE_SOURCE_PERMISSIONS", {"keeps_permissions": True}),
+        ("a DESTINATION d FILES_MATCHING PATTERN *.x", {"only_matching": True}),
+    ],
+)
+def test_options_are_read(words: str, attributes: dict[str, object]) -> None:
+    (item,) = read_copies(words.split(), in_source)
+    assert {name: getattr(item, name) for name in attributes} == attributes
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        ("a", "DESTINATION"),
+        ("a DESTINATION", "DESTINATION"),
+        ("a DESTINATION d RENAME", "RENAME"),
+        ("a DESTINATION d EXCLUDE", "EXCLUDE"),
+        ("a DESTINATION d PATTERN", "PATTERN"),
+        ("a DESTINATION d REGEX (", "cannot be compiled"),
+    ],
+)
+def test_wrong_words_are_refused(words: str, complaint: str) -> None:
+    with pytest.raises(ValueError, match=complaint):
+        read_copies(words.split(), in_source)
+
+
+def tree(folder: Path, *files: str) -> Path:
+    for file in files:
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        (folder / file).write_text(file)
+        (folder / file).chmod(0o755 if file.endswith(".sh") else 0o644)
+    return folder
+
+
+def copied(folder: Path) -> set[str]:
+    return {str(path.relative_to(folder)) for path in folder.rglob("*") if not path.is_dir()}
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("s DESTINATION t", {"s/a.py", "s/b.sh", "s/sub/c.py", "s/sub/d.txt"}),
+        ("s/ DESTINATION t", {"a.py", "b.sh", "sub/c.py", "sub/d.txt"}),
+        ("s/ DESTINATION t PATTERN *.py EXCLUDE", {"b.sh", "sub/d.txt"}),
+        ("s/ DESTINATION t PATTERN sub EXCLUDE", {"a.py", "b.sh"}),
+        ("s/ DESTINATION t FILES_MATCHING PATTERN *.py", {"a.py", "sub/c.py"}),
+        ("s/ DESTINATION t FILES_MATCHING PATTERN *.py PATTERN sub EXCLUDE", {"a.py"}),
+        ("s/ DESTINATION t REGEX /sub/.*txt$ EXCLUDE", {"a.py", "b.sh", "sub/c.py"}),
+        ("s/ DESTINATION t FILES_MATCHING REGEX [.]sh$", {"b.sh"}),
+        ("s/sub/ DESTINATION t", {"c.py", "d.txt"}),
+        ("nowhere DESTINATION t", set()),
+    ],
+)
+def test_folders_are_copied_by_their_patterns(tmp_path: Path, words: str, expected: set[str]) -> None:
+    tree(tmp_path / "s", "a.py", "b.sh", "sub/c.py", "sub/d.txt", "__pycache__/a.pyc")
+    (item,) = read_copies(words.split(), lambda path: os.path.normpath(tmp_path / path), is_folder=True)
+    copy(item, tmp_path / "base", lambda _line: None)
+    assert copied(tmp_path / "base" / "t") == expected
+
+
+@pytest.mark.parametrize(
+    ("words", "modes"),
+    [
+        ("s/ DESTINATION t", {"a.py": 0o644, "b.sh": 0o644}),
+        ("s/ DESTINATION t USE_SOURCE_PERMISSIONS", {"a.py": 0o644, "b.sh": 0o755}),
+        ("s/ DESTINATION t PATTERN *.sh PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE",
+         {"a.py": 0o644, "b.sh": 0o700}),
+    ],
+)  # fmt: skip
+def test_permissions_are_those_asked_for(tmp_path: Path, words: str, modes: dict[str, int]) -> None:
+    tree(tmp_path / "s", "a.py", "b.sh")
+    (item,) = read_copies(words.split(), lambda path: os.path.normpath(tmp_path / path), is_folder=True)
+    copy(item, tmp_path, lambda _line: None)
+    assert {name: stat.S_IMODE((tmp_path / "t" / name).stat().st_mode) for name in modes} == modes
+
+
+def test_a_file_is_copied_once_until_it_changes(tmp_path: Path) -> None:
+    tree(tmp_path, "a")
+    item = Copy(str(tmp_path / "a"), "t", rename="b", mode=PROGRAM_MODE)
+    lines: list[str] = []
+    target = copy(item, tmp_path, lines.append)
+    copy(item, tmp_path, lines.append)
+    (tmp_path / "a").write_text("new")
+    os.utime(tmp_path / "a", (1, 1))
+    copy(item, tmp_path, lines.append)
+    assert lines == [f"-- Installing: {target}", f"-- Up-to-date: {target}", f"-- Installing: {target}"]
+    assert (target, target.read_text()) == (tmp_path / "t" / "b", "new")
+
+
+def test_links_are_copied_as_links(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to("nowhere")
+    for _ in range(2):
+        target = copy(Copy(str(tmp_path / "link"), "t"), tmp_path, lambda _line: None)
+    assert os.readlink(target) == "nowhere"
+
+
+def test_a_missing_file_is_refused_unless_it_is_optional(tmp_path: Path) -> None:
+    missing = Copy(str(tmp_path / "nope"), "t")
+    with pytest.raises(CannotCopy, match="nope"):
+        copy(missing, tmp_path, lambda _line: None)
+    copy(Copy(str(tmp_path / "nope"), "t", is_optional=True), tmp_path, lambda _line: None)
+    assert not (tmp_path / "t").exists()
