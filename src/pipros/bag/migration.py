@@ -1,0 +1,251 @@
+"""Brings messages of older definitions to those of the installed packages, by rules or field by field."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pipros.bag.connection import Connection
+from pipros.bag.errors import BagError
+from pipros.bag.filter_expression import field_of
+from pipros.bag.message_classes import installed_class
+from pipros.bag.migration_rules import Migration, Rule
+from pipros.bag.reader import BagReader
+from pipros.bag.writer import MessageWriter
+from pipros.msg.base import Message
+from pipros.msg.dynamic import message_classes_from_text
+from pipros.safe.expr import Expression
+
+_LONGEST_CHAIN = 50
+
+Kind = tuple[str, str]
+"""A type and its md5sum."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A type of a bag that the installed packages define differently.
+
+    Attributes:
+        old, new: the type and md5sum in the bag, and of the package.
+        missing: the conversions for which a rule is needed, and not there or not valid.
+    """
+
+    old: Kind
+    new: Kind
+    missing: tuple[tuple[Kind, Kind], ...]
+
+
+class Migrator:
+    """Migrates messages by rules; where the fields are the same, without one."""
+
+    def __init__(self, rules: Sequence[Rule] = ()) -> None:
+        self._rules = {rule.old: rule for rule in rules if rule.is_valid}
+        self._classes: dict[Kind, type[Message]] = {}
+        self._parts: dict[tuple[type[Message], str], type[Message] | None] = {}
+
+    def changes(self, bag: BagReader) -> list[Change]:
+        """The types of a bag that need a migration. Raises `BagError` for a broken definition."""
+        found: dict[Kind, Change] = {}
+        for connection in bag.connections:
+            old = connection.type, connection.md5sum
+            target = self.target(connection)
+            if target is not None and old not in found:
+                missing = dict.fromkeys(self._missing(bag.class_of(connection), target))
+                found[old] = Change(old, (target._type, target._md5sum), tuple(missing))
+        return list(found.values())
+
+    def target(self, connection: Connection) -> type[Message] | None:
+        """The installed class that a connection's messages are to become; None if they are of it already.
+
+        A rule may give the type another name. A type of no package stays as it is.
+        """
+        name = connection.type
+        rule = self._rules.get((name, connection.md5sum))
+        for _ in range(_LONGEST_CHAIN):
+            if rule is None:
+                break
+            name = rule.new[0]
+            rule = self._rules.get(rule.new)
+        installed = installed_class(name)
+        return None if installed is None or installed._md5sum == connection.md5sum else installed
+
+    def _missing(self, old: type[Message], new: type[Message]) -> list[tuple[Kind, Kind]]:
+        if old._md5sum == new._md5sum:
+            return []
+        rule = self._rules.get((old._type, old._md5sum))
+        if rule is not None:
+            made = self._class_of(rule, new)
+            return self._missing(made, new) if made is not old else []
+        fields = dict(zip(old.__slots__, old._slot_types, strict=True))
+        if list(fields) != list(new.__slots__):
+            return [((old._type, old._md5sum), (new._type, new._md5sum))]
+        found: list[tuple[Kind, Kind]] = []
+        for name, kind, other in zip(fields, fields.values(), new._slot_types, strict=True):
+            inner, other_inner = self._part_class(old, name), self._part_class(new, name)
+            if kind.partition("[")[1:] != other.partition("[")[1:] or (inner is None) != (
+                other_inner is None
+            ):
+                return [((old._type, old._md5sum), (new._type, new._md5sum))]
+            if inner is None or other_inner is None:
+                if kind != other:
+                    return [((old._type, old._md5sum), (new._type, new._md5sum))]
+            else:
+                found += self._missing(inner, other_inner)
+        return found
+
+    def _class_of(self, rule: Rule, last: type[Message]) -> type[Message]:
+        if rule.new == (last._type, last._md5sum):
+            return last
+        if rule.new not in self._classes:
+            self._classes[rule.new] = message_classes_from_text(rule.new[0], rule.new_text)[rule.new[0]]
+        return self._classes[rule.new]
+
+    def _part_class(self, cls: type[Message], field: str) -> type[Message] | None:
+        """The class of the messages in a field, or None for builtin values."""
+        key = cls, field
+        if key not in self._parts:
+            self._parts[key] = _class_of_part(cls, field)
+        return self._parts[key]
+
+    def migrate(self, message: Message, new: type[Message]) -> Message:
+        """A message of the class `new` with the content of another.
+
+        Raises:
+            BagError: a rule is missing.
+            ExpressionError: an expression of a rule fails.
+        """
+        if message._md5sum == new._md5sum:
+            return message if isinstance(message, new) else _as_class(message, new)
+        rule = self._rules.get((message._type, message._md5sum))
+        for _ in range(_LONGEST_CHAIN):
+            if rule is None:
+                break
+            message = self._updated(message, rule, self._class_of(rule, new))
+            if message._md5sum == new._md5sum:
+                return message
+            rule = self._rules.get((message._type, message._md5sum))
+        made: Any = new()
+        if list(message.__slots__) != list(new.__slots__):
+            raise BagError(f"there is no rule from {message._type} [{message._md5sum}] to [{new._md5sum}]")
+        for name in message.__slots__:
+            self._set(made, name, getattr(message, name))
+        return made  # type: ignore[no-any-return]
+
+    def _updated(self, old: Message, rule: Rule, cls: type[Message]) -> Message:
+        made = cls()
+        for statement in rule.statements:
+            owner: Any = made
+            for name in statement.path[:-1]:
+                owner = getattr(owner, name)
+            if isinstance(statement, Migration):
+                value: Any = old
+                for name in statement.source:
+                    value = field_of(value, name)
+            else:
+                value = Expression(statement.expression, fields=field_of).value({"old_msg": old})
+            if statement.path[-1] not in owner.__slots__:
+                raise BagError(
+                    f"rule {rule.name}: {owner._type} does not have a field [{statement.path[-1]}]"
+                )
+            self._set(owner, statement.path[-1], value)
+        return made
+
+    def _set(self, owner: Any, name: str, value: Any) -> None:
+        """Sets a field; messages in it are migrated to the class that the field has."""
+        inner = self._part_class(type(owner), name)
+        if inner is not None and isinstance(value, Message):
+            value = self.migrate(value, inner)
+        elif inner is not None and isinstance(value, list | tuple):
+            value = [self.migrate(each, inner) if isinstance(each, Message) else each for each in value]
+        setattr(owner, name, value)
+
+    def fix(self, bag: BagReader, writer: MessageWriter, *, force: bool = False) -> list[Change]:
+        """Writes the migrated messages of a bag; returns the changes with missing rules.
+
+        If there are some, nothing is written, unless `force`: then messages that need them stay as they are.
+        """
+        incomplete = [change for change in self.changes(bag) if change.missing]
+        if incomplete and not force:
+            return incomplete
+        stays = {change.old for change in incomplete}
+        made: dict[int, tuple[Connection, type[Message] | None]] = {}
+        for connection, seconds, nanoseconds, data, _, _ in bag.raw_messages():
+            if connection.id not in made:
+                is_kept = (connection.type, connection.md5sum) in stays
+                made[connection.id] = self._connect(
+                    writer, connection, None if is_kept else self.target(connection)
+                )
+            own, target = made[connection.id]
+            if target is not None:
+                buffer = io.BytesIO()
+                self.migrate(bag.class_of(connection)().deserialize(data), target).serialize(buffer)
+                data = buffer.getvalue()
+            writer.write(own, seconds, nanoseconds, data)
+        writer.finish()
+        return []
+
+    @staticmethod
+    def _connect(
+        writer: MessageWriter, connection: Connection, target: type[Message] | None
+    ) -> tuple[Connection, type[Message] | None]:
+        header = dict(connection.header)
+        if target is not None:
+            header["type"] = target._type.encode()
+            header["md5sum"] = target._md5sum.encode()
+            header["message_definition"] = target._full_text.encode()
+        return writer.add_connection(connection.topic, header), target
+
+
+def _class_of_part(cls: type[Message], field: str) -> type[Message] | None:
+    kind = cls._slot_types[list(cls.__slots__).index(field)].partition("[")[0]
+    if "/" not in kind:
+        return None
+    installed = installed_class(cls._type)
+    if installed is cls:
+        return installed_class(kind)
+    return message_classes_from_text(cls._type, cls._full_text).get(kind)
+
+
+def _as_class(message: Message, cls: type[Message]) -> Message:
+    """The same bytes as a message of another class with the same definition."""
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return cls().deserialize(buffer.getvalue())
+
+
+def rule_text(change: tuple[Kind, Kind], old: type[Message], new: type[Message]) -> str:
+    """A rule for a person to complete: what has the same name is assigned."""
+    lines = [
+        f"class update_{change[0][0].replace('/', '_')}_{change[0][1]}(MessageUpdateRule):",
+        f'\told_type = "{change[0][0]}"',
+        f'\told_full_text = """\n{_quoted(old._full_text)}\n"""',
+        "",
+        f'\tnew_type = "{change[1][0]}"',
+        f'\tnew_full_text = """\n{_quoted(new._full_text)}\n"""',
+        "",
+        "\torder = 0",
+        "\tmigrated_types = []",
+        "",
+        "\tvalid = False",
+        "",
+        "\tdef update(self, old_msg, new_msg):",
+    ]
+    for name in new.__slots__:
+        if name in old.__slots__:
+            lines.append(f"\t\tnew_msg.{name} = old_msg.{name}")
+        else:
+            lines.append("\t\t#No matching field name in old message")
+            lines.append(f"\t\t#new_msg.{name} = ")
+    gone = [name for name in old.__slots__ if name not in new.__slots__]
+    lines += [f"\t\t#No field to match field {name} from old message" for name in gone]
+    if not set(new.__slots__) & set(old.__slots__):
+        lines.append("\t\tpass")
+    return "\n".join(lines) + "\n"
+
+
+def _quoted(text: str) -> str:
+    """A definition, which a stranger may have written, for triple quotes: it cannot end them."""
+    return text.strip().replace("\\", "\\\\").replace('"', '\\"')

@@ -1,0 +1,135 @@
+"""`rosbag check` and `rosbag fix`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from pipros.bag.message_classes import installed_class
+from pipros.bag.migration import Change, Kind, Migrator, rule_text
+from pipros.bag.migration_rules import parse_rules
+from pipros.bag.opening import open_bag, writer_for
+from pipros.bag.reader import BagReader
+from pipros.bag.rewrite import replaced_file
+from pipros.cli.program import option_parser
+from pipros.input_file import read_text
+
+
+def check(argv: Sequence[str]) -> int:
+    parser = option_parser(
+        "rosbag",
+        "",
+        "Determine whether a bag is playable in the current system, or if it can be migrated.",
+    )
+    parser.usage = "rosbag check BAG [-g RULEFILE] [EXTRARULES1 EXTRARULES2 ...]"
+    parser.add_option("-g", "--genrules", dest="rulefile", help="generate a rulefile named RULEFILE")
+    parser.add_option(
+        "-a",
+        "--append",
+        dest="append",
+        action="store_true",
+        help="append to the end of an existing rulefile after loading it",
+    )
+    parser.add_option(
+        "-n", "--noplugins", dest="noplugins", action="store_true", help="do not load rulefiles via plugins"
+    )
+    options, arguments = parser.parse_args(list(argv))
+    if not arguments:
+        parser.error("You must specify a bag file to check.")
+    if options.append and not options.rulefile:
+        parser.error("Cannot specify -a without also specifying -g.")
+    rule_files = arguments[1:]
+    if options.rulefile and Path(options.rulefile).exists():
+        if not options.append:
+            parser.error(f"The file {options.rulefile} already exists.  Include -a if you intend to append.")
+        rule_files.append(options.rulefile)
+    migrator = _migrator(rule_files)
+    with open_bag(arguments[0]) as bag:
+        changes = migrator.changes(bag)
+        if not changes:
+            print("Bag file does not need any migrations.")
+            return 0
+        print("The following migrations need to occur:")
+        _show(changes)
+        if not any(change.missing for change in changes):
+            print("\nAll rules defined.  Bag is ready to be migrated")
+        elif options.rulefile:
+            _write_rules(Path(options.rulefile), changes, bag)
+            print(f"\nThe necessary rule files have been written to: {options.rulefile}")
+        else:
+            print("\nTo generate rules, please run with -g <rulefile>")
+    return 0
+
+
+def fix(argv: Sequence[str]) -> int:
+    parser = option_parser(
+        "rosbag", "", "Repair the messages in a bag file so that it can be played in the current system."
+    )
+    parser.usage = "rosbag fix INBAG OUTBAG [EXTRARULES1 EXTRARULES2 ...]"
+    parser.add_option(
+        "-n", "--noplugins", dest="noplugins", action="store_true", help="do not load rulefiles via plugins"
+    )
+    parser.add_option(
+        "--force",
+        dest="force",
+        action="store_true",
+        help="proceed with migrations, even if not all rules defined",
+    )
+    options, arguments = parser.parse_args(list(argv))
+    if not arguments:
+        parser.error("You must pass input and output bag files.")
+    if len(arguments) < 2:
+        parser.error("You must pass an output bag file.")
+    source, target = Path(arguments[0]), Path(arguments[1])
+    if target.exists() and source.samefile(target):
+        parser.error("Input and output must be different files.")
+    migrator = _migrator(arguments[2:])
+    with open_bag(source) as bag:
+        missing = [] if options.force else [change for change in migrator.changes(bag) if change.missing]
+        if not missing:
+            with replaced_file(target) as file:
+                migrator.fix(bag, writer_for(target, file), force=bool(options.force))
+            print("Bag migrated successfully.")
+            return 0
+    print("Bag could not be migrated.  The following migrations could not be performed:")
+    _show(missing)
+    print(
+        "Try running 'rosbag check' to create the necessary rule files or run 'rosbag fix' with the "
+        "'--force' option."
+    )
+    return 1
+
+
+def _migrator(files: Iterable[str]) -> Migrator:
+    return Migrator([rule for file in files for rule in parse_rules(read_text(file), file)])
+
+
+def _show(changes: Iterable[Change]) -> None:
+    for change in changes:
+        _show_pair("", change.old, change.new)
+        if change.missing:
+            print(f"    {len(change.missing)} rules missing:")
+            for old, new in change.missing:
+                _show_pair("    ", old, new)
+
+
+def _show_pair(indent: str, old: Kind, new: Kind) -> None:
+    print(f"{indent} * From: {old[0]} [{old[1]}]\n{indent}   To:   {new[0]} [{new[1]}]")
+
+
+def _write_rules(path: Path, changes: Iterable[Change], bag: BagReader) -> None:
+    from pipros.msg.dynamic import message_classes_from_text
+
+    classes = {}
+    for connection in bag.connections:
+        for made in message_classes_from_text(connection.type, connection.definition).values():
+            classes[made._type, made._md5sum] = made
+    missing = dict.fromkeys(pair for change in changes for pair in change.missing)
+    with path.open("a", encoding="utf-8") as file:
+        for pair in missing:
+            new = installed_class(pair[1][0])
+            if pair[0] in classes and new is not None:
+                file.write(rule_text(pair, classes[pair[0]], new) + "\n")
+            else:
+                print(f"cannot write a rule for {pair[0][0]} [{pair[0][1]}]", file=sys.stderr)

@@ -1,0 +1,76 @@
+"""`rosbag.migration` for Python code: bags of older definitions, checked and fixed by rules.
+
+Facade of `pipros.bag.migration`. Rules are parsed, not run, so rules cannot be classes made in Python.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from pipros.bag.migration import Change, Migrator
+from pipros.bag.migration_rules import parse_rules
+from pipros.bag.opening import open_bag, writer_for
+from pipros.bag.rewrite import replaced_file
+from pipros.errors import PiprosError
+from pipros.input_file import read_text
+
+__all__ = ["BagMigrationException", "MessageMigrator", "checkbag", "fixbag", "fixbag2"]
+
+
+class BagMigrationException(Exception):
+    """A rule file or a bag is broken."""
+
+
+class MessageMigrator:
+    """The rules of some files.
+
+    Args:
+        input_rule_files: their paths.
+        plugins: has no effect: rules of installed packages are not looked for.
+
+    Raises:
+        BagMigrationException: a file cannot be read, or is not a rule file.
+    """
+
+    def __init__(self, input_rule_files: Iterable[str] = (), plugins: bool = True) -> None:
+        del plugins
+        try:
+            rules = [rule for file in input_rule_files for rule in parse_rules(read_text(file), file)]
+        except (PiprosError, OSError) as error:
+            raise BagMigrationException(str(error)) from error
+        self._migrator = Migrator(rules)
+
+
+def checkbag(migrator: MessageMigrator, inbag: str) -> list[Change]:
+    """The types of a bag that need a migration.
+
+    Raises:
+        BagMigrationException: the bag cannot be read.
+    """
+    try:
+        with open_bag(inbag) as bag:
+            return migrator._migrator.changes(bag)
+    except (PiprosError, OSError) as error:
+        raise BagMigrationException(str(error)) from error
+
+
+def fixbag(migrator: MessageMigrator, inbag: str, outbag: str) -> bool:
+    """Writes the migrated bag; False, and no file, if rules are missing. Raises as `checkbag`."""
+    return not fixbag2(migrator, inbag, outbag)
+
+
+def fixbag2(migrator: MessageMigrator, inbag: str, outbag: str, force: bool = False) -> list[Change]:
+    """Writes the migrated bag; gives the changes that lack rules, and writes nothing, if there are some.
+
+    With `force` those messages stay as they are. Raises as `checkbag`.
+    """
+    try:
+        with open_bag(inbag) as bag:
+            missing = [change for change in migrator._migrator.changes(bag) if change.missing]
+            if missing and not force:
+                return missing
+            with replaced_file(Path(outbag)) as file:
+                return migrator._migrator.fix(bag, writer_for(outbag, file), force=force)
+    except (PiprosError, OSError) as error:
+        raise BagMigrationException(str(error)) from error
