@@ -103,9 +103,62 @@ except actionlib.ActionException as error:
 """
 
 
+RECONFIGURED = """
+import subprocess
+import sys
+import types
+from dynamic_reconfigure.client import Client
+from dynamic_reconfigure.server import Server
+from pipros.reconfigure.cfg_file import module_contents
+from pipros.reconfigure.generator import ParameterGenerator
+
+generator = ParameterGenerator()
+generator.add("gain", "double", 1, "A gain", 1.0, -5.0, 5.0)
+generator.add_group("Inner").add("on", "bool", 2, "Whether", False)
+declared = {"name": "Foo", "description": generator.group.to_dict(), "constants": []}
+levels = []
+
+def on_change(config, level):
+    levels.append(level)
+    if config.gain == 5.0:
+        server.update_configuration({"gain": 4.0})  # from within the callback
+        return server.config
+    return config
+
+server = Server(types.SimpleNamespace(**module_contents(declared)), on_change)
+client = Client("node", timeout=60)
+print(client.get_configuration(60)["gain"], client.update_configuration({"gain": 99})["gain"], levels)
+print(client.update_configuration({"groups": {"Inner": False}})["groups"]["groups"]["Inner"]["state"])
+
+def dynparam(*arguments):
+    program = "import sys; from dynamic_reconfigure.dynparam import main; sys.exit(main())"
+    ended = subprocess.run([sys.executable, "-c", program, *arguments], capture_output=True, text=True)
+    return ended.returncode, ended.stdout.strip(), ended.stderr.strip()
+
+print(dynparam("list"), dynparam("set", "node", "gain", "-2.5"))
+print(dynparam("set", "node", '{"on": true, gain: -5}'), dynparam("dump", "node", "saved.yaml"))
+print(open("saved.yaml").read().split())
+print(dynparam("set", "node", "nothing", "1"))
+print(dynparam("load", "node", "saved.yaml"), server.config.gain, server.config.on)
+"""
+
+
 @pytest.mark.parametrize(
     ("script", "expected"),
     [
+        pytest.param(
+            RECONFIGURED,
+            [
+                "1.0 4.0 [-1, 1, 1]",
+                "False",
+                "(0, '/node', '') (0, '', '')",
+                "(0, '', '') (0, '', '')",
+                "['\"on\":', 'true', 'gain:', '-5.0']",
+                "(1, '', \"error updating parameters: don't know parameter: nothing\")",
+                "(0, '', '') -5.0 True",
+            ],
+            id="parameters",
+        ),
         pytest.param(
             ACTIONS,
             [

@@ -24,7 +24,7 @@ FLOORS: list[list[set[str]]] = [
         {"names", "env", "wire", "safe"},
         {"log_folders"},
     ],
-    [{"packages", "cmake"}],
+    [{"packages", "cmake", "reconfigure"}],
     [{"msg"}],
     [{"startup", "net", "workspace"}],
     [{"master", "node"}],
@@ -41,6 +41,7 @@ STEP = {room: step for step, rooms in enumerate(STEPS) for room in rooms}
 # Facades that stand on others, whose names are part of what they promise.
 FACADES_BELOW: dict[str, set[str]] = {
     "actionlib": {"rospy"},
+    "dynamic_reconfigure": {"rospy", "rosservice"},
     "genpy": {"genmsg"},  # the exceptions of generate_dynamic
     "message_filters": {"rospy"},  # topics, the clock and logs of rospy's node
     "roslaunch": {"rosgraph"},  # its server is a rosgraph.xmlrpc.XmlRpcNode

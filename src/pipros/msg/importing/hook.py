@@ -90,6 +90,10 @@ class PackageFinder:
     def find_spec(
         self, name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None
     ) -> ModuleSpec | None:
+        if ".cfg" in name and name.split(".")[1] == "cfg":
+            from pipros.reconfigure.modules import cfg_spec
+
+            return cfg_spec(self._find_package, name)
         if not _may_be_package(name) or _is_python_starting():
             return None
         found = self._find_package(name)
@@ -102,7 +106,7 @@ class PackageFinder:
         if path is not None:
             return _spec_of(name, path)
         if folder is None or not any(
-            os.path.isdir(os.path.join(folder, kind)) for kind in (*KINDS, "action")
+            os.path.isdir(os.path.join(folder, kind)) for kind in (*KINDS, "action", "cfg")
         ):
             return None
         from importlib.machinery import ModuleSpec

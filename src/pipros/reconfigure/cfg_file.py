@@ -1,0 +1,105 @@
+"""Runs a `.cfg` file, which is a Python program, in a process of its own, and reads what it declares."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from pipros.errors import PiprosError
+from pipros.reconfigure.generator import OUTPUT_VARIABLE
+
+TIME_LIMIT_S = 30.0
+"""How long a `.cfg` file may run."""
+
+_SHOWN_CHARACTERS = 2_000
+
+
+class BadConfigFile(PiprosError):
+    """A `.cfg` file failed, declared nothing, or did not end."""
+
+
+def find(package_folder: Path, name: str) -> Path | None:
+    """The `.cfg` file of the configuration `name`, None where the package has none.
+
+    It has that name itself, as a rule; otherwise it is the first one that mentions the name in quotes.
+    """
+    files = sorted((package_folder / "cfg").rglob("*.cfg"))
+    for file in files:
+        if file.stem == name:
+            return file
+    mentioned = re.compile(rf"""["']{re.escape(name)}["']""")
+    for file in files:
+        if mentioned.search(file.read_text(encoding="utf-8", errors="replace")):
+            return file
+    return None
+
+
+def names(package_folder: Path) -> list[str]:
+    """The configurations whose files have their name."""
+    return sorted(file.stem for file in (package_folder / "cfg").rglob("*.cfg"))
+
+
+def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
+    """What the file declares: `name`, `description` and `constants`.
+
+    Raises:
+        BadConfigFile: it failed, declared nothing, or did not end within the time limit.
+    """
+    with tempfile.TemporaryDirectory(prefix="pipros_cfg_") as folder:
+        output = Path(folder) / "declared.json"
+        # The four arguments that genuine's generator asks for: old files look at their number.
+        arguments = [sys.executable, str(path), folder, folder, folder, folder]
+        environment = {**os.environ, OUTPUT_VARIABLE: str(output)}
+        try:
+            ended = subprocess.run(  # noqa: S603 # the user's own program
+                arguments,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                errors="replace",
+                timeout=time_limit_s,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            raise BadConfigFile(f"{path} did not end within {time_limit_s:g} s") from None
+        if not output.exists():
+            said = ended.stderr.strip()[-_SHOWN_CHARACTERS:] or "it never called generate()"
+            raise BadConfigFile(f"{path} declared no parameters (exit code {ended.returncode}):\n{said}")
+        declared: dict[str, Any] = json.loads(output.read_text(encoding="utf-8"))
+        return declared
+
+
+def parameters(group: dict[str, Any]) -> list[dict[str, Any]]:
+    """All parameters of a group and of those in it, whose groups are a list or a dictionary."""
+    found = list(group["parameters"])
+    inner = group["groups"]
+    for each in inner.values() if isinstance(inner, dict) else inner:
+        found += parameters(each)
+    return found
+
+
+def module_contents(declared: dict[str, Any]) -> dict[str, Any]:
+    """What the module of a configuration has, such as `my_pkg.cfg.FooConfig`."""
+    description = declared["description"]
+    every = parameters(description)
+    contents: dict[str, Any] = {"config_description": description, "inf": float("inf"), "all_level": 0}
+    for name, field in (
+        ("min", "min"),
+        ("max", "max"),
+        ("defaults", "default"),
+        ("level", "level"),
+        ("type", "type"),
+    ):
+        contents[name] = {parameter["name"]: parameter[field] for parameter in every}
+    for parameter in every:
+        contents["all_level"] |= parameter["level"]
+    for constant in declared["constants"]:
+        contents[f"{declared['name']}_{constant['name']}"] = constant["value"]
+    return contents

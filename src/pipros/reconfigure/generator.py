@@ -1,0 +1,185 @@
+"""What a `.cfg` file calls to declare parameters, and the description that becomes of it.
+
+The description is that of the modules that genuine dynamic_reconfigure generates: nested dictionaries.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+OUTPUT_VARIABLE = "PIPROS_CFG_OUTPUT"
+"""The environment variable with the file where a `.cfg` program writes what it declares."""
+
+TYPES: dict[str, type[Any]] = {"str": str, "bool": bool, "int": int, "double": float}
+_C_TYPES = {"str": "std::string", "bool": "bool", "int": "int", "double": "double"}
+_C_CONSTANTS = {
+    "str": "const char * const",
+    "bool": "const bool",
+    "int": "const int",
+    "double": "const double",
+}
+_BOUNDS: dict[str, tuple[Any, Any, Any]] = {  # default, minimum, maximum
+    "str": ("", "", ""),
+    "bool": (False, False, True),
+    "int": (0, -(2**31), 2**31 - 1),
+    "double": (0.0, -math.inf, math.inf),
+}
+
+
+class Group:
+    """Parameters that belong together, and groups in it."""
+
+    def __init__(self, numbers: list[int], name: str, type: str, state: bool, parent: Group | None) -> None:  # noqa: A002
+        self.name = name.replace(" ", "_")
+        self.type = type
+        self.state = state
+        self.id = len(numbers)
+        numbers.append(self.id)
+        self.parent = parent
+        self.parameters: list[dict[str, Any]] = []
+        self.groups: list[Group] = []
+        self._numbers = numbers
+        self._source = _source()
+
+    def add_group(self, name: str, type: str = "", state: bool = True) -> Group:  # noqa: A002
+        """Adds a group."""
+        group = Group(self._numbers, name, type, state, self)
+        self.groups.append(group)
+        return group
+
+    def add(
+        self,
+        name: str,
+        paramtype: str,
+        level: int,
+        description: str,
+        default: Any = None,
+        min: Any = None,  # noqa: A002
+        max: Any = None,  # noqa: A002
+        edit_method: str = "",
+    ) -> None:
+        """Adds a parameter.
+
+        Raises:
+            TypeError: a value is not of the parameter's type.
+            ValueError: the name or the type cannot be one, or a text or bool has bounds.
+        """
+        if paramtype not in TYPES:
+            raise ValueError(f"the type of {name} must be one of {', '.join(TYPES)}, got {paramtype!r}")
+        if not re.fullmatch("[a-zA-Z][a-zA-Z0-9_]*", name):
+            raise ValueError(f"the name of a parameter must be letters, digits and underscores, got {name!r}")
+        if paramtype in ("str", "bool") and (min is not None or max is not None):
+            raise ValueError(f"{name} has the type {paramtype}, so it cannot have min or max")
+        values = zip(("default", "min", "max"), (default, min, max), _BOUNDS[paramtype], strict=True)
+        parameter = {"name": name, "type": paramtype, "level": level, "description": description}
+        for field, value, standard in values:
+            parameter[field] = standard if value is None else checked(name, paramtype, field, value)
+        parameter |= _source() | {"edit_method": edit_method}
+        parameter |= {"ctype": _C_TYPES[paramtype], "cconsttype": _C_CONSTANTS[paramtype]}
+        self.parameters.append(parameter)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The group with all that is in it."""
+        path = self._path()
+        parent = self.parent or self
+        return {
+            "name": self.name,
+            "type": self.type,
+            "state": self.state,
+            "cstate": "true" if self.state else "false",
+            "id": self.id,
+            "parent": parent.id,
+            "parameters": self.parameters,
+            "groups": [group.to_dict() for group in self.groups],
+            **self._source,
+            "class": "::".join(name.upper() for name in path),
+            "parentclass": "::".join(name.upper() for name in path[:-1]),
+            "parentname": parent.name,
+            "field": "::".join([*(name.upper() for name in path[:-1]), self.name.lower()]),
+            "upper": self.name.upper(),
+            "lower": self.name.lower() if self.parent else "groups",
+        }
+
+    def _path(self) -> list[str]:
+        return [*(self.parent._path() if self.parent else ()), self.name]
+
+
+class ParameterGenerator:
+    """The parameters that a `.cfg` file declares; `generate` at its end hands them over."""
+
+    def __init__(self) -> None:
+        self.group = Group([], "Default", "", True, None)
+        self.constants: list[dict[str, Any]] = []
+
+    def const(self, name: str, type: str, value: Any, descr: str) -> dict[str, Any]:  # noqa: A002
+        """Declares a constant."""
+        constant = {"name": name, "type": type, "value": checked(name, type, "value", value)}
+        constant |= _source() | {"description": _without_quotes(descr)}
+        constant |= {"ctype": _C_TYPES[type], "cconsttype": _C_CONSTANTS[type]}
+        self.constants.append(constant)
+        return constant
+
+    def enum(self, constants: list[dict[str, Any]], description: str) -> str:
+        """The edit method of a parameter that takes one of the constants, which must have the same type."""
+        if len({constant["type"] for constant in constants}) != 1:
+            raise ValueError("the constants of an enum must all have the same type")
+        return repr({"enum": constants, "enum_description": _without_quotes(description)})
+
+    def add(
+        self,
+        name: str,
+        paramtype: str,
+        level: int,
+        description: str,
+        default: Any = None,
+        min: Any = None,  # noqa: A002
+        max: Any = None,  # noqa: A002
+        edit_method: str = "",
+    ) -> None:
+        """Adds a parameter; errors as for `Group.add`."""
+        self.group.add(name, paramtype, level, description, default, min, max, edit_method)
+
+    def add_group(self, name: str, type: str = "", state: bool = True) -> Group:  # noqa: A002
+        """Adds a group."""
+        return self.group.add_group(name, type, state)
+
+    def generate(self, pkgname: str, nodename: str, name: str) -> int:  # noqa: ARG002
+        """Writes what was declared to the file that the environment names. Returns the exit code."""
+        output = os.environ.get(OUTPUT_VARIABLE)
+        if output is None:
+            print(
+                "A .cfg file need not be run: `from my_pkg.cfg import FooConfig` does it where it is needed.",
+                file=sys.stderr,
+            )
+            return 1
+        declared = {"name": name, "description": self.group.to_dict(), "constants": self.constants}
+        Path(output).write_text(json.dumps(declared), encoding="utf-8")
+        return 0
+
+
+def checked(name: str, type_name: str, field: str, value: Any) -> Any:
+    """The value, made a float where it should be one. Raises TypeError if it has another type."""
+    wanted = TYPES[type_name]
+    if type(value) is not wanted and not (wanted is float and type(value) is int):
+        raise TypeError(f"{field} of {name} must be of the type {type_name}, got {value!r}")
+    return wanted(value)
+
+
+def _without_quotes(description: str) -> str:
+    if '"' in description or "'" in description:
+        raise ValueError(f"a description must not have quotes, got {description}")
+    return description
+
+
+def _source() -> dict[str, Any]:
+    """The line of the `.cfg` file that is executed: the first caller outside of this file."""
+    frame = sys._getframe()
+    while frame.f_back is not None and frame.f_code.co_filename == __file__:
+        frame = frame.f_back
+    return {"srcline": frame.f_lineno, "srcfile": os.path.basename(frame.f_code.co_filename)}

@@ -1,0 +1,64 @@
+"""The modules `<package>.cfg` and `<package>.cfg.<Name>Config`, made from `.cfg` files at their import."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from importlib.abc import Loader
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from pipros.reconfigure.cfg_file import BadConfigFile, find, module_contents, names, parameters, read
+
+FindPackage = Callable[[str], Any]
+_SUFFIX = "Config"
+
+
+def cfg_spec(find_package: FindPackage, name: str) -> ModuleSpec | None:
+    """The spec of a module that begins with `<package>.cfg`; None where the package has no such file."""
+    package, _, rest = name.partition(".")
+    _, _, module = rest.partition(".")
+    found = find_package(package)
+    if found is None:
+        return None
+    folder = Path(os.fspath(found))
+    if not module:
+        has_files = next((folder / "cfg").rglob("*.cfg"), None) is not None
+        return ModuleSpec(name, _PackageLoader(folder), is_package=True) if has_files else None
+    if not module.endswith(_SUFFIX) or "." in module:
+        return None
+    file = find(folder, module.removesuffix(_SUFFIX))
+    return None if file is None else ModuleSpec(name, _ConfigLoader(file), origin=str(file))
+
+
+class _PackageLoader(Loader):
+    """Makes `<package>.cfg`, whose modules are made when they are imported."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:  # noqa: ARG002
+        return None
+
+    def exec_module(self, module: ModuleType) -> None:
+        module.__path__ = []
+        module.__dict__["__all__"] = [name + _SUFFIX for name in names(self._folder)]
+
+
+class _ConfigLoader(Loader):
+    """Makes the module of one configuration."""
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:  # noqa: ARG002
+        return None
+
+    def exec_module(self, module: ModuleType) -> None:
+        try:
+            contents = module_contents(read(self._file))
+        except BadConfigFile as error:
+            raise ImportError(str(error), name=module.__name__, path=str(self._file)) from error
+        module.__dict__.update(contents, extract_params=parameters)

@@ -1,0 +1,58 @@
+"""dynamic_reconfigure: the same traffic and the same answers, whoever serves and whoever asks."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from pipros.reconfigure.cfg_file import module_contents, read
+from tests.support.ros import RosSystem
+
+PROGRAMS = Path(__file__).parent / "programs"
+CFG = """
+PACKAGE = "tuning"
+from dynamic_reconfigure.parameter_generator_catkin import *
+gen = ParameterGenerator()
+constants = [gen.const("Small", int_t, 0, "A small one"), gen.const("Large", int_t, 2, "A large one")]
+gen.add("size", int_t, 1, "How large", 0, 0, 2, edit_method=gen.enum(constants, "Sizes"))
+gen.add("gain", double_t, 2, "A gain", 1.5, -10, 10)
+gen.add("free", double_t, 4, "Without bounds", 1.0)
+gen.add("name", str_t, 8, "A name", "robot")
+gen.add("on", bool_t, 16, "Whether", True)
+inner = gen.add_group("Inner", type="collapse", state=False)
+inner.add("count", int_t, 32, "Inside", 5, 0, 9)
+deep = inner.add_group("Deep one")
+deep.add("flag", bool_t, 64, "Deeper", False)
+exit(gen.generate(PACKAGE, "tuning", "Tuning"))
+"""
+
+
+@pytest.mark.timeout(200)
+def test_parameters_change_alike(plain_ros: RosSystem, tmp_path: Path) -> None:
+    file = tmp_path / "Tuning.cfg"
+    file.write_text(CFG)
+    module = tmp_path / "module.json"
+    module.write_text(json.dumps(module_contents(read(file))))
+    plain_ros.pipros.start_master()
+    sides = {"pipros": plain_ros.pipros, "genuine": plain_ros.genuine}
+    seen = {}
+    for server in sides:
+        for client in sides:
+            serving = sides[server].start("python3", PROGRAMS / "serve_parameters.py", module)
+            asking = sides[client].run("python3", PROGRAMS / "change_parameters.py", timeout_s=90)
+            serving.press_ctrl_c()
+            serving.wait()
+            assert asking.wait() == 0, asking.output
+            seen[server, client] = (asking.stdout, serving.stdout)
+
+    expected = seen["genuine", "genuine"]
+    assert len(expected[0]) == 12
+    for pair, found in seen.items():
+        # The words of the two errors are our own.
+        differing = [
+            (a, b) for a, b in zip(found[0], expected[0], strict=True) if a != b and "param" not in a
+        ]
+        assert differing == [], pair
+        assert found[1] == expected[1], pair

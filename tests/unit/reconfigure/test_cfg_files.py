@@ -1,0 +1,130 @@
+"""`.cfg` files without a build."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from pathlib import Path
+
+import pytest
+
+from dynamic_reconfigure.encoding import (
+    Config,
+    decode_config,
+    decode_description,
+    encode_config,
+    encode_description,
+)
+from pipros.msg.importing.hook import PackageFinder
+from pipros.reconfigure.cfg_file import BadConfigFile, module_contents, read
+from pipros.reconfigure.generator import ParameterGenerator
+
+HEAD = "from dynamic_reconfigure.parameter_generator_catkin import *\ngen = ParameterGenerator()\n"
+BODY = """
+gen.add("gain", double_t, 2, "A gain", 1.5, -10, 10)
+inner = gen.add_group("Inner", state=False)
+inner.add("count", int_t, 4, "Inside", 5)
+gen.const("Few", int_t, 3, "Not many")
+exit(gen.generate("tuned_pkg", "node", "Tuning"))
+"""
+
+
+@pytest.fixture
+def cfg(tmp_path: Path) -> Path:
+    file = tmp_path / "tuned_pkg" / "cfg" / "Tuning.cfg"
+    file.parent.mkdir(parents=True)
+    file.write_text(HEAD + BODY)
+    return file
+
+
+def test_a_file_declares_parameters_groups_and_constants(cfg: Path) -> None:
+    contents = module_contents(read(cfg))
+
+    assert contents["defaults"] == {"gain": 1.5, "count": 5}
+    assert contents["max"] == {"gain": 10.0, "count": 2**31 - 1}
+    assert contents["level"] == {"gain": 2, "count": 4}
+    assert contents["all_level"] == 6
+    assert contents["Tuning_Few"] == 3
+    (inner,) = contents["config_description"]["groups"]
+    assert (inner["class"], inner["field"], inner["state"]) == ("DEFAULT::INNER", "DEFAULT::inner", False)
+    assert contents["config_description"]["parameters"][0]["srcfile"] == "Tuning.cfg"
+
+
+def test_a_configuration_is_imported_without_a_build(cfg: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    package = str(cfg.parent.parent)
+    finder = PackageFinder(lambda name: package if name == "tuned_pkg" else None)
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path, finder])
+
+    module = importlib.import_module("tuned_pkg.cfg.TuningConfig")
+
+    assert module.defaults["gain"] == 1.5
+    assert importlib.import_module("tuned_pkg.cfg").__all__ == ["TuningConfig"]
+    with pytest.raises(ImportError):
+        importlib.import_module("tuned_pkg.cfg.OtherConfig")
+    cfg.write_text("raise ValueError('by the file')")
+    del sys.modules["tuned_pkg.cfg.TuningConfig"]
+    with pytest.raises(ImportError, match="by the file"):
+        importlib.import_module("tuned_pkg.cfg.TuningConfig")
+    for name in [name for name in sys.modules if name.startswith("tuned_pkg")]:
+        del sys.modules[name]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("raise ValueError('by the file')", "by the file"),
+        ("pass", r"never called generate\(\)"),
+        (HEAD + "gen.add('x', int_t, 0, 'd', 1.5)", "must be of the type int, got 1.5"),
+        (HEAD + "gen.add('1x', int_t, 0, 'd')", "the name of a parameter must be"),
+        (HEAD + "gen.add('x', str_t, 0, 'd', 'a', 'b')", "cannot have min or max"),
+        (HEAD + "gen.add('x', 'long', 0, 'd')", "must be one of str, bool, int, double"),
+        (HEAD + "gen.const('X', int_t, 1, \"it's\")", "must not have quotes"),
+    ],
+)
+def test_a_bad_file_says_what_is_wrong(cfg: Path, text: str, words: str) -> None:
+    cfg.write_text(text)
+
+    with pytest.raises(BadConfigFile, match=words):
+        read(cfg)
+
+
+def test_a_file_that_never_ends_is_ended(cfg: Path) -> None:
+    cfg.write_text("import threading\nthreading.Event().wait()")
+
+    with pytest.raises(BadConfigFile, match=r"did not end within 0\.3 s"):
+        read(cfg, time_limit_s=0.3)
+
+
+def test_configurations_and_descriptions_come_back_from_messages(cfg: Path) -> None:
+    class Module:
+        pass
+
+    for name, value in module_contents(read(cfg)).items():
+        setattr(Module, name, value)
+
+    described = decode_description(encode_description(Module))
+    assert described["parameters"][0] == {
+        "name": "gain",
+        "min": -10.0,
+        "max": 10.0,
+        "default": 1.5,
+        "type": "double",
+        "level": 2,
+        "description": "A gain",
+        "edit_method": "",
+    }
+    assert [each["name"] for each in described["groups"]["Inner"]["parameters"]] == ["count"]
+    config = Config(gain=1.0, count=3, on=True, name="x")
+    assert decode_config(encode_config(config)) == config
+    assert config.gain == 1.0
+    with pytest.raises(AttributeError):
+        _ = config.nothing
+
+
+def test_generate_needs_to_be_asked(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("PIPROS_CFG_OUTPUT", raising=False)
+
+    assert ParameterGenerator().generate("a", "b", "C") == 1
+    assert "need not be run" in capsys.readouterr().err
