@@ -67,7 +67,7 @@ def test_a_level_that_ros_does_not_have_is_its_number() -> None:
         (["set", "a", "b"], "you must specify a node, a logger and a level"),
         (["set", "a", "b", "c"], "invalid level"),
         (["echo", "-l", "loud"], "invalid choice"),
-        (["echo", "["], "argument FILTER: invalid"),
+        (["echo", "["], "argument FILTER: [[] must be a regular expression"),
     ],
 )
 def test_mistakes_end_with_2(words: list[str], complaint: str, capsys: pytest.CaptureFixture[str]) -> None:

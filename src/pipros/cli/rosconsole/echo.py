@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from argparse import ArgumentParser
+from argparse import ArgumentParser, ArgumentTypeError
 from collections.abc import Callable, Sequence
 from datetime import datetime
 from typing import Any
 
 from pipros.cli.terminal import has_colours
 from pipros.graph.client import GraphClient
+from pipros.graph.errors import GraphError
 from pipros.graph.loggers import LEVELS
 from pipros.names import parse_arguments
 from pipros.printable import listed, printable_lines
@@ -19,6 +20,7 @@ _NUMBERS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
 _COLOURS = {"DEBUG": 92, "INFO": 97, "WARN": 93, "ERROR": 91, "FATAL": 95}
 _NAMES = {number: name for name, number in _NUMBERS.items()}
 _INDENT = " " * 10
+_LOG_TYPES = ("rosgraph_msgs/Log", "roslib/Log")
 
 
 def echo(argv: Sequence[str]) -> int:
@@ -64,7 +66,7 @@ def _pattern(text: str) -> re.Pattern[str]:
     try:
         return re.compile(text)
     except re.error as error:
-        raise ValueError(str(error)) from None
+        raise ArgumentTypeError(f"[{text}] must be a regular expression: {error}") from None
 
 
 def _follow(topic: str, printer: LogPrinter, *, is_once: bool, argv: Sequence[str]) -> None:
@@ -80,6 +82,11 @@ def _follow(topic: str, printer: LogPrinter, *, is_once: bool, argv: Sequence[st
         listening = Listening(node)
 
         def show(message: Any) -> None:
+            if message.header.get("type") not in _LOG_TYPES:
+                raise GraphError(
+                    f"topic [{name}] must be of type rosgraph_msgs/Log, got "
+                    f"[{listed(message.header.get('type'))}]"
+                )
             if printer.show(classes.decode(message)) and is_once:
                 listening.finish()
 
