@@ -1,0 +1,125 @@
+"""`rosbag export`: topics of a bag to CSV, NumPy and image files."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TextIO
+
+from pipros.bag.connection import Connection
+from pipros.bag.errors import BagError
+from pipros.bag.images import IMAGE_TYPES, image_file
+from pipros.bag.opening import open_bag
+from pipros.bag.reader import BagReader
+from pipros.cli.program import CommandError, option_parser
+from pipros.graph.message_path import Part
+from pipros.graph.plot import Plot
+from pipros.msg.base import Message
+from pipros.msg.time import TVal
+
+_FORMATS = ("csv", "npz")
+
+
+def export(argv: Sequence[str]) -> int:
+    parser = option_parser(
+        "rosbag",
+        "",
+        "Export topics: messages to one table for each topic, images to one file for each.",
+    )
+    parser.usage = "rosbag export [options] BAG DIR [TOPIC1 TOPIC2 ...]"
+    parser.add_option(
+        "--format",
+        dest="format",
+        default="csv",
+        metavar="FORMAT",
+        help="csv (default) or npz, which needs NumPy",
+    )
+    options, arguments = parser.parse_args(list(argv))
+    if len(arguments) < 2:
+        parser.error("You must specify a bag file and a folder.")
+    if options.format not in _FORMATS:
+        parser.error(f"the format must be one of {', '.join(_FORMATS)}, got {options.format}")
+    folder = Path(arguments[1])
+    with open_bag(arguments[0]) as bag:
+        topics = arguments[2:] or sorted({connection.topic for connection in bag.connections})
+        unknown = set(topics) - {connection.topic for connection in bag.connections}
+        if unknown:
+            raise CommandError(f"the bag does not have the topics {', '.join(sorted(unknown))}")
+        folder.mkdir(parents=True, exist_ok=True)
+        for topic in topics:
+            _export(bag, topic, folder / topic.strip("/").replace("/", "_"), options.format)
+    return 0
+
+
+def _export(bag: BagReader, topic: str, path: Path, form: str) -> None:
+    connections: list[Connection] = bag.connections_of(topic)
+    if connections[0].type in IMAGE_TYPES:
+        written = _images(bag, topic, path)
+    elif form == "npz":
+        path = path.with_name(path.name + ".npz")
+        written = _arrays(bag, topic, path)
+    else:
+        path = path.with_name(path.name + ".csv")
+        with path.open("w", encoding="utf-8", newline="") as file:
+            written = _table(bag, topic, file)
+    print(f"{topic}: {written} messages to {path}")
+
+
+def _table(bag: BagReader, topic: str, file: TextIO) -> int:
+    """The rows that `rostopic echo -p` prints; times are those of the bag."""
+    plot, count = Plot(), 0
+    for _, message, time, connection in bag.messages(topic):
+        part = Part(message, connection.type)
+        if not count:
+            file.write(plot.heading(part) + "\n")
+        file.write(plot.row(part, time.to_nsec()) + "\n")
+        count += 1
+    return count
+
+
+def _images(bag: BagReader, topic: str, folder: Path) -> int:
+    folder.mkdir(exist_ok=True)
+    count = 0
+    for _, message, time, _ in bag.messages(topic):
+        try:
+            suffix, content = image_file(message)
+        except BagError as error:
+            raise CommandError(f"{topic}: {error}") from error
+        (folder / f"{time.secs}.{time.nsecs:09d}{suffix}").write_bytes(content)
+        count += 1
+    return count
+
+
+def _arrays(bag: BagReader, topic: str, path: Path) -> int:
+    """One array for each field; fields of texts, and lists whose length changes, are left out."""
+    try:
+        import numpy
+    except ImportError:
+        raise CommandError("npz files need NumPy: pip install 'pipros[numpy]'") from None
+    columns: dict[str, list[Any]] = {"time": []}
+    for _, message, time, _ in bag.messages(topic):
+        columns["time"].append(time.to_nsec())
+        _flatten("", message, columns)
+    count = len(columns["time"])
+    kept: dict[str, Any] = {}
+    for name, values in columns.items():
+        sizes = {len(value) if isinstance(value, list | tuple | bytes) else -1 for value in values}
+        if len(values) != count or len(sizes) > 1:
+            print(f"{topic}: {name} is left out, since its length changes", file=sys.stderr)
+            continue
+        kept[name] = numpy.array([list(value) if isinstance(value, bytes) else value for value in values])
+    numpy.savez_compressed(path, **kept)
+    return count
+
+
+def _flatten(name: str, value: Any, columns: dict[str, list[Any]]) -> None:
+    if isinstance(value, Message):
+        for field in value.__slots__:
+            _flatten(f"{name}.{field}" if name else field, getattr(value, field), columns)
+    elif isinstance(value, TVal):
+        columns.setdefault(name, []).append(value.to_nsec())
+    elif isinstance(value, bool | int | float | bytes) or (
+        isinstance(value, list | tuple) and not any(isinstance(each, Message | TVal | str) for each in value)
+    ):
+        columns.setdefault(name, []).append(value)
