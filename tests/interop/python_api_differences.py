@@ -97,6 +97,11 @@ DIFFERENCES = [
         ),
     ),
     Difference(
+        Kind.ABSENT,
+        "they drive genuine catkin's build with CMake and make; here `catkin_make` builds",
+        ("catkin.builder.*", "catkin.environment_cache.*"),
+    ),
+    Difference(
         Kind.DIFFERS,
         "a function with a decorator, which takes what the function takes",
         ("roslib.scriptutil.get_*", "roslib.scriptutil.script_resolve_name"),

@@ -16,7 +16,7 @@ _WITH_PROJECT = ("etc", "include", "libexec", "share")
 
 
 class WrongFolders(PiprosError):
-    """Folders that cannot be searched with, or without, a project."""
+    """Folders that do not exist in workspaces, or cannot be searched with, or without, a project."""
 
 
 @dataclass(slots=True)
@@ -69,6 +69,11 @@ def find_files(
 
 
 def _checked(folders: Sequence[str], project: str) -> list[str]:
+    unknown = ", ".join(
+        f'"{folder}"' for folder in folders if folder not in (*_WITHOUT_PROJECT, *_WITH_PROJECT)
+    )
+    if unknown:
+        raise WrongFolders(f"Unsupported search folders: {unknown}")
     possible = _WITH_PROJECT if project else _WITHOUT_PROJECT
     wrong = ", ".join(f'"{folder}"' for folder in folders if folder not in possible)
     if wrong:

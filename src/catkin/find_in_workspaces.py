@@ -1,0 +1,9 @@
+"""`catkin.find_in_workspaces`: files of packages in built workspaces."""
+
+from catkin_pkg.packages import find_packages as find_packages
+
+from pipros.workspace.shared_files import find_in_workspaces as find_in_workspaces
+from pipros.workspace.shared_files import source_paths as get_source_paths
+from pipros.workspace.shared_files import workspaces as get_workspaces
+
+__all__ = ["find_in_workspaces", "find_packages", "get_source_paths", "get_workspaces"]

@@ -1,0 +1,8 @@
+"""`catkin.terminal_color`: colours of texts on a terminal, by catkin_pkg."""
+
+from catkin_pkg.terminal_color import ColorTemplate as ColorTemplate
+from catkin_pkg.terminal_color import ansi as ansi
+from catkin_pkg.terminal_color import disable_ANSI_colors as disable_ANSI_colors
+from catkin_pkg.terminal_color import enable_ANSI_colors as enable_ANSI_colors
+from catkin_pkg.terminal_color import fmt as fmt
+from catkin_pkg.terminal_color import sanitize as sanitize
