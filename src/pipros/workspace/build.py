@@ -192,6 +192,7 @@ class _Build:
             self._fail(package, f"{package.folder}: the package has no CMakeLists.txt")
             return None
         self._say(f"-- ==> add_subdirectory({os.path.relpath(package.folder, self._layout.source)})")
+        status_lines: list[str] = []
         try:
             project = read_project(
                 str(package.folder),
@@ -200,10 +201,13 @@ class _Build:
                 self._variables,
                 find_for_cmake,
                 str(package.manifest.version),
+                status_lines=status_lines,
             )
             check_manifest(project, package)
             check_interfaces(project, definitions, find_folder)
         except PiprosError as error:
+            for line in status_lines:
+                self._say(line)
             self._fail(package, str(error))
             return None
         counts = {

@@ -44,6 +44,7 @@ def read_project(
     find_package: FindPackage = lambda _name: FoundPackage(),
     version: str = "",
     limits: Limits | None = None,
+    status_lines: list[str] | None = None,
 ) -> Project:
     """Carries out the `CMakeLists.txt` of a package; programs are run and files written, as CMake does it.
 
@@ -54,11 +55,14 @@ def read_project(
         find_package: finds the packages that the file needs.
         version: the package's version in its manifest.
         limits: by default those of the process.
+        status_lines: gets what `message()` prints, also if an error follows.
 
     Raises:
         CMakeError: with file and line, for what CMake would refuse as well.
     """
     project = Project(name, folder, os.path.join(folder, "CMakeLists.txt"))
+    if status_lines is not None:
+        project.status_lines = status_lines
     variables = package_variables(name, folder)
     unset = {name: value for name, value in variables.items() if name not in settings}
     environment = {**DISTRIBUTION, **environment}
