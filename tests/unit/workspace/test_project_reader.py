@@ -12,7 +12,8 @@ from pipros.workspace.catkin.project import Project
 from pipros.workspace.catkin.project_reader import read_project
 
 FILES = (
-    "msg/A.msg", "msg/B.msg", "srv/S.srv", "action/D.action", "test/x.test", "test/test_it.py", "launch/x.launch",
+    "msg/A.msg", "msg/B.msg", "srv/S.srv", "action/D.action", "test/x.test", "test/test_it.py",
+    "launch/x.launch",
     "scripts/a.py", "include/p/x.h", "env-hooks/10.p.sh", "cmake/p.cmake",
 )  # fmt: skip
 FIND = "find_package(catkin REQUIRED message_generation rostest roslaunch)\n"
