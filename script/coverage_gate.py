@@ -1,4 +1,4 @@
-"""Compares what `script/coverage` measured with the gate of each pure room."""
+"""Compares what `script/coverage` measured with the gate of each pure package."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ def main(report: str) -> int:
     measured = {Path(file): of["summary"] for file, of in files.items()}
     failed = False
     gated: set[Path] = set()
-    for room, gate in GATES.items():
-        inside = {file for file in measured if _is_in(file, room)}
+    for package, gate in GATES.items():
+        inside = {file for file in measured if _is_in(file, package)}
         gated |= inside
         reached = _per_cent(measured, inside)
         is_below = reached < gate
         failed |= is_below
-        print(f"{room:24} {reached:5.1f} %   gate {gate} %{'   TOO LOW' if is_below else ''}")
+        print(f"{package:24} {reached:5.1f} %   gate {gate} %{'   TOO LOW' if is_below else ''}")
     print(f"{'the rest':24} {_per_cent(measured, measured.keys() - gated):5.1f} %")
     if failed:
         print("What was not run: script/coverage report", file=sys.stderr)
     return int(failed)
 
 
-def _is_in(file: Path, room: str) -> bool:
+def _is_in(file: Path, package: str) -> bool:
     path = file.relative_to(_ROOT).as_posix()
-    return fnmatch(path, room) or path.startswith(f"{room}/")
+    return fnmatch(path, package) or path.startswith(f"{package}/")
 
 
 def _per_cent(measured: dict[Path, dict[str, int]], files: set[Path]) -> float:
-    """Lines and branches that were run; nothing in a room without files, which the table should not name."""
+    """Lines and branches that were run; 0 in a package without files, which the table should not name."""
     run = sum(measured[file]["covered_lines"] + measured[file]["covered_branches"] for file in files)
     of = sum(measured[file]["num_statements"] + measured[file]["num_branches"] for file in files)
     return 100 * run / of if of else 0.0

@@ -69,12 +69,12 @@ def _describe(uri: str, host: str, port: int) -> str:
     Raises:
         _PortTaken: a program other than a ROS master listens at the master's address.
     """
-    look = "rostopic echo /battery_topic"
+    command = "rostopic echo /battery_topic"
     if uri != DEFAULT_MASTER_URI:
-        look = f"export ROS_MASTER_URI={uri} && {look}"
+        command = f"export ROS_MASTER_URI={uri} && {command}"
     line = (
         "A talker publishes a battery level and a listener shows it; Ctrl-C ends both. "
-        f"To look from a second terminal, in {_REPOSITORY}: . .venv/bin/activate && {look}"
+        f"To look from a second terminal, in {_REPOSITORY}: . .venv/bin/activate && {command}"
     )
     try:
         socket.create_connection((host, port), _ASK_TIMEOUT_S).close()

@@ -8,7 +8,7 @@ from pipros.cli import catkin_create_pkg
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["a", "-V", "bad"], 'Package version "bad" does not follow version conventions'),
         (["a/b"], 'Package name "a/b" does not follow naming conventions'),
@@ -17,12 +17,12 @@ from pipros.cli import catkin_create_pkg
 )
 def test_what_makes_no_package_is_told_in_a_line(
     arguments: list[str],
-    said: str,
+    message: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert catkin_create_pkg.main(arguments) == 1
-    assert capsys.readouterr().err.startswith(f"catkin_create_pkg: error: {said}")
+    assert capsys.readouterr().err.startswith(f"catkin_create_pkg: error: {message}")
     assert list(tmp_path.iterdir()) == []

@@ -79,7 +79,7 @@ def test_clean_makes_the_next_build_a_full_one(base: Path, capsys: pytest.Captur
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["--pkg", "nope"], 'Packages "nope" not found in the workspace'),
         (["--only-pkg-with-deps", "b", "a"], 'Packages "a, b" not found in the workspace'),
@@ -90,10 +90,10 @@ def test_clean_makes_the_next_build_a_full_one(base: Path, capsys: pytest.Captur
     ],
 )
 def test_what_cannot_be_made_ends_with_1(
-    base: Path, arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
+    base: Path, arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert catkin_make.main(arguments) == 1
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 def test_a_custom_target_is_made_when_it_is_named(base: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -36,8 +36,8 @@ def write(package: Path, body: str, name: str = "one.launch") -> str:
 
 def check(*words: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, str, str]:
     code = main(words)
-    said = capsys.readouterr()
-    return code, said.out, said.err
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
 
 
 def test_a_file_without_mistakes_passes(
@@ -59,7 +59,7 @@ def test_a_file_without_mistakes_passes(
 
 
 @pytest.mark.parametrize(
-    ("body", "said"),
+    ("body", "message"),
     [
         ("<node", "Invalid roslaunch XML syntax"),
         ('<include file="$(find robot)/gone.launch"/>', "gone.launch"),
@@ -80,13 +80,13 @@ def test_a_file_without_mistakes_passes(
     ],
 )
 def test_a_mistake_is_told_and_ends_with_1(
-    package: Path, body: str, said: str, capsys: pytest.CaptureFixture[str]
+    package: Path, body: str, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     code, _, errors = check(write(package, body), capsys=capsys)
 
     assert code == 1
     assert errors.startswith("FAILURE:\n[one.launch]:\n\t")
-    assert said in errors
+    assert message in errors
 
 
 def test_all_launch_files_of_a_folder_are_checked_and_all_mistakes_told(
@@ -96,10 +96,10 @@ def test_all_launch_files_of_a_folder_are_checked_and_all_mistakes_told(
     write(package, '<node name="n" pkg="robot" type="c.py"/>', "launch/two.launch")
     write(package, "<node", ".hidden/three.launch")
 
-    code, said, errors = check(".", capsys=capsys)
+    code, output, errors = check(".", capsys=capsys)
 
     assert code == 1
-    assert said.splitlines()[:3] == [
+    assert output.splitlines()[:3] == [
         "checking *.launch in directory .",
         "checking one.launch",
         "checking launch/two.launch",

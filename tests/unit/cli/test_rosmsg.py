@@ -64,8 +64,8 @@ def test_an_unknown_package_is_said_with_the_places_that_were_searched(
     robot: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert rossrv.main(["package", "no_such_package"]) == 64
-    said = capsys.readouterr().err.splitlines()
-    assert said[:2] == ["Invalid package: no_such_package", f"ROS path [0]={robot.parent}"]
+    errors = capsys.readouterr().err.splitlines()
+    assert errors[:2] == ["Invalid package: no_such_package", f"ROS path [0]={robot.parent}"]
     assert rosmsg.main(["show", "no_such_package/X"]) == 1
     assert capsys.readouterr().err.startswith("Unable to load msg [no_such_package/X]: there is no package ")
 

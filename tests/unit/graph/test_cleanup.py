@@ -17,7 +17,7 @@ ANSWERS = {
 
 class Run:
     def __init__(self, *answers: str, dead: str = "bad") -> None:
-        self.said: list[str] = []
+        self.lines: list[str] = []
         self.removed: list[str] = []
 
         def ask(api: str, _caller_id: str) -> object:
@@ -27,7 +27,7 @@ class Run:
 
         clean_up(
             TableMaster(ANSWERS),
-            say=self.said.append,
+            say=self.lines.append,
             complain=lambda _: None,
             answers=answers,
             ask=ask,
@@ -39,7 +39,7 @@ def test_after_a_y_the_silent_nodes_are_removed() -> None:
     run = Run("y\n")
 
     assert run.removed == ["/bad"]
-    assert run.said == [
+    assert run.lines == [
         "Unable to contact the following nodes:\n * /bad",
         WARNING,
         "Unregistering /bad",
@@ -56,10 +56,10 @@ def test_a_no_and_the_end_of_the_input_remove_nothing(answers: tuple[str, ...]) 
     run = Run(*answers)
 
     assert run.removed == []
-    assert run.said[-1] == "aborting"
+    assert run.lines[-1] == "aborting"
 
 
 def test_nothing_is_asked_when_all_nodes_answer() -> None:
     run = Run(dead="nobody")
 
-    assert run.said == []
+    assert run.lines == []

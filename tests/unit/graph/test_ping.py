@@ -23,10 +23,10 @@ def master(**apis: str) -> TableMaster:
 
 
 class Run:
-    """One run of `ping`, with a clock that goes 2 ms further at each look."""
+    """One run of `ping`, with a clock that advances by 2 ms at each call."""
 
     def __init__(self, ask: Callable[[str, str], object], server: TableMaster | None = None) -> None:
-        self.said: list[str] = []
+        self.lines: list[str] = []
         self.complaints: list[str] = []
         self.pauses: list[float] = []
         self._ask = ask
@@ -38,7 +38,7 @@ class Run:
             self._server,
             node,
             count=pings,
-            say=self.said.append,
+            say=self.lines.append,
             complain=self.complaints.append,
             pause=self.pauses.append,
             ask=self._ask,
@@ -60,7 +60,7 @@ def test_each_answer_is_printed_with_its_time_and_the_mean_at_the_end() -> None:
     run = Run(lambda api, caller_id: (api, caller_id))
 
     assert run.of(pings=3)
-    assert run.said == [
+    assert run.lines == [
         "pinging /node with a timeout of 3.0s",
         *[f"xmlrpc reply from {API}\ttime=2.000000ms"] * 3,
         "ping average: 2.000000ms",
@@ -98,7 +98,7 @@ def test_an_unknown_node_is_not_pinged() -> None:
 
     assert not run.of("/nobody")
     assert run.complaints == ["cannot ping [/nobody]: unknown node"]
-    assert run.said == []
+    assert run.lines == []
 
 
 def test_a_node_that_moved_is_pinged_at_its_new_address_after_a_pause() -> None:
@@ -132,15 +132,15 @@ def test_ctrl_c_ends_with_the_mean_so_far() -> None:
     run = Run(ask)
 
     assert run.of(pings=None)
-    assert run.said[-1] == "ping average: 2.000000ms"
+    assert run.lines[-1] == "ping average: 2.000000ms"
 
 
 def test_all_nodes_are_pinged_and_sorted_by_whether_they_answer() -> None:
     server = master(good="http://good:1/", bad="http://bad:1/")
-    said: list[str] = []
+    lines: list[str] = []
 
     def ask(api: str, caller_id: str) -> object:
         return failing(TimeoutError())(api, caller_id) if "bad" in api else 1
 
-    assert ping_all(server, said.append, complain=lambda _: None, ask=ask) == (["/good"], ["/bad"])
-    assert said[0] == "Will ping the following nodes: \n * /bad\n * /good\n"
+    assert ping_all(server, lines.append, complain=lambda _: None, ask=ask) == (["/good"], ["/bad"])
+    assert lines[0] == "Will ping the following nodes: \n * /bad\n * /good\n"

@@ -12,16 +12,16 @@ STATE = [
 
 
 def test_a_picture_is_read_from_the_masters_answer() -> None:
-    picture = SystemState.from_state(STATE)
-    assert picture.publishers == {"/chatter": ["/talker", "/other"], "/rosout": ["/talker"]}
-    assert picture.subscribers == {"/chatter": ["/listener"], "/odd": []}
-    assert picture.services == {"/add": ["/server"]}
+    state = SystemState.from_state(STATE)
+    assert state.publishers == {"/chatter": ["/talker", "/other"], "/rosout": ["/talker"]}
+    assert state.subscribers == {"/chatter": ["/listener"], "/odd": []}
+    assert state.services == {"/add": ["/server"]}
 
 
 def test_topics_and_nodes_are_sorted_and_named_once() -> None:
-    picture = SystemState.from_state(STATE)
-    assert picture.topics() == ["/chatter", "/odd", "/rosout"]
-    assert picture.nodes() == ["/listener", "/other", "/server", "/talker"]
+    state = SystemState.from_state(STATE)
+    assert state.topics() == ["/chatter", "/odd", "/rosout"]
+    assert state.nodes() == ["/listener", "/other", "/server", "/talker"]
 
 
 def test_what_a_node_is_registered_with() -> None:

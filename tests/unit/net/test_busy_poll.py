@@ -13,9 +13,9 @@ from pipros.net.busy_poll import PollingReceiver
 
 @pytest.fixture
 def ends() -> Iterator[tuple[socket.socket, socket.socket]]:
-    here, there = socket.socketpair()
-    with here, there:
-        yield here, there
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        yield ours, theirs
 
 
 ONE_LOOK = -1.0  # a time that is over after the first
@@ -37,7 +37,7 @@ class SleepySocket:
 
 @pytest.fixture
 def sleepy(monkeypatch: pytest.MonkeyPatch) -> SleepySocket:
-    """On a system where one may look."""
+    """On a system that permits busy polling."""
     monkeypatch.setattr(busy_poll, "_DONTWAIT", 0x40)
     monkeypatch.setattr(busy_poll, "_MAY_POLL", True)
     return SleepySocket()
@@ -48,28 +48,28 @@ def wait_on(one: PollingReceiver, sock: SleepySocket) -> None:
 
 
 def test_what_is_there_is_received(ends: tuple[socket.socket, socket.socket]) -> None:
-    here, there = ends
-    room = bytearray(8)
-    there.sendall(b"12345")
-    assert PollingReceiver().receive_into(here, memoryview(room)) == 5
-    assert room[:5] == b"12345"
-    there.sendall(b"12345")
-    assert PollingReceiver().receive(here, 3) == b"123"
+    ours, theirs = ends
+    buffer = bytearray(8)
+    theirs.sendall(b"12345")
+    assert PollingReceiver().receive_into(ours, memoryview(buffer)) == 5
+    assert buffer[:5] == b"12345"
+    theirs.sendall(b"12345")
+    assert PollingReceiver().receive(ours, 3) == b"123"
 
 
 def test_what_comes_later_is_waited_for(ends: tuple[socket.socket, socket.socket]) -> None:
-    here, there = ends
-    timer = threading.Timer(20 * busy_poll.STREAM_POLL_S, there.sendall, (b"late",))
+    ours, theirs = ends
+    timer = threading.Timer(20 * busy_poll.STREAM_POLL_S, theirs.sendall, (b"late",))
     timer.start()
-    assert PollingReceiver().receive(here, 100) == b"late"
+    assert PollingReceiver().receive(ours, 100) == b"late"
     timer.join()
 
 
 def test_the_end_of_the_stream_is_nothing(ends: tuple[socket.socket, socket.socket]) -> None:
-    here, there = ends
-    there.close()
-    assert PollingReceiver().receive(here, 100) == b""
-    assert PollingReceiver().receive_into(here, memoryview(bytearray(1))) == 0
+    ours, theirs = ends
+    theirs.close()
+    assert PollingReceiver().receive(ours, 100) == b""
+    assert PollingReceiver().receive_into(ours, memoryview(bytearray(1))) == 0
 
 
 def test_a_deadline_ends_the_wait(ends: tuple[socket.socket, socket.socket]) -> None:

@@ -28,10 +28,10 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(
             if len(order) == 1:
                 wait_until(lambda: turn.is_wanted, what="the other link")
 
-        there = socket.create_connection(server.getsockname())
-        here, _ = server.accept()
+        theirs = socket.create_connection(server.getsockname())
+        ours, _ = server.accept()
         link = IncomingLink(
-            here,
+            ours,
             name=name,
             deliver=deliver,
             turn=turn,
@@ -39,7 +39,7 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(
             on_closed=lambda _, error: None,
             received=received,
         )
-        return link, there
+        return link, theirs
 
     with socket.create_server(("127.0.0.1", 0)) as server:
         busy, to_busy = make_link("busy", 20 * FRAME)

@@ -15,10 +15,10 @@ SIZE = 10
 
 
 class Socket:
-    """Takes `room` bytes, then no more until it is given room again."""
+    """Accepts `space` bytes, then none until a test sets `space` again."""
 
     def __init__(self) -> None:
-        self.room = 0
+        self.space = 0
         self.sent = b""
         self.is_reset = False
         self.is_closed = False
@@ -27,11 +27,11 @@ class Socket:
     def send(self, data: bytes | memoryview) -> int:
         if self.is_reset:
             raise ConnectionResetError
-        count = min(len(data), self.room)
+        count = min(len(data), self.space)
         if not count:
             raise BlockingIOError
         self.sent += bytes(data[:count])
-        self.room -= count
+        self.space -= count
         return count
 
     def sendmsg(self, buffers: list[bytes | memoryview]) -> int:
@@ -118,9 +118,9 @@ class Subscriber:
         for number in numbers:
             self.link.send((str(number).encode() * SIZE,), SIZE)
 
-    def make_room(self, room: int) -> None:
-        """The subscriber reads, and the loop finds that the socket has room."""
-        self.sock.room = room
+    def allow(self, space: int) -> None:
+        """The subscriber reads, and the loop finds the socket writable."""
+        self.sock.space = space
         if self.loop.writer:
             self.loop.writer()
 
@@ -133,7 +133,7 @@ class Subscriber:
 
 @pytest.fixture(autouse=True)
 def drained(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
-    """What the system says of the sockets here; a test may empty the list: not drained yet."""
+    """What the system reports of the sockets; a test may empty the list: not drained yet."""
     answers = [True]
     monkeypatch.setattr(sockets, "is_nearly_drained", lambda _sock: bool(answers))
     monkeypatch.setattr(sockets, "is_unanswered", lambda _sock, _limit_s: False)
@@ -142,7 +142,7 @@ def drained(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
 
 def test_a_frame_is_written_at_once_while_the_socket_has_room() -> None:
     subscriber = Subscriber(10)
-    subscriber.sock.room = 100
+    subscriber.sock.space = 100
     subscriber.send(1, 2)
     assert subscriber.frames == "12"
     assert not subscriber.link.is_behind
@@ -154,7 +154,7 @@ def test_with_a_full_socket_the_newest_frames_wait_and_the_oldest_are_dropped() 
     subscriber.send(1, 2, 3, 4)
     subscriber.link.queue_for_loop()
     subscriber.loop.run()
-    subscriber.make_room(100)
+    subscriber.allow(100)
     assert subscriber.frames == "34"
     assert (subscriber.link.statistics.frames, subscriber.link.statistics.dropped) == (2, 2)
     assert subscriber.loop.writer is None, "nothing waits, so the socket is not watched"
@@ -162,12 +162,12 @@ def test_with_a_full_socket_the_newest_frames_wait_and_the_oldest_are_dropped() 
 
 def test_the_rest_of_a_frame_follows_whatever_is_dropped_behind_it() -> None:
     subscriber = Subscriber(1)
-    subscriber.sock.room = 4
+    subscriber.sock.space = 4
     subscriber.send(1, 2, 3)
     subscriber.link.queue_for_loop()
     subscriber.loop.run()
-    subscriber.make_room(3)
-    subscriber.make_room(100)
+    subscriber.allow(3)
+    subscriber.allow(100)
     assert subscriber.sock.sent == b"1" * SIZE + b"3" * SIZE
     assert subscriber.link.statistics.dropped == 1
 
@@ -176,7 +176,7 @@ def test_a_queue_size_of_zero_keeps_every_frame_up_to_the_limit_in_bytes() -> No
     subscriber = Subscriber(0, Limits(queue_bytes=3 * SIZE))
     subscriber.send(*range(9))
     assert subscriber.link.statistics.dropped == 6
-    subscriber.sock.room = 100
+    subscriber.sock.space = 100
     assert subscriber.link.flush()
     assert subscriber.frames == "678"
 
@@ -184,7 +184,7 @@ def test_a_queue_size_of_zero_keeps_every_frame_up_to_the_limit_in_bytes() -> No
 def test_a_frame_larger_than_the_limit_waits_all_the_same() -> None:
     subscriber = Subscriber(0, Limits(queue_bytes=1))
     subscriber.send(1)
-    subscriber.sock.room = 100
+    subscriber.sock.space = 100
     subscriber.link.flush()
     assert subscriber.frames == "1"
 
@@ -207,7 +207,7 @@ def test_one_that_stalled_is_waited_for_again_when_it_has_caught_up(drained: lis
     subscriber.loop.run()
     subscriber.loop.fire(CHECK_STALLED_INTERVAL_S)
     assert not subscriber.link.is_waited_for, "it has not read anything yet"
-    subscriber.make_room(100)
+    subscriber.allow(100)
     drained.clear()
     subscriber.loop.fire(CHECK_STALLED_INTERVAL_S)
     assert not subscriber.link.is_waited_for, "the system still holds the bytes"
@@ -250,7 +250,7 @@ def test_one_that_sends_too_much_loses_the_link_with_a_reason() -> None:
 
 def test_the_header_is_sent_first_and_is_not_counted() -> None:
     subscriber = Subscriber(10)
-    subscriber.sock.room = 100
+    subscriber.sock.space = 100
     subscriber.link.greet(b"header")
     subscriber.send(1)
     assert subscriber.sock.sent == b"header" + b"1" * SIZE
@@ -262,6 +262,6 @@ def test_the_frames_of_a_publisher_that_reuses_its_message_are_kept_as_they_were
     message = bytearray(b"1" * SIZE)
     subscriber.link.send((memoryview(message),), SIZE)
     message[:] = b"2" * SIZE
-    subscriber.sock.room = 100
+    subscriber.sock.space = 100
     subscriber.link.flush()
     assert subscriber.frames == "1"

@@ -10,15 +10,15 @@ from pipros.net.unreachable import explain, host_of
 
 
 @pytest.mark.parametrize(
-    ("peer", "said"),
+    ("peer", "advice"),
     [
         ("http://no-such-robot.invalid:1234/", "cannot resolve the name [no-such-robot.invalid]: set ROS_IP"),
         ("http://localhost:1/", "is local: the node has ended"),
         ("203.0.113.5:1", "a firewall blocks it"),
     ],
 )
-def test_advice_fits_the_address(peer: str, said: str) -> None:
-    assert said in asyncio.run(explain(peer))
+def test_advice_fits_the_address(peer: str, advice: str) -> None:
+    assert advice in asyncio.run(explain(peer))
 
 
 def test_a_host_is_found_in_every_form() -> None:

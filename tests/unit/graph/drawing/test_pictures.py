@@ -31,23 +31,23 @@ def parsed(scene: Scene) -> ElementTree.Element:
 
 
 def test_svg_has_nodes_topics_arrows_and_namespaces() -> None:
-    picture = parsed(draw(graph_of()))
-    assert [text.text for text in picture.iter(f"{SVG}text")] == [
+    drawing = parsed(draw(graph_of()))
+    assert [text.text for text in drawing.iter(f"{SVG}text")] == [
         "/ns",
         "/ns/listener",
         "/ns/talker",
         "/battery_topic",
     ]
-    assert len(list(picture.iter(f"{SVG}ellipse"))) == 2
-    assert [shape.get("class") for shape in picture.iter(f"{SVG}rect")] == ["band", "topic"]
-    assert len([path for path in picture.iter(f"{SVG}path") if path.get("class") == "arrow"]) == 2
-    assert "node unreachable" in {shape.get("class") for shape in picture.iter(f"{SVG}ellipse")}
+    assert len(list(drawing.iter(f"{SVG}ellipse"))) == 2
+    assert [shape.get("class") for shape in drawing.iter(f"{SVG}rect")] == ["band", "topic"]
+    assert len([path for path in drawing.iter(f"{SVG}path") if path.get("class") == "arrow"]) == 2
+    assert "node unreachable" in {shape.get("class") for shape in drawing.iter(f"{SVG}ellipse")}
 
 
 def test_a_name_with_markup_stays_text() -> None:
-    picture = parsed(draw(graph_of(EVIL)))
-    assert EVIL in {text.text for text in picture.iter(f"{SVG}text")}
-    assert not list(picture.iter(f"{SVG}script"))
+    drawing = parsed(draw(graph_of(EVIL)))
+    assert EVIL in {text.text for text in drawing.iter(f"{SVG}text")}
+    assert not list(drawing.iter(f"{SVG}script"))
     assert r'label="/a\"]; evil [label=\"<script>"' in to_dot(graph_of(EVIL))
 
 
