@@ -171,7 +171,7 @@ def test_a_thousand_calls_leave_nothing(node: Node, make_node: MakeNode) -> None
 
 
 @pytest.mark.parametrize(
-    ("answer", "said"),
+    ("answer", "complaint"),
     [
         (b"", "unable to receive data from sender"),
         (b"\x01", "unable to receive data from sender"),
@@ -182,7 +182,7 @@ def test_a_thousand_calls_leave_nothing(node: Node, make_node: MakeNode) -> None
     ids=["silence", "within the answer", "within the body", "within the error", "4 GB announced"],
 )
 def test_a_call_ends_with_an_error_when_the_server_dies(
-    make_node: MakeNode, master: Master, answer: bytes, said: str
+    make_node: MakeNode, master: Master, answer: bytes, complaint: str
 ) -> None:
     node = make_node("client")
     client = node.client("set", SetBool)
@@ -208,7 +208,7 @@ def test_a_call_ends_with_an_error_when_the_server_dies(
             "/set", f"rosrpc://127.0.0.1:{server.getsockname()[1]}", "http://127.0.0.1:1/"
         )
         register.close()
-        with pytest.raises(ServiceFailed, match=said):
+        with pytest.raises(ServiceFailed, match=complaint):
             client.call(SetBool._request_class(data=True), 10)
         thread.join(10)
     wait_until_back(before)

@@ -119,7 +119,7 @@ class FakePublisher:
 
 
 @pytest.mark.parametrize(
-    ("body", "said"),
+    ("body", "complaint"),
     [
         (struct.pack("<II", 4, 100), "4 bytes are not a std_msgs/String"),
         (struct.pack("<I", 0xFFFFFFFF), "frame of 4294967295 bytes announced, the limit is"),
@@ -127,14 +127,14 @@ class FakePublisher:
     ids=["no message", "too large"],
 )
 def test_a_publisher_that_sends_garbage_is_cut_off_with_a_word(
-    make_node: MakeNode, master: Master, body: bytes, said: str
+    make_node: MakeNode, master: Master, body: bytes, complaint: str
 ) -> None:
     fake = FakePublisher(master, body)
     log, lines = listening_log()
     listener, inbox = make_node("listener", log=log), Inbox()
     listener.subscribe("chat", String, inbox)
     wait_until(lambda: lines)
-    assert said in lines[0]
+    assert complaint in lines[0]
     fake.close()
     publisher = make_node("talker").advertise("chat", String)
     wait_until_connected(publisher)

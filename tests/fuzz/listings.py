@@ -142,13 +142,13 @@ class Listings:
 
     @staticmethod
     def _output(main: Callable[[list[str]], int], arguments: list[str]) -> list[str]:
-        said, complained = io.StringIO(), io.StringIO()
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(complained):
+        printed, complained = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(complained):
             code = main(arguments)
         assert code in (0, 1), f"{arguments}: {code}"
         for line in complained.getvalue().split("\n"):
             assert line.replace("\t", "").isprintable(), f"{arguments}: {line!r}"
-        return said.getvalue().removesuffix("\n").split("\n")
+        return printed.getvalue().removesuffix("\n").split("\n")
 
     def close(self) -> None:
         self._master.close()

@@ -51,7 +51,7 @@ class Server:
     """Says the same to each client, whatever it asks, and closes when the client does."""
 
     def __init__(self) -> None:
-        self.said = b""
+        self.reply = b""
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.uri = f"rosrpc://127.0.0.1:{self._listener.getsockname()[1]}"
         threading.Thread(target=self._serve, daemon=True).start()
@@ -63,7 +63,7 @@ class Server:
             except OSError:
                 return
             with client, suppress(OSError):
-                client.sendall(self.said)
+                client.sendall(self.reply)
                 client.shutdown(socket.SHUT_WR)
                 while client.recv(65536):
                     pass
@@ -80,7 +80,7 @@ class Replies:
         self._server = Server()
 
     def __call__(self, data: bytes) -> None:
-        self._server.said = data
+        self._server.reply = data
         tracemalloc.start()
         try:
             self._call_twice()

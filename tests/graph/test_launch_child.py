@@ -152,7 +152,7 @@ def test_it_launches_once(ros: RosSystem, parent: Parent, package: Path) -> None
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "complaint"),
     [
         (["-c", "x"], "--child option requires --server_uri to be set as well"),
         (["-c", "x", "-u", "http://127.0.0.1:1"], "--child option requires --run_id to be set as well"),
@@ -162,10 +162,12 @@ def test_it_launches_once(ros: RosSystem, parent: Parent, package: Path) -> None
         ),
     ],
 )
-def test_options_that_do_not_go_together_are_refused(ros: RosSystem, words: list[str], said: str) -> None:
+def test_options_that_do_not_go_together_are_refused(
+    ros: RosSystem, words: list[str], complaint: str
+) -> None:
     ended = ros.pipros.run("roslaunch", *words)
     assert ended.returncode == 2
-    assert f"roslaunch: error: {said}" in ended.stderr
+    assert f"roslaunch: error: {complaint}" in ended.stderr
 
 
 @pytest.mark.parametrize("uri", ["http://127.0.0.1:1/", "nonsense"])

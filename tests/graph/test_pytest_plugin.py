@@ -114,7 +114,7 @@ def test_a_failure_shows_the_words_of_the_test_program_and_no_frames_of_ours(run
 
 
 @pytest.mark.parametrize(
-    ("element", "said"),
+    ("element", "expected"),
     [
         (f"{TEST_OF}'pkg' type='gone.py'/>", "[pkg/gone.py] does not exist or is not executable"),
         (f"{TEST_OF}'gone' type='t.py'/>", "Package [gone] for test node [gone/t.py] does not exist"),
@@ -127,7 +127,7 @@ def test_a_failure_shows_the_words_of_the_test_program_and_no_frames_of_ours(run
     ],
 )
 def test_a_test_that_cannot_run_says_why(
-    run: Run, pytester: pytest.Pytester, element: str, said: str
+    run: Run, pytester: pytest.Pytester, element: str, expected: str
 ) -> None:
     write(pytester, "level.test", f"<launch>{element}</launch>")
     for name, body in {"stays.py": "import signal; signal.pause()", "silent.py": ""}.items():
@@ -138,7 +138,7 @@ def test_a_test_that_cannot_run_says_why(
 
     result.assert_outcomes(failed=1)
     report = result.stdout.str().partition("= FAILURES =")[2].partition("Captured")[0]
-    assert said in report
+    assert expected in report
     assert "Traceback" not in report
 
 

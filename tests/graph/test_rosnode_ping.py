@@ -32,25 +32,25 @@ def register(master: Master, node: str, api: str) -> None:
 
 def test_answers_are_timed_and_averaged(client: MasterClient, make_node: MakeNode) -> None:
     make_node("talker").advertise("/chatter", String)
-    said: list[str] = []
+    lines: list[str] = []
     pauses: list[float] = []
-    assert pinging.ping(client, "/talker", count=2, say=said.append, pause=pauses.append)
-    assert said[0] == "pinging /talker with a timeout of 3.0s"
-    assert [line.partition("\t")[2][:5] for line in said[1:3]] == ["time=", "time="]
-    assert said[3].startswith("ping average: ")
+    assert pinging.ping(client, "/talker", count=2, say=lines.append, pause=pauses.append)
+    assert lines[0] == "pinging /talker with a timeout of 3.0s"
+    assert [line.partition("\t")[2][:5] for line in lines[1:3]] == ["time=", "time="]
+    assert lines[3].startswith("ping average: ")
     assert pauses == [pinging.PERIOD_S]
 
 
 def test_ctrl_c_ends_an_endless_ping_with_the_average(client: MasterClient, make_node: MakeNode) -> None:
     make_node("talker").advertise("/chatter", String)
-    said: list[str] = []
+    lines: list[str] = []
 
     def interrupt_the_third(_pause_s: float) -> None:
-        if len(said) > 2:
+        if len(lines) > 2:
             raise KeyboardInterrupt
 
-    assert pinging.ping(client, "/talker", count=None, say=said.append, pause=interrupt_the_third)
-    assert said[-1].startswith("ping average: ")
+    assert pinging.ping(client, "/talker", count=None, say=lines.append, pause=interrupt_the_third)
+    assert lines[-1].startswith("ping average: ")
 
 
 def test_a_node_that_does_not_answer_is_given_up(

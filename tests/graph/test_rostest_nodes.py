@@ -20,7 +20,7 @@ def test_a_test_node_passes_or_says_what_it_missed(ros: RosSystem, scene: Scene)
     run = ros.pipros.run("rostest", "around", "scene.test")
 
     assert run.returncode == (0 if scene.passes else 2), run.output
-    assert scene.said in run.output
+    assert scene.expected in run.output
     # The node around it may be ended before its imports are through, and says so on stderr.
     assert not any("Traceback" in line for line in run.stdout)
     results = ElementTree.parse(ros.home / ".ros/test_results/around/rosunit-scene.xml").getroot()  # noqa: S314

@@ -92,7 +92,7 @@ def test_files_are_shown_edited_copied_and_moved(ros: RosSystem, source: Path, p
 
 @pytest.mark.parametrize("program", SHELLS)
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "expected"),
     [
         ("roscat robots nope", "That file does not exist in that package."),
         ("roscat nope README", "Couldn't find package [nope]"),
@@ -102,11 +102,11 @@ def test_files_are_shown_edited_copied_and_moved(ros: RosSystem, source: Path, p
     ],
 )
 def test_mistakes_are_told_and_end_with_1(
-    ros: RosSystem, source: Path, program: str, line: str, said: str
+    ros: RosSystem, source: Path, program: str, line: str, expected: str
 ) -> None:
     ended = shell(ros, program, line)
     assert ended.returncode == 1
-    assert said in ended.output
+    assert expected in ended.output
 
 
 @pytest.mark.parametrize("program", SHELLS)

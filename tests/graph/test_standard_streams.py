@@ -63,8 +63,8 @@ def test_output_that_cannot_be_written_is_one_line_and_pythons_code(ros: RosSyst
     ros.pipros.start_master()
     for command in COMMANDS:
         ended = shell(ros, f"{command} >/dev/full", PYTHONUNBUFFERED=is_buffered)
-        said = ["ERROR: cannot write to standard output: No space left on device"]
-        assert (ended.returncode, ended.lines) == (120, said), command
+        lines = ["ERROR: cannot write to standard output: No space left on device"]
+        assert (ended.returncode, ended.lines) == (120, lines), command
 
 
 def test_rostopic_echo_ends_when_its_messages_cannot_be_written(ros: RosSystem) -> None:

@@ -28,7 +28,7 @@ def call(node: Node, method: str, *params: Any, caller: Caller = STRANGER) -> An
     """What a node answers to a call that comes over a connection of `caller`."""
 
     async def answer() -> Any:
-        return node._rpc.call(method, params, caller=caller)
+        return node._started._rpc.call(method, params, caller=caller)
 
     return node._loop.run(answer(), 10)
 
@@ -48,8 +48,8 @@ def test_a_master_that_calls_from_an_unexpected_address_is_heard_all_the_same(ma
     for name in ("one", "two"):  # the second notice comes while the first is still looked into
         make_node(name).advertise("chat", String, latch=True).publish(String(name))
     assert {message.data for message in inbox.wait(2)} == {"one", "two"}
-    [said] = [line for line in lines if "publisherUpdate" in line]
-    assert "of [/master] came from 127.0.0.1, which is neither where the master was found nor" in said
+    [warning] = [line for line in lines if "publisherUpdate" in line]
+    assert "of [/master] came from 127.0.0.1, which is neither where the master was found nor" in warning
 
 
 def test_a_stranger_cannot_name_publishers(make_node: MakeNode, master: Master) -> None:

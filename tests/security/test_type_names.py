@@ -80,7 +80,7 @@ def test_tools_do_not_import_what_a_peer_names(ros: RosSystem) -> None:
     ):
         node.advertise("/wisdom", message_class, latch=True).publish(message_class("heard"))
         node.serve("/wise", service_class, lambda _: Empty())
-        said = {
+        outputs = {
             command: ros.pipros.run(*command.split()).output
             for command in (
                 "rostopic echo -n1 /wisdom",
@@ -92,6 +92,6 @@ def test_tools_do_not_import_what_a_peer_names(ros: RosSystem) -> None:
             )
         }
 
-    assert "heard" in said["rostopic echo -n1 /wisdom"]
-    assert [command for command, output in said.items() if TEXT_OF_THIS in output] == []
-    assert "Unable to load type [this/Foo]" in said["rosservice call /wise {}"]
+    assert "heard" in outputs["rostopic echo -n1 /wisdom"]
+    assert [command for command, output in outputs.items() if TEXT_OF_THIS in output] == []
+    assert "Unable to load type [this/Foo]" in outputs["rosservice call /wise {}"]

@@ -113,9 +113,9 @@ def test_listings_show_names_written_out(ros: RosSystem, lying_node: LyingNode) 
             assert text in ended.output, (line, ended.output)
         lines = ended.output if line != "rosparam get -p /" else ended.output.replace("  forged", "")
         assert_plain(lines)
-    said = ros.pipros.run("rosnode", "info", "/node" + NAME).output
-    assert r"    * transport: \x9b31m\nforged line\u202e" in said
-    assert "Traceback" not in said
+    output = ros.pipros.run("rosnode", "info", "/node" + NAME).output
+    assert r"    * transport: \x9b31m\nforged line\u202e" in output
+    assert "Traceback" not in output
 
 
 def test_long_names_are_listed_whole(ros: RosSystem) -> None:
@@ -128,10 +128,10 @@ def test_long_names_are_listed_whole(ros: RosSystem) -> None:
 
 def test_rows_of_echo_cannot_be_forged(ros: RosSystem) -> None:
     ros.pipros.start_master()
-    said = 'a,b "c"\n0,forged\x1b[31m'
+    text = 'a,b "c"\n0,forged\x1b[31m'
     script = (
         "import rospy; from std_msgs.msg import String; rospy.init_node('p'); "
-        f"p = rospy.Publisher('/said', String, latch=True, queue_size=1); p.publish({said!r}); rospy.spin()"
+        f"p = rospy.Publisher('/said', String, latch=True, queue_size=1); p.publish({text!r}); rospy.spin()"
     )
     ros.pipros.start(sys.executable, "-c", script)
     ended = ros.pipros.run("rostopic", "echo", "-p", "-n1", "/said")

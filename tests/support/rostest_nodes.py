@@ -33,13 +33,13 @@ class Scene:
 
     Attributes:
         cases: what its result file holds: the class and name of each case, and whether it passed.
-        said: what a failure says, in pipros' words.
+        expected: the text of a failure, in pipros' words.
     """
 
     node: str
     params: str
     cases: tuple[tuple[str, str, bool], ...]
-    said: str = ""
+    expected: str = ""
 
     @property
     def passes(self) -> bool:

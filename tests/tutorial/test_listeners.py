@@ -24,40 +24,40 @@ def listener(ros: RosSystem, *arguments: str) -> Process:
     return ros.pipros.start("rosrun", "composiv_tryouts", "composiv_listener.py", *arguments)
 
 
-def wait_for_news(heard: Process) -> None:
-    heard.wait_for(HEARD, since=heard.mark())
+def wait_for_new_message(subscriber: Process) -> None:
+    subscriber.wait_for(HEARD, since=subscriber.mark())
 
 
 @pytest.mark.usefixtures("core")
 def test_a_listener_started_before_the_talker_hears_it(ros: RosSystem) -> None:
-    heard = listener(ros)
+    subscriber = listener(ros)
     ros.wait_for_subscriber("/battery_topic")
 
     talker(ros)
 
-    heard.wait_for(HEARD)
+    subscriber.wait_for(HEARD)
 
 
 @pytest.mark.usefixtures("core")
 def test_a_listener_started_after_the_talker_hears_it(ros: RosSystem) -> None:
     talker(ros).wait_for(SAID)
 
-    heard = listener(ros)
+    subscriber = listener(ros)
 
-    heard.wait_for(HEARD)
+    subscriber.wait_for(HEARD)
 
 
 @pytest.mark.usefixtures("core")
 def test_a_listener_hears_the_talker_again_after_its_restart(ros: RosSystem) -> None:
-    heard = listener(ros)
+    subscriber = listener(ros)
     first = talker(ros)
-    heard.wait_for(HEARD)
+    subscriber.wait_for(HEARD)
 
     first.press_ctrl_c()
     assert first.wait() == 0
     talker(ros)
 
-    wait_for_news(heard)
+    wait_for_new_message(subscriber)
 
 
 @pytest.mark.usefixtures("core")
@@ -73,42 +73,42 @@ def test_two_listeners_hear_the_same_talker(ros: RosSystem) -> None:
 @pytest.mark.usefixtures("core")
 def test_the_end_of_one_listener_is_nothing_to_the_other(ros: RosSystem) -> None:
     one, two = listener(ros), listener(ros, "__name:=second")
-    said = talker(ros)
+    publisher = talker(ros)
     one.wait_for(HEARD)
     two.wait_for(HEARD)
 
     one.kill()
     one.wait()
 
-    wait_for_news(two)
-    assert "Traceback" not in said.output
+    wait_for_new_message(two)
+    assert "Traceback" not in publisher.output
 
 
 @pytest.mark.usefixtures("core")
 def test_a_talker_killed_with_sigkill_leaves_a_listener_that_hears_the_next_one(ros: RosSystem) -> None:
-    heard = listener(ros)
+    subscriber = listener(ros)
     first = talker(ros)
-    heard.wait_for(HEARD)
+    subscriber.wait_for(HEARD)
 
     first.send_signal(signal.SIGKILL)
     first.wait()
     talker(ros)
 
-    wait_for_news(heard)
-    heard.press_ctrl_c()
-    assert heard.wait(5) == 0
-    assert "Traceback" not in heard.output
+    wait_for_new_message(subscriber)
+    subscriber.press_ctrl_c()
+    assert subscriber.wait(5) == 0
+    assert "Traceback" not in subscriber.output
 
 
 def test_nodes_go_on_when_roscore_is_gone_and_still_end_with_ctrl_c(ros: RosSystem, core: Process) -> None:
-    said, heard = talker(ros), listener(ros)
-    heard.wait_for(HEARD)
+    publisher, subscriber = talker(ros), listener(ros)
+    subscriber.wait_for(HEARD)
 
     core.press_ctrl_c()
     assert core.wait() == 0
 
-    wait_for_news(heard)
-    for node in (said, heard):
+    wait_for_new_message(subscriber)
+    for node in (publisher, subscriber):
         node.press_ctrl_c()
         assert node.wait(5) == 0
         assert "Traceback" not in node.output
@@ -117,10 +117,10 @@ def test_nodes_go_on_when_roscore_is_gone_and_still_end_with_ctrl_c(ros: RosSyst
 @pytest.mark.usefixtures("core")
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_nodes_end_with_0_and_without_a_traceback(ros: RosSystem, how: signal.Signals) -> None:
-    said, heard = talker(ros), listener(ros)
-    heard.wait_for(HEARD)
+    publisher, subscriber = talker(ros), listener(ros)
+    subscriber.wait_for(HEARD)
 
-    for node in (said, heard):
+    for node in (publisher, subscriber):
         node.send_signal(how)
         assert node.wait(3) == 0
         assert "Traceback" not in node.output

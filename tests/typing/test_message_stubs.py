@@ -29,14 +29,14 @@ def stubs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def said_by_mypy(file: Path, stubs: Path) -> dict[int, str]:
+def mypy_errors(file: Path, stubs: Path) -> dict[int, str]:
     """What mypy complains about in a file, by line."""
     settings = stubs / "mypy.ini"
     settings.write_text(f"[mypy]\nstrict = true\nmypy_path = {stubs}:{SOURCES}\ncache_dir = {stubs}/.cache\n")
-    said, problems, _ = api.run(["--config-file", str(settings), "--no-error-summary", str(file)])
+    output, problems, _ = api.run(["--config-file", str(settings), "--no-error-summary", str(file)])
     assert problems == ""
-    found = re.findall(rf"^{re.escape(str(file))}:(\d+): error: (.*)$", said, re.MULTILINE)
-    assert len(found) == said.count("error:"), said
+    found = re.findall(rf"^{re.escape(str(file))}:(\d+): error: (.*)$", output, re.MULTILINE)
+    assert len(found) == output.count("error:"), output
     return {int(line): text for line, text in found}
 
 
@@ -83,7 +83,7 @@ def test_mypy_knows_messages_and_what_rospy_does_with_them(
     program.write_text(example.read_text())
     expected = expected_complaints(example)
 
-    found = said_by_mypy(program, stubs)
+    found = mypy_errors(program, stubs)
 
     assert found.keys() == expected.keys(), found
     for line, beginning in expected.items():
@@ -130,7 +130,7 @@ def test_all_stubs_that_ship_pass_the_strictest_check(stubs: Path, tmp_path: Pat
     program.write_text("".join(f"import {module}\n" for module in modules))
 
     assert len(modules) > 30
-    assert said_by_mypy(program, stubs) == {}
+    assert mypy_errors(program, stubs) == {}
 
 
 def test_a_stub_has_every_type_and_every_constant() -> None:

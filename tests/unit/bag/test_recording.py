@@ -41,14 +41,14 @@ def test_a_queue_without_end_drops_nothing() -> None:
     assert (len(queue.take(0)), queue.dropped) == (200, 0)
 
 
-def files(folder: Path, monkeypatch: pytest.MonkeyPatch, said: list[str], **options: Any) -> RecordFiles:
+def files(folder: Path, monkeypatch: pytest.MonkeyPatch, reports: list[str], **options: Any) -> RecordFiles:
     monkeypatch.chdir(folder)
-    return RecordFiles(FileOptions(**options), said.append)
+    return RecordFiles(FileOptions(**options), reports.append)
 
 
 def test_files_are_active_until_they_are_complete(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    said: list[str] = []
-    recording = files(tmp_path, monkeypatch, said, name="run.bag")
+    reports: list[str] = []
+    recording = files(tmp_path, monkeypatch, reports, name="run.bag")
     recording.open((5, 0))
     assert recording.write(received(1, 5))
     assert [path.name for path in tmp_path.iterdir()] == ["run.bag.active"]
@@ -59,13 +59,13 @@ def test_files_are_active_until_they_are_complete(tmp_path: Path, monkeypatch: p
     with BagReader(tmp_path / "run.bag") as bag:
         assert rows_of(bag) == [("/a", 1, 5, 0)]
         assert bag.connections[0].header["topic"] == b"/a"
-    assert said == ["Recording to 'run.bag'."]
+    assert reports == ["Recording to 'run.bag'."]
 
 
 def test_a_split_begins_with_the_latched_messages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    said: list[str] = []
+    reports: list[str] = []
     recording = files(
-        tmp_path, monkeypatch, said, prefix="x", name="", split=True, duration_s=10.0, repeat_latched=True
+        tmp_path, monkeypatch, reports, prefix="x", name="", split=True, duration_s=10.0, repeat_latched=True
     )
     recording.open((0, 0))
     latched = received(1, 0, latching="1", callerid="/one")
@@ -83,7 +83,7 @@ def test_a_split_begins_with_the_latched_messages(tmp_path: Path, monkeypatch: p
             ("/a", 1, 20, 0),
             ("/a", 3, 20, 0),
         ]
-    assert said[1].startswith("Closing 'x_")
+    assert reports[1].startswith("Closing 'x_")
 
 
 def test_without_a_split_a_full_file_ends_the_recording(

@@ -68,8 +68,8 @@ def test_a_caller_hears_which_limit_its_parameter_is_above() -> None:
     api = MasterApi(
         Registry(), ParamTree(limit_bytes=500), notify=lambda _: None, shutdown=lambda _: True
     )  # fmt: skip
-    said = "Error: invalid arguments: /a would bring the parameters to 597 bytes; the limit is 500"
-    assert api.methods["setParam"]("/me", "/a", "x" * 500) == [-1, said, 0]
+    complaint = "Error: invalid arguments: /a would bring the parameters to 597 bytes; the limit is 500"
+    assert api.methods["setParam"]("/me", "/a", "x" * 500) == [-1, complaint, 0]
 
 
 def held(books: Registry) -> int:

@@ -85,9 +85,11 @@ def test_another_process_needs_no_definition_to_read_a_pickle() -> None:
     made = message_classes_from_text("p/T", "int32 x")["p/T"]
     code = f"import pickle; print(pickle.loads({pickle.dumps(made(3))!r}))"
 
-    said = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, check=True).stdout
+    printed = subprocess.run(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, check=True
+    ).stdout
 
-    assert said == "x: 3\n"
+    assert printed == "x: 3\n"
 
 
 def test_constants_may_begin_with_an_underscore_but_not_replace_what_a_class_has() -> None:

@@ -14,9 +14,9 @@ def test_a_few_are_said_and_the_others_counted() -> None:
     loop: Any = SimpleNamespace(asyncio=SimpleNamespace(call_later=lambda _, report: later.append(report)))
     complaints = Complaints(log, loop, "%d more; the last is %s")
 
-    said = [complaints.may_say(str(number)) for number in range(100)]
+    allowed = [complaints.may_say(str(number)) for number in range(100)]
 
-    assert said == [True] * FULL + [False] * (100 - FULL)
+    assert allowed == [True] * FULL + [False] * (100 - FULL)
     assert (len(later), lines) == (1, [])
     later.pop()()
     assert lines == [f"{100 - FULL} more; the last is 99"]

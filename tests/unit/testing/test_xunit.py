@@ -46,8 +46,8 @@ def test_colours_in_what_was_printed_are_written_out_since_xml_has_no_escape_cha
 
 
 @given(st.text(), st.text(), st.text())
-def test_any_text_gives_a_file_that_xml_readers_accept(name: str, said: str, printed: str) -> None:
-    case = Case("c", name, 0.0, Outcome.FAILURE, "E", said)
+def test_any_text_gives_a_file_that_xml_readers_accept(name: str, message: str, printed: str) -> None:
+    case = Case("c", name, 0.0, Outcome.FAILURE, "E", message)
 
     root = ElementTree.fromstring(format_suite(Suite("s", (case,), stdout=printed)).encode())  # noqa: S314
 

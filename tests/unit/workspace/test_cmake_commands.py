@@ -291,7 +291,7 @@ def test_a_test_that_does_not_exist_is_named(workspace: Workspace, line: str) ->
 
 
 @pytest.mark.parametrize(
-    ("words", "code", "said"),
+    ("words", "code", "printed"),
     [
         (["-E", "echo", "a", "b"], 0, "a b\n"),
         (["-E", "true"], 0, ""),
@@ -308,7 +308,7 @@ def test_a_test_that_does_not_exist_is_named(workspace: Workspace, line: str) ->
 def test_the_stand_in_for_cmake(
     words: list[str],
     code: int,
-    said: str,
+    printed: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -316,4 +316,4 @@ def test_the_stand_in_for_cmake(
     (tmp_path / "a.txt").write_text("a")
     monkeypatch.chdir(tmp_path)
     assert program.main(words) == code
-    assert capsys.readouterr().out == said
+    assert capsys.readouterr().out == printed

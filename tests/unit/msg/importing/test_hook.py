@@ -182,11 +182,11 @@ def test_an_unknown_name_is_an_import_error(workspace: Workspace) -> None:
 
 def test_an_unknown_embedded_type_is_named_with_the_place_that_wants_it(workspace: Workspace) -> None:
     folder = workspace.package("robot", **{"msg/A.msg": "no_such_package/B b"})
-    said = workspace.fails("from robot.msg import A")
-    assert said.startswith(
+    complaint = workspace.fails("from robot.msg import A")
+    assert complaint.startswith(
         f"pipros.msg.language.spec.UnknownType: {folder}/msg/A.msg:1:1: unknown type [no_such_package/B]"
     )
-    assert "ROS_PACKAGE_PATH is" in said
+    assert "ROS_PACKAGE_PATH is" in complaint
 
 
 def test_starting_python_imports_next_to_nothing(workspace: Workspace) -> None:
@@ -277,8 +277,8 @@ def test_classes_are_found_by_type_name(workspace: Workspace) -> None:
     load = "from pipros.msg import load_message_class as load;"
     assert workspace.shows(f"{load} from robot.msg import A; print(load('robot/A') is A)") == "True"
     for name in ("robot/B", "no_robot/A"):
-        said = workspace.fails(f"{load} load('{name}')")
-        assert said.startswith("pipros.errors.NotFound: there is no ")
+        complaint = workspace.fails(f"{load} load('{name}')")
+        assert complaint.startswith("pipros.errors.NotFound: there is no ")
 
 
 SETUP = "from setuptools import setup\nsetup(packages=['{0}'], package_dir={{'': 'python'}})\n"

@@ -26,15 +26,15 @@ def test_an_entry_needs_only_a_name() -> None:
 
 
 @pytest.mark.parametrize(
-    ("entry", "said"),
+    ("entry", "complaint"),
     [
         ("level", "'name' field in rosparam is required"),
         ({"timeout": 1}, "'name' field in rosparam is required"),
         ({"name": "level", "timeout": "soon"}, r"timeout of \[level\] must be a number, got 'soon'"),
     ],
 )
-def test_an_entry_that_means_nothing_is_refused(entry: Any, said: str) -> None:
-    with pytest.raises(AssertionError, match=said):
+def test_an_entry_that_means_nothing_is_refused(entry: Any, complaint: str) -> None:
+    with pytest.raises(AssertionError, match=complaint):
         Expectation.read(entry, str)
 
 

@@ -18,9 +18,9 @@ def test_a_rate_within_its_error_is_fine() -> None:
     AllowedRate(10, 1).check(every(92), check_intervals=True)
 
 
-@pytest.mark.parametrize(("gap_ms", "said"), [(125, "8.000Hz"), (80, "12.500Hz"), (0, "infHz")])
-def test_a_rate_beyond_its_error_is_named_with_what_is_allowed(gap_ms: int, said: str) -> None:
-    with pytest.raises(AssertionError, match=f"average rate {said} is not within 9.000Hz and 11.000Hz"):
+@pytest.mark.parametrize(("gap_ms", "expected"), [(125, "8.000Hz"), (80, "12.500Hz"), (0, "infHz")])
+def test_a_rate_beyond_its_error_is_named_with_what_is_allowed(gap_ms: int, expected: str) -> None:
+    with pytest.raises(AssertionError, match=f"average rate {expected} is not within 9.000Hz and 11.000Hz"):
         AllowedRate(10, 1).check(every(gap_ms), check_intervals=False)
 
 
@@ -36,9 +36,11 @@ def test_an_error_as_large_as_the_rate_allows_any_gap() -> None:
     AllowedRate(1, 1).check(every(100_000, 2), check_intervals=True)
 
 
-@pytest.mark.parametrize(("count", "said"), [(0, "no messages received"), (1, "only one message received")])
-def test_one_message_has_no_rate(count: int, said: str) -> None:
-    with pytest.raises(AssertionError, match=said):
+@pytest.mark.parametrize(
+    ("count", "expected"), [(0, "no messages received"), (1, "only one message received")]
+)
+def test_one_message_has_no_rate(count: int, expected: str) -> None:
+    with pytest.raises(AssertionError, match=expected):
         AllowedRate(10, 1).check(every(100, count), check_intervals=False)
 
 
