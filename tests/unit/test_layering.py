@@ -28,7 +28,7 @@ FLOORS: list[list[set[str]]] = [
     [{"msg"}],
     [{"startup", "net", "workspace"}],
     [{"master", "node"}],
-    [{"launch", "graph", "transforms", "filters", "actions", "bag"}],
+    [{"launch", "graph", "transforms", "filters", "actions", "diagnostics", "bag"}],
     [{"testing", "web", "health"}],
     [{"cli"}],
 ]
@@ -41,6 +41,7 @@ STEP = {room: step for step, rooms in enumerate(STEPS) for room in rooms}
 # Facades that stand on others, whose names are part of what they promise.
 FACADES_BELOW: dict[str, set[str]] = {
     "actionlib": {"rospy"},
+    "diagnostic_updater": {"rospy"},
     "dynamic_reconfigure": {"rospy", "rosservice"},
     "genpy": {"genmsg"},  # the exceptions of generate_dynamic
     "message_filters": {"rospy"},  # topics, the clock and logs of rospy's node

@@ -1,0 +1,132 @@
+"""`Updater`: runs tasks and sends what they report."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from threading import RLock
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+
+import rospy
+from diagnostic_updater.status import DiagnosticStatusWrapper
+
+_PERIOD_CHECK_S = 0.25
+
+
+class DiagnosticTaskVector:
+    """Tasks by their names."""
+
+    class DiagnosticTaskInternal:
+        """A task's name and what it runs."""
+
+        def __init__(self, name: str, fn: Callable[[Any], Any]) -> None:
+            self.name = name
+            self.fn = fn
+
+        def run(self, stat: Any) -> Any:
+            """Runs the task under its name."""
+            stat.name = self.name
+            return self.fn(stat)
+
+    def __init__(self) -> None:
+        self.tasks: list[Any] = []
+        self.lock = RLock()
+
+    def addedTaskCallback(self, task: Any) -> None:
+        """Called with each task that is added."""
+
+    def add(self, *args: Any) -> None:
+        """Adds a task, or a name and a function that takes a status and returns it."""
+        name, function = (args[0].getName(), args[0].run) if len(args) == 1 else args
+        task = DiagnosticTaskVector.DiagnosticTaskInternal(name, function)
+        with self.lock:
+            self.tasks.append(task)
+            self.addedTaskCallback(task)
+
+    def removeByName(self, name: str) -> bool:
+        """Removes the first task with that name. Returns whether there was one."""
+        with self.lock:
+            for task in self.tasks:
+                if task.name == name:
+                    self.tasks.remove(task)
+                    return True
+        return False
+
+
+class Updater(DiagnosticTaskVector):
+    """Sends what its tasks report on `/diagnostics`, as often as the parameter `~diagnostic_period` says.
+
+    Call `update` at least as often. A task that raises is reported as an error, and stops no other.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
+        self.last_time = rospy.Time.now()
+        self.last_time_period_checked = self.last_time
+        self.period = 1.0
+        self.verbose = False
+        self.hwid = ""
+        self.warn_nohwid_done = False
+
+    def setHardwareID(self, hwid: str) -> None:
+        """What the device is known by; "none" where it has nothing of that kind."""
+        self.hwid = hwid
+
+    def update(self) -> None:
+        """Reports where the period is over."""
+        now = rospy.Time.now()
+        if now >= self.last_time_period_checked + rospy.Duration(_PERIOD_CHECK_S):
+            self.period = rospy.get_param_cached("~diagnostic_period", 1)
+            self.last_time_period_checked = now
+        if now >= self.last_time + rospy.Duration(self.period):
+            self.force_update()
+
+    def force_update(self) -> None:
+        """Reports now."""
+        self.last_time = rospy.Time.now()
+        with self.lock:
+            found = [self._report(task) for task in self.tasks]
+        for status in found:
+            if self.verbose and status.level:
+                words = "Non-zero diagnostic status. Name: '%s', status %i: '%s'"
+                rospy.logwarn(words, status.name, status.level, status.message)
+        if not self.hwid and not self.warn_nohwid_done and not any(status.level for status in found):
+            self.warn_nohwid_done = True
+            rospy.logwarn("diagnostic_updater: no hardware id was set. Call setHardwareID(); 'none' will do.")
+        self.publish(found)
+
+    def _report(self, task: Any) -> DiagnosticStatusWrapper:
+        status = DiagnosticStatusWrapper(name=task.name, hardware_id=self.hwid)
+        status.summary(2, "No message was set")
+        try:
+            task.run(status)
+        except Exception as error:
+            status.summary(2, f"The task raised {type(error).__name__}: {error}")
+            rospy.logerr("the diagnostic task %s raised %s\n%s", task.name, error, traceback.format_exc())
+        return status
+
+    def broadcast(self, lvl: int, msg: str) -> None:
+        """Sends the same level and message for every task."""
+        with self.lock:
+            found = [DiagnosticStatusWrapper(name=task.name) for task in self.tasks]
+        for status in found:
+            status.summary(lvl, msg)
+        self.publish(found)
+
+    def publish(self, msg: Any) -> None:
+        """Sends a status, or a list of them, with the node's name in front of theirs."""
+        found = msg if isinstance(msg, list) else [msg]
+        for status in found:
+            status.name = f"{rospy.get_name()[1:]}: {status.name}"
+        message = DiagnosticArray(status=found)
+        message.header.stamp = rospy.Time.now()
+        self.publisher.publish(message)
+
+    def addedTaskCallback(self, task: Any) -> None:
+        """Says that the task's device starts."""
+        status = DiagnosticStatusWrapper(name=task.name)
+        status.summary(0, "Node starting up")
+        self.publish(status)

@@ -1,0 +1,4 @@
+"""What a device's diagnostics count.
+
+How often something happens, and how old stamps are. Times are seconds.
+"""

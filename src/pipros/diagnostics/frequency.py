@@ -1,0 +1,34 @@
+"""How often something happened in the last few reports."""
+
+from __future__ import annotations
+
+from collections import deque
+from math import inf
+
+
+class EventWindow:
+    """Counts events. A report covers the time since as many reports ago as the window has."""
+
+    def __init__(self, reports: int, now: float) -> None:
+        self.count = 0
+        self._starts = deque([(now, 0)] * reports, maxlen=reports)
+
+    def report(self, now: float) -> tuple[int, float, float]:
+        """The events in the window, its length in seconds, and the events a second."""
+        start, count = self._starts[0]
+        self._starts.append((now, self.count))
+        events, seconds = self.count - count, now - start
+        if seconds > 0.0:
+            return events, seconds, events / seconds
+        return events, seconds, inf if events else 0.0
+
+
+def judged(events: int, hz: float, low: float, high: float | None) -> tuple[int, str]:
+    """The level and message for a frequency with its bounds."""
+    if events == 0:
+        return 2, "No events recorded."
+    if hz < low:
+        return 1, "Frequency too low."
+    if high is not None and hz > high:
+        return 1, "Frequency too high."
+    return 0, "Desired frequency met"

@@ -1,0 +1,43 @@
+"""How old the stamps of messages are when they come."""
+
+from __future__ import annotations
+
+
+class StampDelays:
+    """The least and greatest delays between a stamp and its arrival, since the last report."""
+
+    def __init__(self) -> None:
+        self.early_count = self.late_count = self.zero_count = 0
+        self.forget()
+
+    def forget(self) -> None:
+        """Begins anew, as after each report."""
+        self.least = self.greatest = 0.0
+        self.has_zero = False
+        self.has_any = False
+
+    def add(self, stamp: float, now: float) -> None:
+        """Counts a stamp. One of zero was not set."""
+        if stamp == 0:
+            self.has_zero = True
+            return
+        delay = now - stamp
+        self.greatest = max(self.greatest, delay) if self.has_any else delay
+        self.least = min(self.least, delay) if self.has_any else delay
+        self.has_any = True
+
+    def judged(self, least: float, greatest: float) -> tuple[int, str]:
+        """The level and message by the delays that are acceptable. Counts bad reports."""
+        if not self.has_any:
+            return 1, "No data since last update."
+        found = (0, "Timestamps are reasonable.")
+        if self.least < least:
+            found = (2, "Timestamps too far in future seen.")
+            self.early_count += 1
+        if self.greatest > greatest:
+            found = (2, "Timestamps too far in past seen.")
+            self.late_count += 1
+        if self.has_zero:
+            found = (2, "Zero timestamp seen.")
+            self.zero_count += 1
+        return found
