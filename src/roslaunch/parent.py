@@ -142,7 +142,7 @@ class ROSLaunchParent:
         return self.runner is not None and self.runner.spin_once()
 
     def spin(self) -> None:
-        """Waits until the launch is over, and ends what is left of it.
+        """Waits until the launch is over or Ctrl-C is pressed, and ends what is left of it.
 
         Raises:
             RLException: it was not started.
@@ -151,6 +151,8 @@ class ROSLaunchParent:
             raise RLException("parent not started yet")
         try:
             self.runner.spin()
+        except KeyboardInterrupt:
+            pass  # as in Noetic, where Ctrl-C ends the launch and the script goes on
         finally:
             self.shutdown()
 

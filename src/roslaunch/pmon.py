@@ -13,6 +13,7 @@ from contextlib import suppress
 from types import FrameType
 from typing import Any, Protocol
 
+from pipros.interrupts import accept_ctrl_c
 from roslaunch.core import RLException, printerrlog, printlog, printlog_bold
 
 __all__ = [
@@ -374,6 +375,7 @@ class ProcessMonitor(threading.Thread):
 def start_process_monitor() -> ProcessMonitor:
     """Starts a monitor; `pmon_shutdown` and the end of the program end it."""
     monitor = ProcessMonitor(f"ProcessMonitor-{next(_numbers)}")
+    _init_signal_handlers()
     if not _monitors:
         atexit.register(pmon_shutdown)
     _monitors.append(monitor)
@@ -405,4 +407,8 @@ def rl_signal(sig: int, stackframe: FrameType | None) -> None:
 
 
 def _init_signal_handlers() -> None:
-    """For scripts that replace it to launch from other threads: no handlers are installed here."""
+    """Makes Ctrl-C effective also in a background job of a shell script.
+
+    Scripts replace this function by their own to launch from other threads, which is not needed here.
+    """
+    accept_ctrl_c()

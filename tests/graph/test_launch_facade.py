@@ -179,6 +179,34 @@ print(">", roslaunch.substitution_args.resolve_args("$(arg x)-$(anon a)", contex
     ) == ["> 7 ['/c'] a", "> refused", "> 1-a ['a']"]
 
 
+SPIN = """
+import roslaunch, signal, sys
+signal.signal(signal.SIGINT, signal.SIG_IGN)  # as in a background job of a shell script
+uuid = roslaunch.rlutil.get_or_generate_uuid(None, False)
+parent = roslaunch.parent.ROSLaunchParent(uuid, [], roslaunch_strs=[
+    '<launch><node pkg="programs" type="sleeper" name="n" respawn="true"/></launch>'])
+parent.start()
+print("started", parent.pm.get_process("n-2").pid, flush=True)
+if "spin" in sys.argv:
+    parent.spin()
+    print("went on", parent.pm.done)
+"""
+
+
+def test_ctrl_c_ends_a_launch_that_spins_and_the_script_goes_on(ros: RosSystem, package: Path) -> None:
+    running = ros.pipros.start(sys.executable, "-c", SPIN, "spin", ROS_PACKAGE_PATH=str(package.parent))
+    running.wait_for(r"started \d+")
+    running.press_ctrl_c()
+    assert running.wait() == 0, running.output
+    assert running.stdout[-1] == "went on True"
+
+
+def test_the_end_of_a_script_ends_its_nodes(ros: RosSystem, package: Path) -> None:
+    ended = ros.pipros.run(sys.executable, "-c", SPIN, ROS_PACKAGE_PATH=str(package.parent))
+    assert ended.returncode == 0, ended.output
+    assert ended.stdout[-1] == "[n-2] killing on exit"
+
+
 def test_the_example_of_the_documentation_runs(ros: RosSystem) -> None:
     text = (REPOSITORY / "docs" / "launch.md").read_text()
     code = text.partition("```python\n")[2].partition("```")[0]
