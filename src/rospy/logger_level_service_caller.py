@@ -1,0 +1,59 @@
+"""Levels of other nodes' loggers, for tools such as rqt_logger_level. Facade of `pipros.graph.loggers`."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+
+from pipros.errors import PiprosError
+from pipros.graph import loggers as _loggers
+from pipros.graph.client import GraphClient
+
+__all__ = ["LoggerLevelServiceCaller", "ROSConsoleException"]
+
+
+class ROSConsoleException(Exception):
+    """A node does not exist, or does not tell its loggers."""
+
+
+class LoggerLevelServiceCaller:
+    """Asks nodes for their loggers and sets levels."""
+
+    def __init__(self) -> None:
+        self._current_levels: dict[str, str] = {}
+
+    def get_levels(self) -> list[str]:
+        """The names of the levels, the lowest first."""
+        return list(_loggers.LEVELS)
+
+    def get_loggers(self, node: str) -> list[str]:
+        """The names of a node's loggers. Raises ROSConsoleException."""
+        with _graph(node) as graph:
+            self._current_levels = _loggers.levels_of(graph.master, graph.resolve(node))
+        return list(self._current_levels)
+
+    def get_node_names(self) -> list[str]:
+        """The nodes whose levels can be set, sorted."""
+        with GraphClient("rosconsole") as graph:
+            return _loggers.nodes_with_loggers(graph.master)
+
+    def send_logger_change_message(self, node: str, logger: str, level: str) -> bool:
+        """Sets a level. False when the logger has it already.
+
+        `get_loggers` of the node has to be called first: KeyError for a logger that it did not list.
+        """
+        if self._current_levels[logger].lower() == level.lower():
+            return False
+        with _graph(node) as graph:
+            _loggers.set_level(graph.master, graph.resolve(node), logger, level)
+        self._current_levels[logger] = level
+        return True
+
+
+@contextlib.contextmanager
+def _graph(node: str) -> Iterator[GraphClient]:
+    try:
+        with GraphClient("rosconsole") as graph:
+            yield graph
+    except PiprosError as error:
+        raise ROSConsoleException(f"node '{node}' doesn't exist or doesn't support query: {error}") from None

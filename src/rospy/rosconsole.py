@@ -1,0 +1,27 @@
+"""The command `rosconsole` for Python code. Facade of `pipros.cli.rosconsole`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from pipros.cli.rosconsole import main as _main
+from rospy.logger_level_service_caller import LoggerLevelServiceCaller, ROSConsoleException
+
+__all__ = ["NAME", "LoggerLevelServiceCaller", "ROSConsoleException", "error", "main"]
+
+NAME = "rosconsole"
+
+
+def error(status: int, msg: str) -> NoReturn:
+    """Prints an error of the command and ends the process with `status`."""
+    print(f"{NAME}: error: {msg}", file=sys.stderr)
+    sys.exit(status)
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """The command; `argv` begins with its name. Ends with SystemExit when something went wrong."""
+    code = _main(list(sys.argv if argv is None else argv)[1:])
+    if code:
+        sys.exit(code)
