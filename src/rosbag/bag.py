@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import io
 import os
-import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from pipros.bag import compression as _compression
-from pipros.bag import info as _info
 from pipros.bag.connection import Connection
-from pipros.bag.errors import BagError, NoMessages
+from pipros.bag.errors import BagError
 from pipros.bag.index import Stamp
 from pipros.bag.layout import Layout, read_layout, read_version
 from pipros.bag.reader import BagReader
@@ -23,6 +21,7 @@ from pipros.bag.topic_writer import TopicWriter
 from pipros.bag.writer import CHUNK_BYTES, BagWriter
 from pipros.limits import process_limits
 from pipros.msg.time import Time as _Time
+from rosbag.contents import BagContents
 from rosbag.exceptions import (
     ROSBagEncryptException,
     ROSBagEncryptNotSupportedException,
@@ -34,9 +33,6 @@ from rosbag.exceptions import (
 from rosbag.results import (
     BagMessage,
     BagMessageWithConnectionHeader,
-    CompressionTuple,
-    TopicTuple,
-    TypesAndTopicsTuple,
 )
 from rospy.rostime import Time
 
@@ -64,7 +60,7 @@ class Compression:
 ConnectionFilter = Callable[[str, str, str, str, Mapping[str, bytes]], bool]
 
 
-class Bag:
+class Bag(BagContents):
     """A bag file, open for reading, writing or appending. Use it in one thread at a time.
 
     Unlike genuine rosbag, messages come in time order also where they were not written in it; what is written
@@ -181,10 +177,6 @@ class Bag:
 
     def __exit__(self, exc_type: object, exc_value: object, traceback: object) -> None:
         self.close()
-
-    def __str__(self) -> str:
-        with translated():
-            return _info.info_text(self._info())
 
     @property
     def options(self) -> dict[str, Any]:
@@ -413,69 +405,6 @@ class Bag:
         finally:
             self._file = self._writer = self._reader = None
             file.close()
-
-    def get_compression_info(self) -> CompressionTuple:
-        """The most frequent compression of the chunks, and the bytes of all chunks."""
-        with translated():
-            found = _info.compressions(self._view())
-        if not found:
-            return CompressionTuple(Compression.NONE, 0, 0)
-        sums = sum(each.uncompressed for each in found), sum(each.compressed for each in found)
-        return CompressionTuple(found[0].name, *sums)
-
-    def get_message_count(self, topic_filters: Iterable[str] | str | None = None) -> int:
-        """The number of messages, of all topics or of those given."""
-        bag = self._view()
-        if topic_filters is None:
-            return bag.message_count
-        counts = bag.count_by_connection()
-        return sum(counts[connection.id] for connection in bag.connections_of(topic_filters))
-
-    def get_start_time(self) -> float:
-        """The time of the first message in seconds. Raises `ROSBagException` if there is none."""
-        return self._time(lambda bag: bag.start)
-
-    def get_end_time(self) -> float:
-        """The time of the last message in seconds. Raises `ROSBagException` if there is none."""
-        return self._time(lambda bag: bag.end)
-
-    def _time(self, which: Callable[[BagReader], Stamp]) -> float:
-        try:
-            seconds, nanoseconds = which(self._view())
-        except NoMessages:
-            raise ROSBagException("Bag contains no message") from None
-        return float(seconds) + float(nanoseconds) / 1e9
-
-    def get_type_and_topic_info(
-        self, topic_filters: Iterable[str] | str | None = None
-    ) -> TypesAndTopicsTuple:
-        """The types of the bag with their md5sums, and its topics or those given."""
-        bag = self._view()
-        wanted = {topic_filters} if isinstance(topic_filters, str) else topic_filters
-        with translated():
-            topics = _info.topics(bag, wanted or None, with_frequencies=not self._skip_index)
-        return TypesAndTopicsTuple(
-            dict(sorted((connection.type, connection.md5sum) for connection in bag.connections)),
-            {
-                each.topic: TopicTuple(each.type, each.messages, each.connections, each.frequency)
-                for each in topics
-            },
-        )
-
-    def _get_yaml_info(self, key: str | None = None) -> str | None:
-        """What `rosbag info --yaml` prints; a part of it by its key."""
-        with translated():
-            info = self._info()
-        if key is None:
-            return _info.info_yaml(info)
-        try:
-            return _info.info_value(info, key)
-        except BagError as error:
-            print(error, file=sys.stderr)
-            return None
-
-    def _info(self) -> _info.Info:
-        return _info.bag_info(self._view(), self._filename, with_frequencies=not self._skip_index)
 
     def _view(self) -> BagReader:
         """The bag as a reader has it; what was added so far is written to the file."""

@@ -13,7 +13,7 @@ import pytest
 from std_msgs.msg import Int32, String
 
 from pipros.bag import BagReader
-from tests.support.bags import bag_bytes, rows_of
+from tests.support.bags import bag_bytes, old_bag_bytes, rows_of, some_rows
 from tests.support.environments import genuine_environment, make_tool_folder, pipros_environment
 from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
@@ -78,3 +78,16 @@ def test_what_one_plays_the_other_records(recorder: str, sides: RosSystem) -> No
         found = rows_of(bag)
     assert [row[1] for row in found if row[0] == "/number"] == list(range(300))
     assert [row[1] for row in found if row[0] == "/text"] == ["latched"]
+
+
+def test_bags_of_format_1_2_are_described_alike(tmp_path: Path) -> None:
+    """Genuine rosbag of today cannot read their messages, but tells what is in them."""
+    file = tmp_path / "old.bag"
+    file.write_bytes(old_bag_bytes(some_rows()))
+    script = (
+        f"import rosbag; bag = rosbag.Bag({str(file)!r}); print(bag, bag.version, bag.get_message_count())"
+    )
+
+    genuine, ours = (run(tmp_path, python, "-c", script) for python in (GENUINE, sys.executable))
+
+    assert ours == genuine

@@ -58,12 +58,13 @@ def values(rows: Iterable[Row]) -> list[tuple[str, Any, int, int]]:
     return [(topic, message.data, seconds, nanoseconds) for topic, message, seconds, nanoseconds in rows]
 
 
-def old_bag_bytes(rows: Iterable[Row]) -> bytes:
-    """A bag of format 1.2 without an index, as ROS wrote them until 2010."""
-    from pipros.bag.records import U32, record_bytes
+def old_bag_bytes(rows: Iterable[Row], *, is_indexed: bool = True) -> bytes:
+    """A bag of format 1.2, as ROS wrote them until 2010."""
+    from pipros.bag.records import TIME, U32, U64, record_bytes
 
-    out = [b"#ROSBAG V1.2\n"]
-    out.append(record_bytes({"op": b"\x03", "index_pos": bytes(8)}, b""))
+    out = [b"#ROSBAG V1.2\n", b""]
+    position = len(out[0]) + len(record_bytes({"op": b"\x03", "index_pos": bytes(8)}, b""))
+    index: dict[str, list[bytes]] = {}
     told: set[str] = set()
     for topic, message, seconds, nanoseconds in rows:
         names = {
@@ -71,11 +72,19 @@ def old_bag_bytes(rows: Iterable[Row]) -> bytes:
             "md5": message._md5sum.encode(),
             "type": message._type.encode(),
         }
+        at = position + sum(map(len, out[2:]))  # where an index points to: to the definition, if there is one
         if topic not in told:
             told.add(topic)
             out.append(record_bytes({"op": b"\x01", **names, "def": message._full_text.encode()}, b""))
         times = {"sec": U32.pack(seconds), "nsec": U32.pack(nanoseconds)}
         data = io.BytesIO()
         message.serialize(data)
+        index.setdefault(topic, []).append(TIME.pack(seconds, nanoseconds) + U64.pack(at))
         out.append(record_bytes({"op": b"\x02", **names, **times}, data.getvalue()))
+    end = position + sum(map(len, out[2:]))
+    out[1] = record_bytes({"op": b"\x03", "index_pos": U64.pack(end if is_indexed else 0)}, b"")
+    if is_indexed:
+        for topic, entries in index.items():
+            fields = {"op": b"\x04", "topic": topic.encode(), "ver": U32.pack(0)}
+            out.append(record_bytes({**fields, "count": U32.pack(len(entries))}, b"".join(entries)))
     return b"".join(out)

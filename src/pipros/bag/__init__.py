@@ -1,6 +1,6 @@
 """Bags: recorded messages in a file. Reading, writing, indexing and repairing them, without a node.
 
-    from pipros.bag import BagReader, BagWriter
+    from pipros.bag import BagReader, BagWriter, merged, open_bag
 
 The pure part (records, index, compression, the order of messages) has bytes in and values out; `source.py`
 is all that is asked of a file to read.
@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
     from pipros.bag.connection import Connection
     from pipros.bag.errors import BagError, BagFormatError, NoMessages, NotIndexed
+    from pipros.bag.merge import merged
+    from pipros.bag.opening import open_bag
     from pipros.bag.reader import BagMessage, BagReader
+    from pipros.bag.topic_writer import TopicWriter
     from pipros.bag.writer import BagWriter
 
 __all__ = [
@@ -26,6 +29,9 @@ __all__ = [
     "Connection",
     "NoMessages",
     "NotIndexed",
+    "TopicWriter",
+    "merged",
+    "open_bag",
 ]
 
 _HOMES = {
@@ -33,6 +39,9 @@ _HOMES = {
     "BagReader": "reader",
     "BagWriter": "writer",
     "Connection": "connection",
+    "TopicWriter": "topic_writer",
+    "merged": "merge",
+    "open_bag": "opening",
 }
 
 

@@ -108,6 +108,7 @@ def topics(
 ) -> list[Topic]:
     """The topics by name; all, if none are given."""
     counts = bag.count_by_connection()
+    times = bag.times_by_connection() if with_frequencies else {}
     chosen = None if wanted is None else set(wanted)
     found = []
     for name in sorted({connection.topic for connection in bag.connections}):
@@ -117,7 +118,8 @@ def topics(
         messages = sum(counts[connection.id] for connection in connections)
         frequency = None
         if with_frequencies and messages > 1:
-            frequency = _frequency([_seconds(stamp) for stamp in bag.times(connections)])
+            stamps = sorted(stamp for each in connections for stamp in times.get(each.id, ()))
+            frequency = _frequency([_seconds(stamp) for stamp in stamps])
         found.append(Topic(name, connections[0].type, messages, len(connections), frequency))
     return found
 
@@ -170,6 +172,8 @@ def _compression_rows(info: Info) -> Iterator[tuple[str, str]]:
                 f"; {100.0 * each.compressed / each.uncompressed:.2f}%" if each.uncompressed else "; 0.00%"
             )
         parts.append(f"{each.name} [{each.chunks}/{total.chunks} chunks{ratio}]")
+    if info.version.startswith("1."):
+        parts = []  # without chunks
     yield "compression", ", ".join(parts) or "none"
     if all(each.name == "none" for each in info.compressions):
         return

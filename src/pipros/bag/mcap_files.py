@@ -150,8 +150,11 @@ class McapReader(BagReader):
         time = statistics.message_start_time if which == "start" else statistics.message_end_time
         return [divmod(time, NS_PER_S)]
 
-    def times(self, connections: Iterable[Connection]) -> list[Stamp]:
-        return [(message[1], message[2]) for message in self.raw_messages(connections)]
+    def times_by_connection(self) -> dict[int, list[Stamp]]:
+        found: dict[int, list[Stamp]] = {}
+        for connection, seconds, nanoseconds, *_ in self.raw_messages():
+            found.setdefault(connection.id, []).append((seconds, nanoseconds))
+        return found
 
     def raw_messages(
         self,

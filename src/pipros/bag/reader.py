@@ -218,15 +218,16 @@ class BagReader:
 
     def times(self, connections: Iterable[Connection]) -> list[Stamp]:
         """The times of all messages of the connections, in order."""
-        wanted = {connection.id for connection in connections}
-        found: list[Stamp] = []
-        for number, chunk in enumerate(self.layout.chunks):
-            if wanted.isdisjoint(chunk.counts):
-                continue
+        found = self.times_by_connection()
+        return sorted(stamp for connection in connections for stamp in found.get(connection.id, ()))
+
+    def times_by_connection(self) -> dict[int, list[Stamp]]:
+        """The times of all messages by the number of their connection, in the order of the file."""
+        found: dict[int, list[Stamp]] = {}
+        for number in range(len(self.layout.chunks)):
             for connection, data in self.chunk_index(number).items():
-                if connection in wanted:
-                    found += [(seconds, nanoseconds) for seconds, nanoseconds, _ in ENTRY.iter_unpack(data)]
-        found.sort()
+                stamps = found.setdefault(connection, [])
+                stamps += [(seconds, nanoseconds) for seconds, nanoseconds, _ in ENTRY.iter_unpack(data)]
         return found
 
     def class_of(self, connection: Connection) -> Any:

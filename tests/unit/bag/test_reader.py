@@ -190,7 +190,7 @@ def test_a_flipped_byte_is_an_error_with_a_place_or_other_messages(compression: 
 def test_bags_of_format_1_2_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pipros.bag.old_format._PART_BYTES", 500)
     rows = some_rows()
-    data = old_bag_bytes(rows)
+    data = old_bag_bytes(rows, is_indexed=False)
     bag = read(data)
 
     assert bag.layout.version.number == 102

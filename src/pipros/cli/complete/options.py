@@ -11,7 +11,8 @@ from importlib import import_module
 
 SUBCOMMANDS = {
     "rosaction": "info list md5 package packages show",
-    "rosbag": "check compress decompress filter fix help info play record reindex",
+    "rosbag": "check compress convert decompress decrypt encrypt export filter fix help info play record "
+    "reindex",
     "pipros": "doctor env stubs version",
     "rosclean": "check purge",
     "rosconsole": "echo get list set",

@@ -1,0 +1,93 @@
+"""What `rosbag.Bag` tells of its contents."""
+
+from __future__ import annotations
+
+import sys
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+
+from pipros.bag import compression as _compression
+from pipros.bag import info as _info
+from pipros.bag.errors import BagError, NoMessages
+from pipros.bag.index import Stamp
+from pipros.bag.reader import BagReader
+from rosbag.exceptions import ROSBagException, translated
+from rosbag.results import CompressionTuple, TopicTuple, TypesAndTopicsTuple
+
+
+class BagContents(ABC):
+    """The methods of `Bag` that count and describe, for a bag in any mode."""
+
+    _filename: str | None
+    _skip_index: bool
+
+    @abstractmethod
+    def _view(self) -> BagReader:
+        """The bag as a reader has it."""
+
+    def __str__(self) -> str:
+        with translated():
+            return _info.info_text(self._info())
+
+    def get_compression_info(self) -> CompressionTuple:
+        """The most frequent compression of the chunks, and the bytes of all chunks."""
+        with translated():
+            found = _info.compressions(self._view())
+        if not found:
+            return CompressionTuple(_compression.NONE, 0, 0)
+        sums = sum(each.uncompressed for each in found), sum(each.compressed for each in found)
+        return CompressionTuple(found[0].name, *sums)
+
+    def get_message_count(self, topic_filters: Iterable[str] | str | None = None) -> int:
+        """The number of messages, of all topics or of those given."""
+        bag = self._view()
+        if topic_filters is None:
+            return bag.message_count
+        counts = bag.count_by_connection()
+        return sum(counts[connection.id] for connection in bag.connections_of(topic_filters))
+
+    def get_start_time(self) -> float:
+        """The time of the first message in seconds. Raises `ROSBagException` if there is none."""
+        return self._time(lambda bag: bag.start)
+
+    def get_end_time(self) -> float:
+        """The time of the last message in seconds. Raises `ROSBagException` if there is none."""
+        return self._time(lambda bag: bag.end)
+
+    def _time(self, which: Callable[[BagReader], Stamp]) -> float:
+        try:
+            seconds, nanoseconds = which(self._view())
+        except NoMessages:
+            raise ROSBagException("Bag contains no message") from None
+        return float(seconds) + float(nanoseconds) / 1e9
+
+    def get_type_and_topic_info(
+        self, topic_filters: Iterable[str] | str | None = None
+    ) -> TypesAndTopicsTuple:
+        """The types of the bag with their md5sums, and its topics or those given."""
+        bag = self._view()
+        wanted = {topic_filters} if isinstance(topic_filters, str) else topic_filters
+        with translated():
+            topics = _info.topics(bag, wanted or None, with_frequencies=not self._skip_index)
+        return TypesAndTopicsTuple(
+            dict(sorted((connection.type, connection.md5sum) for connection in bag.connections)),
+            {
+                each.topic: TopicTuple(each.type, each.messages, each.connections, each.frequency)
+                for each in topics
+            },
+        )
+
+    def _get_yaml_info(self, key: str | None = None) -> str | None:
+        """What `rosbag info --yaml` prints; a part of it by its key."""
+        with translated():
+            info = self._info()
+        if key is None:
+            return _info.info_yaml(info)
+        try:
+            return _info.info_value(info, key)
+        except BagError as error:
+            print(error, file=sys.stderr)
+            return None
+
+    def _info(self) -> _info.Info:
+        return _info.bag_info(self._view(), self._filename, with_frequencies=not self._skip_index)
