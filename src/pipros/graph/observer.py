@@ -11,13 +11,25 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from pipros.errors import PiprosError
 from pipros.graph.drawing.node_graph import Connection
 from pipros.graph.system_state import SystemState
-from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
+
+Ask = Callable[[str], tuple[Any, Any]]
+
+
+class ObservedMaster(Protocol):
+    """What is asked of the master; `pipros.net.master_client.MasterClient` can answer."""
+
+    caller_id: str
+
+    def get_system_state(self) -> Sequence[Sequence[Sequence[Any]]]: ...
+    def get_topic_types(self) -> Sequence[Sequence[str]]: ...
+    def lookup_node(self, node: str) -> str: ...
+
 
 CALLS_A_LOOK = 60
 """How many nodes are asked in one look; the others wait for the next."""
@@ -123,8 +135,17 @@ class _Node:
 class Observer:
     """Looks at a running system again and again. Call `look` from one thread."""
 
-    def __init__(self, master: MasterClient, now_s: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, master: ObservedMaster, *, ask: Ask | None = None, now_s: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Nothing is asked yet.
+
+        Args:
+            ask: gives the answers of the node at a URI to `getBusInfo` and `getBusStats`.
+            now_s: the clock of rates and retries.
+        """
         self._master = master
+        self._ask_node = ask or self._ask_by_rpc
         self._now_s = now_s
         self._nodes: dict[str, _Node] = {}
         self._last = Observation()
@@ -138,7 +159,7 @@ class Observer:
         """Asks the master, and the nodes whose answers are old. An unreachable master is told, not raised."""
         try:
             state = SystemState.from_state(self._master.get_system_state())
-            types: dict[str, str] = dict(self._master.get_topic_types())
+            types = {topic: kind for topic, kind in self._master.get_topic_types()}  # noqa: C416
         except (PiprosError, ValueError) as error:
             last = self._last
             return Observation(last.state, last.types, last.nodes, last.connections, str(error))
@@ -161,9 +182,8 @@ class Observer:
         try:
             if not node.uri or node.failures:
                 node.uri = self._master.lookup_node(name)
-            with RpcClient(node.uri, timeout_s=ANSWER_DEADLINE_S) as api:
-                links = list(links_in(api.call("getBusInfo", self._master.caller_id)))
-                counts = dict(counts_in(api.call("getBusStats", self._master.caller_id)))
+            info, statistics = self._ask_node(node.uri)
+            links, counts = list(links_in(info)), dict(counts_in(statistics))
         except (PiprosError, ValueError, OSError) as error:
             node.failures += 1
             node.error = str(error)
@@ -173,6 +193,11 @@ class Observer:
         node.failures, node.error = 0, ""
         node.links = links
         node.counts.append((now_s, counts))
+
+    def _ask_by_rpc(self, uri: str) -> tuple[Any, Any]:
+        with RpcClient(uri, timeout_s=ANSWER_DEADLINE_S) as api:
+            caller_id = self._master.caller_id
+            return api.call("getBusInfo", caller_id), api.call("getBusStats", caller_id)
 
     def _connections(self) -> dict[Connection, Traffic | None]:
         names = {node.uri.rstrip("/"): name for name, node in self._nodes.items() if node.uri}

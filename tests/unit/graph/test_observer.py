@@ -1,0 +1,160 @@
+"""Looking at a running system: connections, rates, and nodes that do not answer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from pipros.errors import Unreachable
+from pipros.graph.drawing.node_graph import Connection
+from pipros.graph.observer import CALLS_A_LOOK, Observer, Traffic, counts_in, links_in
+
+LEVEL = Connection("/talker", "/level", "/listener")
+
+
+class Nodes:
+    """A master, its nodes and a clock. `/talker` publishes `/level` to `/listener`."""
+
+    caller_id = "/test"
+
+    def __init__(self) -> None:
+        self.now_s = 100.0
+        self.is_up = True
+        self.silent: set[str] = set()
+        self.asked: list[str] = []
+        self.messages = 0
+        self.more: list[str] = []
+        self.answers: dict[str, tuple[Any, Any]] = {}
+
+    def get_system_state(self) -> list[list[list[Any]]]:
+        if not self.is_up:
+            raise Unreachable("master http://x", "connection refused")
+        more = [["/more", self.more]] if self.more else []
+        return [[["/level", ["/talker"]], *more], [["/level", ["/listener"]]], []]
+
+    def get_topic_types(self) -> list[list[str]]:
+        return [["/level", "std_msgs/String"]]
+
+    def lookup_node(self, node: str) -> str:
+        return f"http://host:1{node}"
+
+    def ask(self, uri: str) -> tuple[Any, Any]:
+        name = "/" + uri.rpartition("/")[2]
+        self.asked.append(name)
+        if name in self.silent:
+            raise Unreachable(name, "no answer")
+        return self.answers.get(name) or self.usual_answers(name)
+
+    def usual_answers(self, name: str) -> tuple[Any, Any]:
+        if name == "/talker":
+            info = [[7, "/listener", "o", "TCPROS", "/level", True, ""]]
+            statistics = [["/level", 0, [[7, self.messages * 10, self.messages, True]]]]
+            return [1, "", info], [1, "", [statistics, [], []]]
+        if name == "/listener":
+            return [1, "", [[3, "http://host:1/talker", "i", "TCPROS", "/level", True]]], [
+                1,
+                "",
+                [[], [], []],
+            ]
+        return [1, "", []], [1, "", [[], [], []]]
+
+
+@pytest.fixture
+def nodes() -> Nodes:
+    return Nodes()
+
+
+@pytest.fixture
+def observer(nodes: Nodes) -> Iterator[Observer]:
+    observer = Observer(nodes, ask=nodes.ask, now_s=lambda: nodes.now_s)
+    yield observer
+    observer.close()
+
+
+def test_connections_are_told_by_either_end(nodes: Nodes, observer: Observer) -> None:
+    assert dict(observer.look().connections) == {LEVEL: None}
+    nodes.silent = {"/talker"}
+    nodes.now_s += 10
+    found = observer.look()
+    assert dict(found.connections) == {LEVEL: None}
+    assert found.unreachable == {"/talker"}
+
+
+def test_rates_are_differences_over_several_answers(nodes: Nodes, observer: Observer) -> None:
+    observer.look()
+    for _ in range(3):
+        nodes.now_s += 2
+        nodes.messages += 40
+        found = observer.look()
+    assert found.connections[LEVEL] == Traffic(20.0, 200.0)
+
+
+def test_a_node_that_began_anew_has_no_rate(nodes: Nodes, observer: Observer) -> None:
+    nodes.messages = 1000
+    observer.look()
+    nodes.messages = 3
+    nodes.now_s += 2
+    assert observer.look().connections[LEVEL] is None
+
+
+def test_an_answer_is_used_for_a_second(nodes: Nodes, observer: Observer) -> None:
+    observer.look()
+    nodes.now_s += 0.5
+    observer.look()
+    assert sorted(nodes.asked) == ["/listener", "/talker"]
+    nodes.now_s += 0.6
+    observer.look()
+    assert len(nodes.asked) == 4
+
+
+def test_a_silent_node_is_asked_more_and_more_rarely_and_found_again(
+    nodes: Nodes, observer: Observer
+) -> None:
+    nodes.silent = {"/talker"}
+    for _ in range(60):
+        found = observer.look()
+        nodes.now_s += 1
+    assert found.nodes["/talker"].error
+    assert nodes.asked.count("/talker") < 12
+    nodes.silent = set()
+    nodes.now_s += 10
+    assert observer.look().unreachable == set()
+
+
+def test_many_nodes_are_asked_by_turns(nodes: Nodes, observer: Observer) -> None:
+    nodes.more = [f"/node{number}" for number in range(150)]
+    observer.look()
+    assert len(nodes.asked) == CALLS_A_LOOK
+    for _ in range(2):
+        observer.look()
+    assert sorted(nodes.asked) == sorted(["/talker", "/listener", *nodes.more])
+
+
+def test_without_its_master_the_last_state_stays(nodes: Nodes, observer: Observer) -> None:
+    before = observer.look()
+    nodes.is_up = False
+    found = observer.look()
+    assert found.error
+    assert found.state == before.state
+    assert found.connections == before.connections
+
+
+@pytest.mark.parametrize("answer", [None, [], [0, "no", []], [1, "", "x"], [1, "", []] * 2])
+def test_a_malformed_answer_is_an_error_of_that_node(nodes: Nodes, observer: Observer, answer: Any) -> None:
+    nodes.answers["/talker"] = answer, [1, "", [[], [], []]]
+    assert "getBusInfo must answer" in observer.look().nodes["/talker"].error
+
+
+def test_malformed_rows_are_left_out() -> None:
+    rows = [
+        None,
+        [],
+        [1, "/x", "?", "TCPROS", "/t"],
+        [1, "/x", "o", "TCPROS", "/t", False],
+        [1, "/x", "o", "", "/t"],
+    ]
+    assert [link.topic for link in links_in([1, "", rows])] == ["/t"]
+    statistics = [[["/t", 0, [[1, 10, 2], [2, "x", 3], None]], None, [], ["/u", 0, None]], 5]
+    assert dict(counts_in([1, "", statistics])) == {"1": (2, 10)}
