@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from pipros.env import DISTRIBUTION
 from tests.support.ros import RosSystem, Side
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "launch_language"
@@ -88,6 +89,7 @@ def package(ros: RosSystem) -> Path:
     (folder / "params.yaml").write_text("x: 1\ny: {z: [1, 2]}\n")
     for side in (ros.genuine, ros.pipros):
         side.environment["ROS_PACKAGE_PATH"] = f"{folder}:{side.environment['ROS_PACKAGE_PATH']}"
+        side.environment.update(DISTRIBUTION)  # as after sourcing setup.bash
     return folder
 
 

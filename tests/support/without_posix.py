@@ -17,6 +17,11 @@ import asyncio, builtins, concurrent.futures, logging.handlers, multiprocessing,
 import platform, random, secrets, select, selectors, shutil, signal, socket, socketserver, subprocess
 import tarfile, tempfile, threading, uuid, webbrowser, xml.dom.minidom, xml.sax, yaml, zipfile
 
+try:
+    import numpy
+except ImportError:
+    pass
+
 MODULES = {"fcntl", "grp", "posix", "pty", "pwd", "readline", "resource", "termios", "tty"}
 NAMES = {
     os: "chown fork forkpty geteuid getgid getloadavg getpgid getuid initgroups killpg mkfifo posix_spawn "

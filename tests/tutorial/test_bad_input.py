@@ -148,11 +148,12 @@ def test_a_script_that_is_not_executable_does_not_keep_roslaunch_from_the_others
     launch = ros.pipros.start("roslaunch", "composiv_tryouts", "composiv_tryout.launch")
 
     launch.wait_for(r"process\[listener-\d\]: started with pid")
-    assert (
+    error = (
         "ERROR: cannot launch node of type [composiv_tryouts/composiv_talker.py]: Cannot locate node of type "
         "[composiv_talker.py] in package [composiv_tryouts]. Make sure file exists in package path and "
         "permission is set to executable (chmod +x)"
-    ) in launch.output
+    )
+    launch.wait_for(re.escape(error))  # on another stream, so it may come later
 
 
 @pytest.mark.parametrize(
