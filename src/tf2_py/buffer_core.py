@@ -9,11 +9,10 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 
 import rospy
+from pipros.msg.time import NS_PER_S
 from pipros.transforms.buffer import DEFAULT_LENGTH, FrameBuffer
 from pipros.transforms.errors import InvalidArgumentException
 from pipros.transforms.pose import Pose
-
-NS_PER_S = 1_000_000_000
 
 
 class BufferCore:

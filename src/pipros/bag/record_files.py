@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipros.bag.connection import Connection
 from pipros.bag.opening import writer_for
 from pipros.bag.record_queue import Received
 from pipros.bag.writer import CHUNK_BYTES, MessageWriter
 
-Say = Callable[[str], object]
+if TYPE_CHECKING:
+    from pipros.printable import Say
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,15 +7,18 @@ import shutil
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipros.bag.errors import BagError
-from pipros.bag.record_files import FileOptions, RecordFiles, Say
+from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.record_queue import Received, RecordQueue
 from pipros.errors import PiprosError
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
+
+if TYPE_CHECKING:
+    from pipros.printable import Say
 
 _POLL_PERIOD_S = 0.5
 """How often the master is asked for new topics."""

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from threading import Lock
 
+from pipros.msg.time import NS_PER_S
 from pipros.transforms.errors import (
     ConnectivityException,
     InvalidArgumentException,
     LookupException,
     TransformException,
 )
-from pipros.transforms.history import NS_PER_S, MovingFrame, StaticFrame
+from pipros.transforms.history import MovingFrame, StaticFrame
 from pipros.transforms.listing import frames_as_dot, frames_as_string, frames_as_yaml
 from pipros.transforms.pose import IDENTITY, Pose, composed_exactly
 from pipros.transforms.tree import Frames, find_path, latest_common_time

@@ -5,9 +5,8 @@ from __future__ import annotations
 from bisect import bisect_right
 from typing import Protocol
 
+from pipros.msg.time import NS_PER_S
 from pipros.transforms.pose import Pose, between
-
-NS_PER_S = 1_000_000_000
 
 
 class FrameHistory(Protocol):

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from pipros.transforms.history import NS_PER_S, FrameHistory, MovingFrame
+from pipros.msg.time import NS_PER_S
+from pipros.transforms.history import FrameHistory, MovingFrame
 
 Frames = Mapping[str, FrameHistory | None]
 

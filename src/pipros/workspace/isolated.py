@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipros.workspace.build import build
 from pipros.workspace.build_options import BuildOptions
@@ -13,7 +14,8 @@ from pipros.workspace.catkin.project import Project
 from pipros.workspace.layout import Layout, SourcePackage
 from pipros.workspace.setup_files import write_relaying_setup_files
 
-Say = Callable[[str], None]
+if TYPE_CHECKING:
+    from pipros.printable import Say
 
 _BUILDER_LINES = ("-- ~~", "-- +++", "-- ==>")
 
