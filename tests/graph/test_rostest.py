@@ -210,7 +210,8 @@ def test_a_file_outside_of_all_packages_needs_a_package_for_its_results(
     assert refused.returncode == 1
     assert "is not inside a ROS package" in refused.stderr[-1]
     assert named.returncode == 0
-    assert (ros.home / ".ros/test_results/pkg/rostest-outside.xml").exists()
+    name = str(outside.with_suffix("")).replace("/", "_")  # as genuine rostest names it
+    assert (ros.home / f".ros/test_results/pkg/rostest-{name}.xml").exists()
 
 
 def test_who_publishes_and_subscribes_can_be_asked(monkeypatch: pytest.MonkeyPatch) -> None:
