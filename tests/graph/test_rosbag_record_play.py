@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Int32, String
 
 from pipros.bag import BagReader
+from pipros.bag.player import Player, PlayOptions
 from pipros.master.master import Master
 from pipros.node import Node
 from tests.support.bags import bag_bytes, rows_of
@@ -234,3 +236,56 @@ def test_launch_files_and_rosrun_know_record_and_play(
         "rosrun", "rosbag", "play", "-i", "-q", str(ros.home / "in.bag"), ROS_MASTER_URI=master.uri
     )
     assert (played.returncode, played.output) == (0, "")
+
+
+class _Keys:
+    """A keyboard on which keys are pressed by the test, and a display that counts."""
+
+    def __init__(self) -> None:
+        self.pressed: list[str] = []
+        self.states: set[str] = set()
+
+    def key(self) -> str:
+        return self.pressed.pop(0) if self.pressed else ""
+
+    def show(self, state: str, bag_s: float, played_s: float, whole_s: float) -> None:
+        self.states.add(state)
+
+
+def test_a_pause_is_stepped_through_and_ended_by_keys(make_node: MakeNode, tmp_path: Path) -> None:
+    inbox, keys = Inbox(), _Keys()
+    make_node("listener").subscribe("/number", Int32, inbox)
+    options = PlayOptions(paused=True, rate=1000.0, wait_for_subscribers=True, topics=["number"])
+    with BagReader(bag_of(tmp_path / "in.bag")) as bag:
+        player = Player(make_node("player"), [bag], options, keys, lambda _: None)
+        playing = threading.Thread(target=player.run)
+        playing.start()
+        wait_until(lambda: "PAUSED" in keys.states, what="the pause")
+        assert inbox.messages == []
+        keys.pressed += ["s", "s"]
+        assert [message.data for message in inbox.wait(2)] == [0, 1]
+        wait_until(lambda: not keys.pressed, what="the keys to be taken")
+        assert len(inbox.messages) == 2
+        keys.pressed.append(" ")
+        assert [message.data for message in inbox.wait(20)] == list(range(20))
+        playing.join(30)
+    assert keys.states == {"PAUSED", "RUNNING"}
+
+
+def test_a_topic_pauses_the_playback(make_node: MakeNode, tmp_path: Path) -> None:
+    inbox, keys = Inbox(), _Keys()
+    make_node("listener").subscribe("/number", Int32, inbox)
+    options = PlayOptions(
+        immediate=True, wait_for_subscribers=True, topics=["/number"], pause_topics=["/number"]
+    )
+    with BagReader(bag_of(tmp_path / "in.bag", 3)) as bag:
+        player = Player(make_node("player"), [bag], options, keys, lambda _: None)
+        playing = threading.Thread(target=player.run)
+        playing.start()
+        for count in range(1, 4):
+            assert len(inbox.wait(count)) == count
+            wait_until(lambda: "PAUSED" in keys.states, what="the pause")
+            keys.states.clear()
+            keys.pressed.append(" ")
+        playing.join(30)
+        assert not playing.is_alive()

@@ -13,6 +13,7 @@ from std_msgs.msg import Int32, String
 
 from pipros.bag import BagError, BagFormatError, BagReader, NoMessages, NotIndexed
 from pipros.bag import chunk_data as chunk_data_module
+from pipros.bag.info import bag_info
 from pipros.limits import Limits
 from tests.support.bags import bag_bytes, header_of, old_bag_bytes, rows_of, some_rows, values
 
@@ -208,3 +209,22 @@ def test_two_iterations_at_once_do_not_disturb_each_other() -> None:
 
     assert len(pairs) == 30
     assert all(one == other for one, other in pairs)
+
+
+def test_a_bag_of_many_topics_is_described_with_one_look_at_each_chunk(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rows = [(f"/t{n % 1000}", Int32(n), n // 100, n % 100) for n in range(3000)]
+    bag = read(bag_bytes(rows, chunk_bytes=50_000))
+    looked: list[int] = []
+    index_of = BagReader.chunk_index
+
+    def watch(self: BagReader, number: int) -> Any:
+        looked.append(number)
+        return index_of(self, number)
+
+    monkeypatch.setattr(BagReader, "chunk_index", watch)
+    info = bag_info(bag, "x", with_frequencies=True)
+
+    assert len(info.topics) == 1000
+    assert sorted(looked) == list(range(len(bag.chunks)))
