@@ -175,11 +175,9 @@ def convert_return_to_response(response: Any, response_class: type[Message]) -> 
             return response_class(**response)
         if isinstance(response, (list, tuple)):
             return response_class(*response)
-        if len(response_class.__slots__) == 1:
-            return response_class(response)
+        return response_class(response)
     except (AttributeError, TypeError) as error:
         raise HandlerError(f"handler returned invalid value: {error}") from None
-    raise HandlerError(f"handler returned invalid value: {response!r:.200}")
 
 
 class ServiceProxy:

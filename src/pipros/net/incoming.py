@@ -112,6 +112,8 @@ class IncomingLink:
         """Reads nothing until `start`; `received` are bytes that came directly after the handshake."""
         sock.setblocking(True)
         self.peer = sockets.peer_name(sock)
+        self.descriptor = sock.fileno()
+        self.local_port = sockets.local_port(sock)
         self.queue_size = queue_size
         self.statistics = ReceiveStatistics()
         self._sock = sock

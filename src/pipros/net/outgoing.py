@@ -74,6 +74,7 @@ class OutgoingLink:
         sock.setblocking(False)
         self.sock = sock
         self.peer = sockets.peer_name(sock)
+        self.descriptor = sock.fileno()
         self.queue_size = queue_size
         self.statistics = SendStatistics()
         self.is_behind = False

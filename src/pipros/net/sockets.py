@@ -224,6 +224,14 @@ def abort(sock: socket.socket) -> None:
         sock.shutdown(socket.SHUT_RDWR)
 
 
+def local_port(sock: socket.socket) -> int:
+    """The port of this end of a connection; 0 when it has gone."""
+    try:
+        return int(sock.getsockname()[1])
+    except OSError:
+        return 0
+
+
 def peer_name(sock: socket.socket) -> str:
     """`host:port` of the other end, `?` when the connection has ended."""
     try:

@@ -41,6 +41,10 @@ if TYPE_CHECKING:
     from pipros.msg.base import Message
 
 
+TOPICS_LISTED = 50
+"""How many topics a subscriber is told of that asks for another one."""
+
+
 class TypeConflict(PiprosError):
     """A node uses one topic with two types."""
 
@@ -275,12 +279,19 @@ class Endpoints:
 
     def attach(self, connection: TcprosConnection) -> None:
         """Hands a peer that has introduced itself to the topic or service that it asks for."""
+        if not connection.fields:  # nothing that could be answered
+            connection.sock.close()
+            return
         topic, service = connection.fields.get("topic"), connection.fields.get("service")
         if topic is not None:
             if publication := self.publication(topic):
                 publication.attach(connection)
                 return
-            reason = f"[{self._context.node_name}] is not a publisher of [{topic}]"
+            listed = [
+                [publication.topic, publication.interface.type]
+                for publication in self.publications[:TOPICS_LISTED]
+            ]
+            reason = f"[{self._context.node_name}] is not a publisher of [{topic}]. Topics are {listed}"
         elif service is not None:
             if server := self.service(service):
                 server.attach(connection)

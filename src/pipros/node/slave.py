@@ -46,6 +46,9 @@ class SlaveNode(Protocol):
     def endpoints(self) -> Endpoints: ...
 
     @property
+    def uri(self) -> str: ...
+
+    @property
     def registrations(self) -> Registrations: ...
 
     def shutdown_async(self, reason: str) -> None: ...
@@ -64,6 +67,7 @@ def slave_methods(
         "getPid": api.get_pid,
         "getPublications": api.get_publications,
         "getSubscriptions": api.get_subscriptions,
+        "getUri": api.get_uri,
         "paramUpdate": api.param_update,
         "publisherUpdate": api.publisher_update,
         "requestTopic": api.request_topic,
@@ -73,7 +77,7 @@ def slave_methods(
 
 def on_bad_arity(method: str, params: tuple[Any, ...]) -> Answer:
     """What genuine nodes answer to a call with the wrong number of parameters."""
-    value = 0 if method in ("shutdown", "paramUpdate") else -1
+    value: object = "" if method == "getUri" else 0 if method in ("shutdown", "paramUpdate") else -1
     if not params:
         return [-1, "missing required caller_id parameter", value]
     return [-1, "Error: bad call arity", value]
@@ -124,7 +128,7 @@ class SlaveApi:
                 "TCPROS",
                 publication.topic,
                 True,
-                f"TCPROS connection on port {port} to [{peer.link.peer}]",
+                f"TCPROS connection on port {port} to [{peer.link.peer} on socket {peer.link.descriptor}]",
             ]
             for publication in self._node.endpoints.publications
             for peer in publication.links
@@ -137,7 +141,8 @@ class SlaveApi:
                 "TCPROS",
                 subscription.topic,
                 True,
-                f"TCPROS connection to [{peer.link.peer}]",
+                f"TCPROS connection on port {peer.link.local_port} to "
+                f"[{peer.link.peer} on socket {peer.link.descriptor}]",
             ]
             for subscription in self._node.endpoints.subscriptions
             for peer in subscription.links
@@ -155,6 +160,10 @@ class SlaveApi:
     def get_pid(self, caller_id: str) -> Answer:
         del caller_id
         return [1, "", os.getpid()]
+
+    def get_uri(self, caller_id: str) -> Answer:
+        del caller_id
+        return [1, "", self._node.uri]
 
     def get_publications(self, caller_id: str) -> Answer:
         del caller_id
@@ -194,13 +203,18 @@ class SlaveApi:
             return [-1, "ERROR: parameter [topic] must be a non-empty string", -1]
         if not isinstance(publishers, list):
             return [-1, "ERROR: param [publishers] must be a list", -1]
+        for uri in publishers:
+            if not isinstance(uri, str):
+                return [-1, "ERROR: param [publishers] must be a list of strings", -1]
+            if not _is_url(uri):
+                return [-1, f"ERROR: param [publishers] does not contain valid URLs [{printable(uri)}]", -1]
         subscription = self._node.endpoints.subscription(topic)
         if not self._is_trusted(caller_id, "publisherUpdate"):
             if subscription is not None:
                 self._recheck.ask(f"topic {topic}", partial(self._node.endpoints.ask_for_publishers, topic))
             return [1, ASKED_INSTEAD, 0]
         if subscription is not None:
-            subscription.update_publishers(uri for uri in publishers if isinstance(uri, str))
+            subscription.update_publishers(publishers)
         return [1, "", 0]
 
     def request_topic(self, caller_id: str, topic: str, protocols: Any) -> Answer:
@@ -252,3 +266,9 @@ class SlaveApi:
                 caller.host or "a connection that is gone",
             )
         return False
+
+
+def _is_url(text: str) -> bool:
+    """True for a text with a scheme and what follows `//`."""
+    scheme, sign, rest = text.partition("://")
+    return bool(scheme and sign and rest.partition("/")[0])

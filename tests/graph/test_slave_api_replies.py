@@ -1,0 +1,64 @@
+"""What a node answers to others that ask for the wrong thing, and what it says of its links."""
+
+from __future__ import annotations
+
+import re
+import socket
+import struct
+from xmlrpc.client import ServerProxy
+
+from pipros.msg import load_message_class
+from pipros.wire.header import encode_header
+from tests.support.nodes import MakeNode
+from tests.support.waiting import wait_until
+
+String = load_message_class("std_msgs/String")
+
+
+def answer_to(node: object, data: bytes) -> bytes:
+    """What the node sends to a connection that begins so, until it closes."""
+    with ServerProxy(node.uri) as slave:
+        _, _, (_, host, port) = slave.requestTopic("/me", "/chat", [["TCPROS"]])
+    with socket.create_connection((host, port), timeout=30) as connection:
+        connection.sendall(data)
+        return connection.recv(4096)
+
+
+def test_a_node_tells_its_uri_and_refuses_publishers_without_one(make_node: MakeNode) -> None:
+    node = make_node("told")
+    with ServerProxy(node.uri) as slave:
+        assert slave.getUri("/me") == [1, "", node.uri]
+        assert slave.getUri() == [-1, "missing required caller_id parameter", ""]
+        assert slave.publisherUpdate("/master", "/chat", ["http://127.0.0.1:1/"])[0] == 1
+        for publishers in ("http://h:1", [5], ["x"], ["http://h:1", "y"], [""]):
+            assert slave.publisherUpdate("/master", "/chat", publishers)[::2] == [-1, -1]
+
+
+def test_a_refused_subscriber_hears_which_topics_there_are(make_node: MakeNode) -> None:
+    node = make_node("refusing")
+    node.advertise("/chat", String)
+    header = {"topic": "/none", "md5sum": String._md5sum, "callerid": "/me", "type": "std_msgs/String"}
+    refusal = answer_to(node, encode_header(header)).decode()
+    assert "[/refusing] is not a publisher of [/none]. Topics are [['/chat', 'std_msgs/String']]" in refusal
+
+
+def test_an_empty_header_closes_the_connection_without_a_word(make_node: MakeNode) -> None:
+    node = make_node("silent")
+    node.advertise("/chat", String)
+    assert answer_to(node, struct.pack("<I", 0)) == b""
+
+
+def test_both_ends_of_a_link_name_port_and_socket(make_node: MakeNode) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    publisher = talker.advertise("/chat", String)
+    listener.subscribe("/chat", String, lambda message: None)
+    wait_until(lambda: publisher.connection_count == 1)
+    pattern = re.compile(r"TCPROS connection on port (\d+) to \[(.*) on socket (\d+)\]")
+    remarks = []
+    for node in (talker, listener):
+        with ServerProxy(node.uri) as slave:
+            (link,) = slave.getBusInfo("/me")[2]
+        found = pattern.fullmatch(link[6])
+        assert found is not None, link
+        remarks.append(found)
+    assert remarks[0][2].endswith(f":{remarks[1][1]}")
