@@ -248,3 +248,17 @@ def test_a_setup_with_faults_is_read_as_it_is(tmp_path: Any, monkeypatch: pytest
         "ros-2-environment",
         "workspace-not-set-up",
     }
+
+
+def test_programs_of_another_ros_are_told_from_those_of_pipros(
+    tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipros.health.gather_machine.COMMANDS", ("roscore", "rostopic", "rosnode"))
+    for name, text in {
+        "roscore": "import roslaunch",
+        "rostopic": "from pipros.cli.rostopic import main",
+    }.items():
+        (tmp_path / name).write_text(f"#!/usr/bin/python3\n{text}\n")
+        (tmp_path / name).chmod(0o755)
+    machine = gather_machine({"PATH": str(tmp_path), "ROS_MASTER_URI": "http://127.0.0.1:1"}, timeout_s=1.0)
+    assert machine.foreign_programs == {"roscore": tmp_path / "roscore"}

@@ -25,6 +25,8 @@ PACKAGES = ("rospy", "roslib", "rosgraph", "roslaunch", "genpy")
 
 CALLER_ID = "/pipros_doctor"
 
+_SCRIPT_BYTES = 1 << 20  # on Windows the script is at the end of a small program
+
 
 def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: float = 3.0) -> Machine:
     """The setup as programs that are started now would find it.
@@ -54,7 +56,7 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
         own_hosts=frozenset(host for host in questioned if is_this_machine(host)),
         address_towards_master=address_towards(environment.master_uri) if resolved.get(master_host) else "",
         paths=_kinds(environment, values),
-        commands=_programs(values),
+        foreign_programs=_foreign_programs(values),
         own_programs=own_programs,
         python_packages=_python_packages(values, own_packages),
         own_packages=own_packages,
@@ -110,10 +112,20 @@ def _kind(path: Path, *, is_written: bool) -> PathKind:
     return PathKind.FOLDER if not is_written or os.access(path, os.W_OK | os.X_OK) else PathKind.READ_ONLY
 
 
-def _programs(variables: Mapping[str, str]) -> dict[str, Path]:
+def _foreign_programs(variables: Mapping[str, str]) -> dict[str, Path]:
+    """The programs that PATH finds for commands of ROS and that do not start pipros."""
     path = variables.get("PATH", os.defpath)
     found = {name: shutil.which(name, path=path) for name in COMMANDS}
-    return {name: Path(program) for name, program in found.items() if program}
+    return {name: Path(program) for name, program in found.items() if program and not _is_own(program)}
+
+
+def _is_own(program: str) -> bool:
+    """True for a script that imports pipros, wherever pip put it."""
+    try:
+        with open(program, "rb") as file:
+            return b"pipros" in file.read(_SCRIPT_BYTES)
+    except OSError:
+        return False
 
 
 def _python_packages(variables: Mapping[str, str], own: Path) -> dict[str, Path]:

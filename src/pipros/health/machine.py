@@ -30,7 +30,7 @@ class Machine:
         own_hosts: those hosts and addresses in question that mean this machine.
         address_towards_master: the address from which this machine reaches the master; empty when unknown.
         paths: path to what it is: entries of the path variables and the folders for logs.
-        commands: command of ROS to the program that `PATH` finds for it.
+        foreign_programs: command of ROS to the program that `PATH` finds for it, if it is not of pipros.
         own_programs: the folder of pipros' programs.
         python_packages: import package to the folder from which Python takes it.
         own_packages: the folder of pipros' import packages.
@@ -46,7 +46,7 @@ class Machine:
     own_hosts: frozenset[str] = frozenset({"localhost", "127.0.0.1"})
     address_towards_master: str = ""
     paths: Mapping[str, PathKind] = field(default_factory=dict)
-    commands: Mapping[str, Path] = field(default_factory=dict)
+    foreign_programs: Mapping[str, Path] = field(default_factory=dict)
     own_programs: Path = Path("/nowhere/bin")
     python_packages: Mapping[str, Path] = field(default_factory=dict)
     own_packages: Path = Path("/nowhere/src")

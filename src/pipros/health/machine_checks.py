@@ -22,10 +22,8 @@ def check_machine(machine: Machine) -> list[Finding]:
 
 def mixed_programs(machine: Machine) -> Findings:
     """Commands of two implementations on one PATH."""
-    foreign = {
-        name: program for name, program in machine.commands.items() if program.parent != machine.own_programs
-    }
-    if not foreign or not machine.commands:
+    foreign = machine.foreign_programs
+    if not foreign:
         return
     listing = ", ".join(f"{name} is {program}" for name, program in sorted(foreign.items())[:3])
     if len(foreign) > 3:

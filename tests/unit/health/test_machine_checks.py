@@ -22,7 +22,6 @@ HEALTHY = Machine(
     own_hosts=frozenset({"desk", "127.0.0.1", "10.0.0.2", "192.168.7.2", "localhost"}),
     address_towards_master="10.0.0.2",
     paths={"/ws/src": PathKind.FOLDER},
-    commands={"rostopic": PROGRAMS / "rostopic"},
     own_programs=PROGRAMS,
     python_packages={"rospy": PACKAGES},
     own_packages=PACKAGES,
@@ -35,7 +34,7 @@ def machine(variables: dict[str, str] | None = None, **changes: Any) -> Machine:
 
 
 FAULTS: dict[str, Machine] = {
-    "mixed-programs": machine(commands={"rostopic": Path("/opt/ros/noetic/bin/rostopic")}),
+    "mixed-programs": machine(foreign_programs={"rostopic": Path("/opt/ros/noetic/bin/rostopic")}),
     "mixed-python": machine(python_packages={"rospy": Path("/opt/ros/noetic/lib/python3/dist-packages")}),
     "ros-2-environment": machine({"ROS_VERSION": "2", "AMENT_PREFIX_PATH": "/opt/ros/humble"}),
     "mixed-paths": machine({"CMAKE_PREFIX_PATH": "/ws/devel:/opt/ros/noetic"}),
