@@ -1,4 +1,4 @@
-"""A machine without genuine ROS or pyright: what is left out, and who is told."""
+"""A machine without genuine ROS, pyright or a browser: what is left out, and who is told."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.support import genuine, pyright
+from tests.support import browser, genuine, pyright
 from tests.support.environments import REPOSITORY
 
 PLUGIN = """
-from tests.support import genuine, pyright
+from tests.support import browser, genuine, pyright
+browser.find_chromium = lambda: None
 genuine._NEEDED = {"/no/such/file": "python3-rospy"}
 pyright.find_pyright = lambda: None
 """
@@ -46,9 +47,13 @@ def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path
     ended = run(run_without_genuine, "tests/interop", "tests/unit/test_support_genuine.py")
 
     assert "interop/" not in ended.stdout.partition("left out")[0]
-    *_, checker, how, what, lacking, cure, last = ended.stdout.rstrip("\n").splitlines()
+    *_, checker, how, page, get, what, lacking, cure, last = ended.stdout.rstrip("\n").splitlines()
     assert checker == "tests/typing: what pyright says is not tested, for it is not on this machine"
     assert how == f"to have it where Node.js is: {pyright.INSTALL}"
+    assert page.startswith(
+        "tests/browser: the page is not tried in a browser, for this machine lacks: chromium"
+    )
+    assert get == f"to have it on Debian 12, as root: {browser.INSTALL}"
     assert what == "tests/interop: genuine ROS 1 is not complete on this machine"
     assert lacking == "lacking: python3-rospy"
     assert cure.startswith("to have it on Debian 12, as root: apt-get install --no-install-recommends ")
