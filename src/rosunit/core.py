@@ -81,8 +81,11 @@ _BAD_IN_NAMES = " \"'&$!`/\\"
 
 
 def rostest_name_from_path(pkg_dir: str, test_file: str) -> str:
-    """The name of a launch file among the results of its package."""
-    return result_paths.rostest_name(Path(pkg_dir), Path(os.path.abspath(test_file)))
+    """The name of a launch file among the results of its package; outside of it as its path says."""
+    path = Path(os.path.abspath(test_file))
+    if not path.is_relative_to(pkg_dir):
+        return str(Path(test_file).with_suffix("")).replace(os.sep, "_")
+    return result_paths.rostest_name(Path(pkg_dir), path)
 
 
 def create_xml_runner(

@@ -127,7 +127,9 @@ def probed(ros: RosSystem, side: Side, label: str, core: Side) -> tuple[dict[str
         text = re.sub(r"[0-9a-f]{8}-[0-9a-f-]{27}", "RUN", file.read_text())
         text = re.sub(r"roslaunch-[\w-]+?-\d+\.log", "LAUNCHER.log", text)
         what = json.loads(text)
-        for own in ("ROS_IP", "ROS_PACKAGE_PATH"):
+        # pipros sets what setup files set; genuine ROS ran here without one that knows its distribution.
+        of_setup_files = ("ROS_DISTRO", "ROS_PYTHON_VERSION", "ROS_VERSION")
+        for own in ("ROS_IP", "ROS_PACKAGE_PATH", *of_setup_files):
             what["environment"].pop(own, None)
         seen[file.name.partition("-")[2]] = what
     unstable = ("run_id", "roslaunch", "uris", "host_", "rosdistro", "rosversion")

@@ -62,5 +62,5 @@ def rostest_name(package_folder: Path, test_file: Path) -> str:
     try:
         inside = test_file.relative_to(package_folder)
     except ValueError:
-        inside = test_file
+        inside = Path(test_file.name)
     return inside.with_suffix("").as_posix().replace("/", "_")

@@ -57,6 +57,11 @@ def test_the_path_of_results_has_no_blanks_and_its_folder_is_made(results: Path)
     assert (results / "p").is_dir()
 
 
+def test_a_launch_file_is_named_after_its_path() -> None:
+    assert rosunit.rostest_name_from_path("/ws/pkg", "/ws/pkg/test/x.test") == "test_x"
+    assert rosunit.rostest_name_from_path("/ws/pkg", "/else/x.y.test") == "_else_x.y"
+
+
 def test_all_results_are_added_up(results: Path) -> None:
     for package in ("p", "q"):
         file = rosunit.xml_results_file(package, "t")
