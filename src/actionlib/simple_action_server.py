@@ -110,19 +110,23 @@ class SimpleActionServer:
 
     def set_succeeded(self, result: Any = None, text: str = "") -> None:
         """The current goal is reached."""
-        self.current_goal.set_succeeded(result, text)
+        with self.lock:  # while a new goal is being accepted, the one before is not meant any more
+            self.current_goal.set_succeeded(result, text)
 
     def set_aborted(self, result: Any = None, text: str = "") -> None:
         """The current goal failed."""
-        self.current_goal.set_aborted(result, text)
+        with self.lock:
+            self.current_goal.set_aborted(result, text)
 
     def set_preempted(self, result: Any = None, text: str = "") -> None:
         """The current goal ended because it was asked to."""
-        self.current_goal.set_canceled(result, text)
+        with self.lock:
+            self.current_goal.set_canceled(result, text)
 
     def publish_feedback(self, feedback: Any) -> None:
         """Tells the client how the current goal goes."""
-        self.current_goal.publish_feedback(feedback)
+        with self.lock:
+            self.current_goal.publish_feedback(feedback)
 
     def get_default_result(self) -> Any:
         """A result with all fields at their defaults."""

@@ -9,20 +9,38 @@ from geometry_msgs.msg import Pose as Pose
 from geometry_msgs.msg import Quaternion as Quaternion
 
 try:
+    import PyKDL as _PyKDL
     from PyKDL import *  # noqa: F403 # scripts take them from here
-    from PyKDL import Frame, Rotation, Vector
-except ImportError as error:
-    raise ImportError(
-        "tf_conversions needs PyKDL, which pip does not have: install python3-pykdl of your distribution, "
-        "or a package such as conda-forge's python-orocos-kdl",
-        name=error.name,
-    ) from error
+except ImportError:
+    _PyKDL = None
+
+
+def _kdl() -> Any:
+    """PyKDL. Raises ImportError where it is not installed."""
+    if _PyKDL is None:
+        raise ImportError(
+            "tf_conversions needs PyKDL, which pip does not have: install python3-pykdl of your "
+            "distribution, or a package such as conda-forge's python-orocos-kdl",
+            name="PyKDL",
+        )
+    return _PyKDL
+
+
+def __getattr__(name: str) -> Any:
+    """The names of PyKDL, where it is not installed: an error that says so."""
+    if name.startswith("_"):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(_kdl(), name)
+
+
+def _frame(rotation: Any, position: Any) -> Any:
+    return _kdl().Frame(rotation, _kdl().Vector(*position))
 
 
 def fromTf(tf: Any) -> Any:
     """The frame of a position (x, y, z) and a quaternion (x, y, z, w), as tf gives them."""
     position, quaternion = tf
-    return Frame(Rotation.Quaternion(*quaternion), Vector(*position))
+    return _frame(_kdl().Rotation.Quaternion(*quaternion), position)
 
 
 def toTf(f: Any) -> Any:
@@ -33,7 +51,8 @@ def toTf(f: Any) -> Any:
 def fromMsg(p: Pose) -> Any:
     """The frame of a Pose."""
     at, turned = p.position, p.orientation
-    return Frame(Rotation.Quaternion(turned.x, turned.y, turned.z, turned.w), Vector(at.x, at.y, at.z))
+    rotation = _kdl().Rotation.Quaternion(turned.x, turned.y, turned.z, turned.w)
+    return _frame(rotation, (at.x, at.y, at.z))
 
 
 def toMsg(f: Any) -> Pose:
@@ -43,8 +62,8 @@ def toMsg(f: Any) -> Pose:
 
 def fromMatrix(m: Any) -> Any:
     """The frame of a 4x4 matrix."""
-    turned = Rotation(*(float(m[row, column]) for row in range(3) for column in range(3)))
-    return Frame(turned, Vector(*(float(m[row, 3]) for row in range(3))))
+    turned = _kdl().Rotation(*(float(m[row, column]) for row in range(3) for column in range(3)))
+    return _frame(turned, (float(m[row, 3]) for row in range(3)))
 
 
 def toMatrix(f: Any) -> Any:

@@ -27,7 +27,7 @@ def asked(python: str, **variables: str) -> Any:
 
 def test_poses_are_converted_alike(tmp_path: Path) -> None:
     if f"cpython-{sys.version_info.major}{sys.version_info.minor}-" not in PYKDL.name:
-        program = "import tf_conversions"
+        program = "import tf_conversions; tf_conversions.Frame"
         refused = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
         assert "needs PyKDL" in refused.stderr
         return
