@@ -244,3 +244,19 @@ def outcomes_of(script: str, python: str, environment: dict[str, str]) -> list[s
     # Errors in definitions name file, line and column here.
     plain = (re.sub(r'\["InvalidMsgSpec", .*', "InvalidMsgSpec", line) for line in lines)
     return [re.sub(r"0x[0-9a-f]+", "…", line) for line in plain]
+
+
+def test_import_rospy_alone_gives_its_inner_modules(tmp_path: Path) -> None:
+    modules = ["masterslave", "paramserver", "registration", "rosout", "tcpros", "tcpros_base", "validators"]
+    program = f"import rospy\nprint([getattr(rospy.impl, name).__name__ for name in {modules}])"
+    printed = []
+    for python, environment in (
+        ("/usr/bin/python3", genuine_environment(tmp_path, "http://127.0.0.1:1")),
+        ("python3", pipros_environment(tmp_path, "http://127.0.0.1:1", make_tool_folder(tmp_path / "tools"))),
+    ):
+        ran = subprocess.run(
+            [python, "-c", program], env=environment, capture_output=True, text=True, timeout=60
+        )
+        assert ran.returncode == 0, ran.stderr
+        printed.append(ran.stdout)
+    assert printed[0] == printed[1]
