@@ -129,7 +129,7 @@ def test_waiting_for_a_topic_ends_with_ctrl_c(commands: Commands) -> None:
     hz.wait_for("WARNING")
     hz.press_ctrl_c()
 
-    assert hz.wait() == 0
+    assert hz.wait() == 1, "as Noetic's, which has nothing to measure"
     assert len(hz.lines) == 1
 
 

@@ -144,3 +144,38 @@ def test_services_are_called_across(ros: RosSystem, master: Process) -> None:
         assert (pipros.returncode, pipros.stdout) == (genuine.returncode, genuine.stdout)
     genuine, pipros = both(ros, "rosservice", "call", "/set", "true")
     assert pipros.stdout == genuine.stdout == ["success: True", 'message: "got it"']
+
+
+def test_both_end_with_the_same_code_and_keep_the_order_of_the_master(
+    ros: RosSystem, master: Process
+) -> None:
+    server = ros.genuine.start(
+        "/usr/bin/python3",
+        "-c",
+        "import rospy, std_srvs.srv as s; rospy.init_node('server');"
+        "[rospy.Service(name, s.SetBool, lambda r: (r.data, '')) for name in ('/z', '/a')];"
+        "print('up', flush=True); rospy.spin()",
+    )
+    server.wait_for("up")
+    for topic in ("/z_text", "/a_text"):
+        ros.pipros.start("rostopic", "pub", topic, "std_msgs/String", "x")
+        ros.wait_for_publisher(topic)
+    different = {}
+    for command in (
+        "rosmsg --help",
+        "rossrv --help",
+        "rosnode --help",
+        "rosnode -h",
+        "rostopic find std_msgs/String",
+        "rosservice find std_srvs/SetBool",
+        "rosservice list",
+        "rosservice call /z 7",
+    ):
+        genuine, pipros = both(ros, *command.split())
+        if (pipros.returncode, pipros.stdout) != (genuine.returncode, genuine.stdout):
+            different[command] = (genuine.output, pipros.output)
+    assert different == {}
+    hz = ros.pipros.start("rostopic", "hz", "/nothing")
+    hz.wait_for("does not appear to be published yet")
+    hz.press_ctrl_c()
+    assert hz.wait() == 1

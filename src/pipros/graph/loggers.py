@@ -44,7 +44,7 @@ def nodes_with_loggers(master: MasterClient) -> list[str]:
     from pipros.graph.services import nodes_by_service
 
     suffix = "/set_logger_level"
-    return [name.removesuffix(suffix) for name in nodes_by_service(master) if name.endswith(suffix)]
+    return sorted(name.removesuffix(suffix) for name in nodes_by_service(master) if name.endswith(suffix))
 
 
 def _call(master: MasterClient, node: str, service: str, type_name: str, **fields: str) -> Any:

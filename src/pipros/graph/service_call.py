@@ -64,6 +64,9 @@ class ServiceCaller:
                 f"Incompatible arguments to call service:\n{error}\nProvided arguments are:\n{given}\n\n"
                 f"Service arguments are: [{argument_names(self._class)}]"
             ) from None
+        for name, kind in zip(request.__slots__, request._slot_types, strict=True):
+            if kind == "bool" and isinstance(getattr(request, name), int):
+                setattr(request, name, bool(getattr(request, name)))  # Noetic takes any whole number
         try:
             request._check_types()
         except SerializationError as error:

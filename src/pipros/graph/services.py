@@ -18,9 +18,9 @@ PROBE_DEADLINE_S = 5.0
 
 
 def nodes_by_service(master: MasterClient) -> dict[str, str]:
-    """The node that offers each service, sorted by service."""
+    """The node that offers each service, in the order of their registration."""
     services = SystemState.from_state(master.get_system_state()).services
-    return {service: services[service][0] for service in sorted(services) if services[service]}
+    return {service: services[service][0] for service in services if services[service]}
 
 
 def uri_of(master: MasterClient, service: str) -> str | None:
@@ -96,7 +96,7 @@ def argument_names(service_class: ServiceClass) -> str:
 
 
 def services_of_type(master: MasterClient, type_name: str) -> list[str]:
-    """The services of a type, sorted; servers that do not answer are skipped."""
+    """The services of a type, in the order of their registration; servers that do not answer are skipped."""
     found = []
     for service in nodes_by_service(master):
         try:

@@ -43,8 +43,8 @@ def field_type(type_name: str, path: Sequence[str]) -> str:
 
 
 def topics_of_type(master: MasterClient, type_name: str) -> list[str]:
-    """The topics of a message type, sorted."""
-    return sorted(topic for topic, found in master.get_topic_types() if found == type_name)
+    """The topics of a message type, in the order in which the master lists them."""
+    return [topic for topic, found in master.get_topic_types() if found == type_name]
 
 
 def describe_topic(master: MasterClient, topic: str) -> str:

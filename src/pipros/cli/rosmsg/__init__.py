@@ -34,7 +34,7 @@ def main(argv: Sequence[str] | None = None, interfaces: TypeCatalogue = MESSAGES
     if subcommand is None:
         noun = interfaces.noun
         print(OVERVIEW.format(command=interfaces.command, noun=noun, Noun=noun.title()))
-        return USAGE_ERROR if arguments else 0
+        return USAGE_ERROR if arguments and arguments[0] != "--help" else 0
     return run(partial(subcommand, interfaces, arguments[0], arguments[1:]))
 
 

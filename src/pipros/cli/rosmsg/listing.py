@@ -39,6 +39,8 @@ def list_package(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]
         "-s", action="store_true", dest="is_one_line", default=False, help="list all msgs on a single line"
     )
     options, arguments = parser.parse_args(list(argv))
+    if not arguments and sys.stdin is not None and not sys.stdin.isatty():
+        arguments = sys.stdin.read().split()
     package = single_argument(
         parser,
         arguments,

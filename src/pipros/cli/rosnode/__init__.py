@@ -35,4 +35,5 @@ SUBCOMMANDS = {
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
-    return run(lambda: dispatch(SUBCOMMANDS, arguments, OVERVIEW, USAGE_ERROR))
+    code = 0 if arguments[:1] == ["--help"] else USAGE_ERROR
+    return run(lambda: dispatch(SUBCOMMANDS, arguments, OVERVIEW, code))

@@ -33,7 +33,7 @@ def list_services(argv: Sequence[str]) -> int:
         ns = graph.resolve(arguments[0]) if arguments else "/"
         rows = [
             [listed(service), listed(node)] if options.nodes else [listed(service)]
-            for service, node in nodes_by_service(graph.master).items()
+            for service, node in sorted(nodes_by_service(graph.master).items())
             if is_below(service, ns)
         ]
     for line in table(rows, ("", CYAN) if options.nodes else ("",)):

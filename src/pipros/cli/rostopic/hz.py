@@ -46,7 +46,10 @@ def measure_rate(argv: Sequence[str]) -> int:
     from pipros.graph.message_filter import MessageFilter
 
     with GraphClient("rostopic") as graph:
-        topics = [wait_for_topic(graph.master, graph.resolve(name)).topic for name in names]
+        try:
+            topics = [wait_for_topic(graph.master, graph.resolve(name)).topic for name in names]
+        except KeyboardInterrupt:
+            return 1  # as Noetic's, which fails when it has no topic to subscribe to
     # Noetic's report of one topic is a log; that of several is a table, which a terminal shows in place.
     block = LiveBlock() if len(topics) > 1 else None
     show = block.show if block else partial(print, flush=True)
