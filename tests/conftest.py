@@ -1,4 +1,4 @@
-"""Fixtures for all rooms, and what happens on a machine without genuine ROS."""
+"""Fixtures for all tests, and what happens on a machine without genuine ROS."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What tests of every room share: conditions to wait for, free ports, processes, terminals, genuine ROS."""
+"""What all tests share: conditions to wait for, free ports, processes, terminals, genuine ROS."""

@@ -1,4 +1,4 @@
-"""The rooms of pipros: imports point down only, and what no room may use."""
+"""The packages of pipros: imports point down only, and what no package may use."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from tests.support.environments import REPOSITORY
 
 SRC = REPOSITORY / "src"
 
-# The floors of docs/architecture.md, lowest first. A room imports from lower floors, and on its own floor
+# The layers of docs/architecture.md, lowest first. A package imports from lower layers, and on its own layer
 # from the sets before its own.
-FLOORS: list[list[set[str]]] = [
+LAYERS: list[list[set[str]]] = [
     [
         {"interruptible_wait", "interrupts", "lazy_names", "printable"},
         {"errors"},
@@ -32,11 +32,11 @@ FLOORS: list[list[set[str]]] = [
     [{"testing", "web", "health"}],
     [{"cli"}],
 ]
-# Small rooms that may know each other.
+# Small packages that may know each other.
 NEIGHBOURS = {"names", "env", "wire", "safe"}
-FLOOR = {room: floor for floor, steps in enumerate(FLOORS) for rooms in steps for room in rooms}
-STEPS = [rooms for steps in FLOORS for rooms in steps]
-STEP = {room: step for step, rooms in enumerate(STEPS) for room in rooms}
+LAYER = {package: layer for layer, steps in enumerate(LAYERS) for packages in steps for package in packages}
+STEPS = [packages for steps in LAYERS for packages in steps]
+STEP = {package: step for step, packages in enumerate(STEPS) for package in packages}
 
 # Facades that stand on others, whose names are part of what they promise.
 FACADES_BELOW: dict[str, set[str]] = {
@@ -65,7 +65,7 @@ FACADES_BELOW: dict[str, set[str]] = {
 # Runs the code that is made of message definitions; every name in it passed their grammar before.
 MAY_EXECUTE = "pipros/msg/compile/run.py"
 
-# Imports between files of one room that still lie on a circle, each as (importing module, imported module).
+# Imports between files of one package that lie on a circle: (importing module, imported module).
 KNOWN_CIRCLES: list[tuple[str, str]] = []
 
 UNSAFE_YAML_LOADERS = {"Loader", "CLoader", "FullLoader", "CFullLoader", "UnsafeLoader", "CUnsafeLoader"}
@@ -73,7 +73,7 @@ UNSAFE_YAML_LOADERS = {"Loader", "CLoader", "FullLoader", "CFullLoader", "Unsafe
 FILES = sorted(SRC.rglob("*.py"))
 
 
-def room_of(file: Path) -> str:
+def package_of(file: Path) -> str:
     """`master` for pipros/master/master.py, `names` for pipros/names.py, `facade` for rospy/…"""
     parts = file.relative_to(SRC).with_suffix("").parts
     if parts[0] != "pipros":
@@ -101,44 +101,46 @@ def described(file: Path, line: int, what: str) -> str:
 
 def wrong_imports(file: Path) -> list[str]:
     """The imports that point up, or to a facade that is not listed for this one."""
-    package, room = file.relative_to(SRC).parts[0], room_of(file)
-    step = STEP.get(room, len(STEPS))  # facades and the package itself are on top
+    top_package, package = file.relative_to(SRC).parts[0], package_of(file)
+    step = STEP.get(package, len(STEPS))  # facades and the package itself are on top
     facades = {folder.name for folder in SRC.iterdir() if folder.is_dir()} - {"pipros"}
     wrong = []
     for line, module in imported_modules(ast.parse(file.read_text()), file):
         top, _, rest = module.partition(".")
         target = rest.partition(".")[0]
         if (
-            top in facades - {package, *FACADES_BELOW.get(package, ())} and room != "share"
+            top in facades - {top_package, *FACADES_BELOW.get(top_package, ())} and package != "share"
         ):  # its programs may
-            wrong.append(described(file, line, f"{package}.{room} imports the facade {top}"))
-        elif top != "pipros" or target == room or {room, target} <= NEIGHBOURS:
+            wrong.append(described(file, line, f"{top_package}.{package} imports the facade {top}"))
+        elif top != "pipros" or target == package or {package, target} <= NEIGHBOURS:
             continue
         elif STEP.get(target, -1) >= step:
-            wrong.append(described(file, line, f"{room} imports {target}"))
+            wrong.append(described(file, line, f"{package} imports {target}"))
     return wrong
 
 
-def rooms_on_disk() -> set[str]:
+def packages_on_disk() -> set[str]:
     """The packages and modules of `pipros`."""
     paths = (SRC / "pipros").iterdir()
-    rooms = {path.stem for path in paths if path.suffix == ".py" or (path / "__init__.py").exists()}
-    return rooms - {"__init__"}
+    packages = {path.stem for path in paths if path.suffix == ".py" or (path / "__init__.py").exists()}
+    return packages - {"__init__"}
 
 
-def rooms_in_the_document() -> dict[str, int]:
-    """The floor of each room by the table of docs/architecture.md."""
-    text, _, _ = (REPOSITORY / "docs" / "architecture.md").read_text().partition("### Rooms to come")
+def packages_in_the_document() -> dict[str, int]:
+    """The layer of each package by the table of docs/architecture.md."""
+    text, _, _ = (REPOSITORY / "docs" / "architecture.md").read_text().partition("### Packages to come")
     rows = re.findall(r"(?m)^\| ((?:`\w+(?:\.py|/)` ?)+)\| (\d) \|", text)
-    return {room: int(floor) for names, floor in rows for room in re.findall(r"`(\w+)(?:\.py|/)`", names)}
+    return {
+        package: int(layer) for names, layer in rows for package in re.findall(r"`(\w+)(?:\.py|/)`", names)
+    }
 
 
-def test_every_room_is_on_a_floor() -> None:
-    assert set(FLOOR) == rooms_on_disk()
+def test_every_package_is_on_a_layer() -> None:
+    assert set(LAYER) == packages_on_disk()
 
 
-def test_the_document_has_the_same_floors() -> None:
-    assert rooms_in_the_document() == FLOOR
+def test_the_document_has_the_same_layers() -> None:
+    assert packages_in_the_document() == LAYER
 
 
 @pytest.mark.parametrize("facade", FACADES_BELOW)
@@ -156,7 +158,9 @@ def test_facades_stand_only_on_those_that_they_need(facade: str) -> None:
 def banned_constructs(file: Path) -> Iterator[str]:
     tree = ast.parse(file.read_text())
     # In the files that import it from pipros.safe, `yaml` is the guarded one.
-    has_raw_yaml = room_of(file) != "safe" and any(name == "yaml" for _, name in imported_modules(tree, file))
+    has_raw_yaml = package_of(file) != "safe" and any(
+        name == "yaml" for _, name in imported_modules(tree, file)
+    )
     for node in ast.walk(tree):
         match node:
             case ast.Call(func=ast.Name(id="eval" | "exec" as name)) if (
@@ -276,7 +280,7 @@ def logic_taken_from_commands(file: Path) -> list[str]:
 
 @pytest.mark.parametrize(
     "file",
-    [file for file in FILES if room_of(file) == "facade"],
+    [file for file in FILES if package_of(file) == "facade"],
     ids=lambda file: str(file.relative_to(SRC)),
 )
 def test_facades_take_only_main_from_commands(file: Path) -> None:
@@ -346,7 +350,7 @@ def test_a_facade_that_is_not_listed_for_another_is_noticed(
 
 
 def _source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> Path:
-    """A file of the room `master` in a source tree of its own."""
+    """A file of the package `master` in a source tree of its own."""
     (tmp_path / "rospy").mkdir()
     file = tmp_path / "pipros" / "master" / "bad.py"
     file.parent.mkdir(parents=True)

@@ -188,6 +188,9 @@ def _wait_for_master(console: Console) -> None:
 
 def _inspection(options: Values, files: Sequence[str]) -> Inspection | None:
     """The function that prints information instead of starting nodes. Noetic's order of options decides."""
+    asked = (options.node_args, options.node_list, options.find_node, options.dump_params, options.file_list)
+    if not any((*asked, options.ros_args)):
+        return None
     from functools import partial
 
     from pipros.cli import roslaunch_inspect as inspect

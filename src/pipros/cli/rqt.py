@@ -6,21 +6,22 @@ import sys
 from collections.abc import Callable, Sequence
 from urllib.parse import quote
 
+from pipros.cli.page_command import page_parser, show
 from pipros.cli.program import run
-from pipros.cli.rqt_graph import page_parser, show
 from pipros.cli.streams import command
 from pipros.graph.client import GraphClient
 
 Main = Callable[[Sequence[str] | None], int]
 
 
-def _tool(name: str, tab: str, argument: str = "", *, takes_several: bool = False) -> Main:
-    """A command that opens a tab; `argument` names what it takes, in its usage."""
+def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1) -> Main:
+    """A command that opens a tab; `argument` names what it takes, in its usage, `most` how many of it."""
+    limit = most if argument else 0
 
     def body(argv: Sequence[str]) -> int:
         parser = page_parser(name, f"[options] {argument}".rstrip())
         options, words = parser.parse_args(list(argv))
-        if len(words) > (len(words) if takes_several else 1 if argument else 0):
+        if limit is not None and len(words) > limit:
             parser.error(f"unexpected argument: {words[-1]}")
         with GraphClient(name) as graph:
             wanted = ",".join(_resolved(graph, word) for word in words)
@@ -44,7 +45,7 @@ rqt = _tool("rqt", "graph")
 rqt_console = _tool("rqt_console", "console")
 rqt_image_view = _tool("rqt_image_view", "images", "[topic]")
 rqt_logger_level = _tool("rqt_logger_level", "console", "[node]")
-rqt_plot = _tool("rqt_plot", "plot", "[/topic/field1:field2 ...]", takes_several=True)
+rqt_plot = _tool("rqt_plot", "plot", "[/topic/field1:field2 ...]", most=None)
 rqt_publisher = _tool("rqt_publisher", "publish", "[topic]")
 rqt_robot_monitor = _tool("rqt_robot_monitor", "diagnostics")
 rqt_service_caller = _tool("rqt_service_caller", "services", "[service]")

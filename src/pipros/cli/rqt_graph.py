@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.program import CommandError, option_parser, run
+from pipros.cli.page_command import page_parser, show
+from pipros.cli.program import CommandError, run
 from pipros.cli.streams import command
 
 if TYPE_CHECKING:
@@ -41,46 +41,6 @@ def _main(argv: Sequence[str]) -> int:
     if options.dot or options.svg or options.png:
         return _write_pictures(options)
     return show("rqt_graph", "graph", options)
-
-
-def page_parser(name: str, usage: str) -> OptionParser:
-    """The options that all commands of the page have."""
-    parser = option_parser(name, usage)
-    parser.add_option("--bind", metavar="HOST[:PORT]", default="127.0.0.1", help="where to listen (loopback)")
-    parser.add_option("--cert", metavar="FILE", help="a certificate: serve the page with TLS")
-    parser.add_option("--key", metavar="FILE", help="its private key, when it is not in the same file")
-    parser.add_option("--control", action="store_true", help="let the page change the system")
-    parser.add_option("--no-browser", action="store_true", help="print the address only")
-    return parser
-
-
-def show(tool: str, tab: str, options: Any) -> int:
-    """Serves the page, opened at a tab, until Ctrl-C."""
-    from pipros.web.program import PageOptions, serve_page
-
-    host, port = _bind_address(options.bind)
-    return serve_page(
-        PageOptions(
-            tool,
-            tab,
-            host,
-            port,
-            options.cert,
-            options.key,
-            has_control=bool(options.control),
-            opens_browser=not options.no_browser,
-        )
-    )
-
-
-def _bind_address(text: str) -> tuple[str, int]:
-    """Host and port of `HOST`, `HOST:PORT` and `[IPV6]:PORT`."""
-    host, colon, port = text.rpartition(":")
-    if not colon or (":" in host and not host.startswith("[")) or text.endswith("]"):
-        return text, 0
-    if not port.isdigit() or int(port) > 65535:
-        raise CommandError(f"--bind must be HOST or HOST:PORT with a port from 0 to 65535, got {text}")
-    return host, int(port)
 
 
 def _write_pictures(options: Any) -> int:

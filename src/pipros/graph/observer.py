@@ -14,8 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 from pipros.errors import PiprosError
-from pipros.graph.drawing.node_graph import Connection
-from pipros.graph.system_state import SystemState
+from pipros.graph.system_state import Connection, SystemState
 from pipros.net.rpc_client import RpcClient
 
 Ask = Callable[[str], tuple[Any, Any]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 Registrations = Mapping[str, Sequence[str]]
 """The nodes of each topic or service, both in the order of their registration."""
@@ -37,6 +38,14 @@ class SystemState:
         """All nodes with a registration, sorted."""
         kinds = (self.publishers, self.subscribers, self.services)
         return sorted({node for kind in kinds for nodes in kind.values() for node in nodes})
+
+
+class Connection(NamedTuple):
+    """A link that a node told of: messages of `topic` go from `publisher` to `subscriber`."""
+
+    publisher: str
+    topic: str
+    subscriber: str
 
 
 def _registrations(kind: Sequence[Sequence[object]]) -> dict[str, list[str]]:

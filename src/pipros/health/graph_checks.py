@@ -45,25 +45,23 @@ def _why_node(api: str, failure: Failure) -> tuple[str, str]:
     host = _host(api)
     if failure.is_unknown_host:
         return "unknown-host", (
-            f"The name [{host}] means nothing here: set ROS_IP to an address on the machine of the node "
-            "and start it "
-            f"again, or add a line 'ADDRESS {host}' to /etc/hosts of this machine."
+            f"The name [{host}] cannot be resolved here. Set ROS_IP to an address on the machine of the node "
+            f"and start it again, or add a line 'ADDRESS {host}' to /etc/hosts of this machine."
         )
     if failure.is_refused:
         return "ghost-node", (
-            "It has ended without saying so, or another machine is meant: `rosnode cleanup` removes it; "
-            "start it "
-            "again if it is needed."
+            "The node has ended without unregistering: remove it with `rosnode cleanup`, and start it again "
+            "if it is needed."
             + (
-                " If it runs on another machine, set ROS_IP there: its address means every machine itself."
+                " If it runs on another machine, set ROS_IP there: the address that it registered is local "
+                "on every machine."
                 if is_loopback(host)
                 else ""
             )
         )
     return "silent-node", (
-        f"It hangs, or a firewall or a wrong address is between: check the way there (ping {host}), set "
-        "ROS_IP on its "
-        "machine to an address that can be reached from here, or end and restart it."
+        f"The node hangs, or a firewall or a wrong address keeps it out of reach: try `ping {host}`, set "
+        "ROS_IP on its machine to an address that can be reached from here, or restart the node."
     )
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from pipros.errors import Unreachable
-from pipros.graph.drawing.node_graph import Connection
 from pipros.graph.observer import CALLS_A_LOOK, Observer, Traffic, counts_in, links_in
+from pipros.graph.system_state import Connection
 
 LEVEL = Connection("/talker", "/level", "/listener")
 

@@ -24,6 +24,9 @@ class Socket:
         self.is_closed = False
         self.incoming: list[bytes] = []
 
+    def fileno(self) -> int:
+        return 7
+
     def send(self, data: bytes | memoryview) -> int:
         if self.is_reset:
             raise ConnectionResetError

@@ -14,6 +14,7 @@ from pipros.bag.reader import BagReader
 from pipros.cli.program import CommandError
 from pipros.graph.listening import TopicPart
 from pipros.graph.message_path import parse_path
+from pipros.graph.system_state import is_below
 from pipros.msg.time import NS_PER_S
 from pipros.printable import listed
 
@@ -74,7 +75,7 @@ def list_bag(path: str, topic: str | None) -> None:
         if topic is None:
             print("\n".join(sorted({listed(connection.topic) for connection in bag.connections})))
             return
-        stamps = bag.times([each for each in bag.connections if each.topic.startswith(topic)])
+        stamps = bag.times([each for each in bag.connections if is_below(each.topic, topic)])
     if not stamps:
         raise CommandError(f"no messages of [{topic}] in [{path}]")
     print(f"{len(stamps)} message(s) from {_date(stamps[0])} to {_date(stamps[-1])}")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import Literal
 
-from pipros.graph.system_state import SystemState
+from pipros.graph.system_state import Connection, SystemState
 
 Mode = Literal["nodes", "active", "all"]
 """Nodes only with topics as labels; nodes and topics with a connection; nodes and all topics."""
@@ -16,18 +16,10 @@ Kind = Literal["node", "topic"]
 
 _QUIET_TOPICS = frozenset({"/rosout", "/rosout_agg", "/clock", "/statistics"})
 _QUIET_NODES = re.compile(
-    r"/(.*/)?(rosout|rosapi|rosbridge_websocket|(rostopic|record|rqt\w*|pipros_page)_\d[_\d]*)"
+    r"/(.*/)?(rosout|rosapi|rosbridge_websocket|(rostopic|record|rqt\w*|pipros_doctor)_\d[_\d]*)"
 )
 _TF_TOPICS = frozenset({"/tf", "/tf_static"})
 _PARAMETER_TOPICS = ("/parameter_descriptions", "/parameter_updates")
-
-
-class Connection(NamedTuple):
-    """A link that a node told of: messages of `topic` go from `publisher` to `subscriber`."""
-
-    publisher: str
-    topic: str
-    subscriber: str
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,13 +7,12 @@ from dataclasses import replace
 import pytest
 
 from pipros.graph.drawing.node_graph import (
-    Connection,
     GraphOptions,
     NameFilter,
     NodeGraph,
     node_graph,
 )
-from pipros.graph.system_state import SystemState
+from pipros.graph.system_state import Connection, SystemState
 
 STATE = SystemState(
     publishers={

@@ -10,11 +10,11 @@ import pytest
 from PIL import Image
 
 from pipros.graph.drawing.dot import to_dot
-from pipros.graph.drawing.node_graph import Connection, GraphOptions, NodeGraph, node_graph
+from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph, node_graph
 from pipros.graph.drawing.png import PictureFailed, to_png
 from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import to_svg
-from pipros.graph.system_state import SystemState
+from pipros.graph.system_state import Connection, SystemState
 
 SVG = "{http://www.w3.org/2000/svg}"
 EVIL = '/a"]; evil [label="<script>'

@@ -1,0 +1,48 @@
+"""What all commands of the page share: their options, and the server that runs until Ctrl-C."""
+
+from __future__ import annotations
+
+from optparse import OptionParser
+from typing import Any
+
+from pipros.cli.program import CommandError, option_parser
+
+
+def page_parser(name: str, usage: str) -> OptionParser:
+    """The options that all commands of the page have."""
+    parser = option_parser(name, usage)
+    parser.add_option("--bind", metavar="HOST[:PORT]", default="127.0.0.1", help="where to listen (loopback)")
+    parser.add_option("--cert", metavar="FILE", help="a certificate: serve the page with TLS")
+    parser.add_option("--key", metavar="FILE", help="its private key, when it is not in the same file")
+    parser.add_option("--control", action="store_true", help="let the page change the system")
+    parser.add_option("--no-browser", action="store_true", help="print the address only")
+    return parser
+
+
+def show(tool: str, tab: str, options: Any) -> int:
+    """Serves the page, opened at a tab, until Ctrl-C."""
+    from pipros.web.program import PageOptions, serve_page
+
+    host, port = _bind_address(options.bind)
+    return serve_page(
+        PageOptions(
+            tool,
+            tab,
+            host,
+            port,
+            options.cert,
+            options.key,
+            has_control=bool(options.control),
+            opens_browser=not options.no_browser,
+        )
+    )
+
+
+def _bind_address(text: str) -> tuple[str, int]:
+    """Host and port of `HOST`, `HOST:PORT` and `[IPV6]:PORT`."""
+    host, colon, port = text.rpartition(":")
+    if not colon or (":" in host and not host.startswith("[")) or text.endswith("]"):
+        return text, 0
+    if not port.isdigit() or int(port) > 65535:
+        raise CommandError(f"--bind must be HOST or HOST:PORT with a port from 0 to 65535, got {text}")
+    return host, int(port)
