@@ -189,7 +189,7 @@ def _wait_for_master(console: Console) -> None:
 def _inspection(options: Values, files: Sequence[str]) -> Inspection | None:
     """The function that prints information instead of starting nodes. Noetic's order of options decides."""
     asked = (options.node_args, options.node_list, options.find_node, options.dump_params, options.file_list)
-    if not any((*asked, options.ros_args)):
+    if not any((*asked, options.ros_args, options.dry_run)):
         return None
     from functools import partial
 
@@ -207,9 +207,7 @@ def _inspection(options: Values, files: Sequence[str]) -> Inspection | None:
         return inspect.print_files
     if options.ros_args:
         return inspect.print_arguments
-    if options.dry_run:
-        return inspect.print_plan
-    return None
+    return inspect.print_plan
 
 
 if __name__ == "__main__":
