@@ -39,7 +39,7 @@ class Limits:
             for service calls, where it begins anew with every MiB.
         idle_s: how long an XML-RPC connection may stay open without a request.
         file_bytes: a file that is read whole: a launch file, a manifest, a definition, a `CMakeLists.txt`.
-        cmake_steps: commands that one package's `CMakeLists.txt` carries out.
+        cmake_steps: commands and rounds of loops that one package's `CMakeLists.txt` carries out.
         cmake_rounds: rounds of one of its loops.
         cmake_depth: its files and functions within each other.
         cmake_value_characters: one variable, and the arguments of one command.

@@ -64,12 +64,13 @@ def test_a_package_that_asks_for_too_much_fails_alone(workspace: Workspace, cmak
     assert len(error) < 1_000
 
 
-def test_loops_in_loops_end(tmp_path: Path) -> None:
+@pytest.mark.parametrize("body", ["set(x ${j})\n", ""])
+def test_loops_in_loops_end(tmp_path: Path, body: str) -> None:
     scope = Scope({}, {}, {}, Limits(cmake_steps=1_000))
     interpreter = Interpreter(
         scope, {}, check=lambda _command: None, on_unsupported=lambda _command, _what: None
     )
-    text = "foreach(i RANGE 99)\nforeach(j RANGE 99)\nset(x ${j})\nendforeach()\nendforeach()"
+    text = f"foreach(i RANGE 99)\nforeach(j RANGE 99)\n{body}endforeach()\nendforeach()"
 
     with pytest.raises(CMakeError, match="more than 1000 commands were carried out"):
         interpreter.run_text(text, str(tmp_path / "CMakeLists.txt"))

@@ -237,6 +237,7 @@ class Interpreter:
             for number, elements in enumerate(all_rounds):
                 if number >= limit:
                     raise self.error(opening, f"the loop goes on for more than {limit} rounds")
+                self._count_step(opening)  # loops within loops may have nothing else in them
                 self.scope.values.update(zip(names, elements, strict=True))
                 flow = self._run(body)
                 if flow is _Flow.RETURN:
@@ -252,6 +253,7 @@ class Interpreter:
         for _ in range(limit):
             if not self._holds(opening):
                 return _Flow.NEXT
+            self._count_step(opening)
             flow = self._run(body)
             if flow is _Flow.RETURN:
                 return flow
