@@ -47,16 +47,28 @@ def main() -> int:
 @contextlib.contextmanager
 def _page() -> Iterator[None]:
     """`rqt_graph` beside the demo: it prints its address, and ends with the demo."""
-    page = subprocess.Popen(
-        [sys.executable, "-c", "from pipros.cli.rqt_graph import main; main()"],
+    page = subprocess.Popen(  # noqa: S603 - this Python, and a text of this file
+        [sys.executable, "-c", _PAGE],
+        stdin=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-        start_new_session=True,  # Ctrl-C reaches it by this program, after the nodes have ended
+        start_new_session=True,  # Ctrl-C is for the launch; the page ends after the nodes
     )
     try:
         yield
     finally:
-        page.terminate()
-        page.wait()
+        page.communicate()
+
+
+# Ends when its standard input does: however the demo ends, also in the middle of starting this.
+_PAGE = """
+import os, signal, sys, threading
+def end():
+    sys.stdin.read()
+    os.kill(os.getpid(), signal.SIGTERM)
+threading.Thread(target=end, daemon=True).start()
+from pipros.cli.rqt_graph import main
+main()
+"""
 
 
 class _PortTaken(Exception):

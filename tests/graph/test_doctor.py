@@ -192,7 +192,7 @@ def test_a_person_is_told_what_to_do(
     assert doctor.main([]) == 1
     output = capsys.readouterr().out
     assert output.startswith("ERROR Node [/ghost] is registered, but does not answer")
-    assert "\n  What to do: It has ended without saying so" in output
+    assert "\n  What to do: The node has ended without unregistering" in output
     assert "Found 1 error(s)." in output
 
 

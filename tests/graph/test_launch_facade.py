@@ -186,9 +186,15 @@ uuid = roslaunch.rlutil.get_or_generate_uuid(None, False)
 parent = roslaunch.parent.ROSLaunchParent(uuid, [], roslaunch_strs=[
     '<launch><node pkg="programs" type="sleeper" name="n" respawn="true"/></launch>'])
 parent.start()
-print("started", parent.pm.get_process("n-2").pid, flush=True)
+def tell():
+    print("started", parent.pm.get_process("n-2").pid, flush=True)
 if "spin" in sys.argv:
+    wait = parent.pm.mainthread_spin
+    parent.pm.mainthread_spin = lambda: (tell(), wait())  # from then on Ctrl-C ends the spinning
     parent.spin()
+else:
+    tell()
+if "spin" in sys.argv:
     print("went on", parent.pm.done)
 """
 

@@ -61,6 +61,6 @@ def rostest_name(package_folder: Path, test_file: Path) -> str:
     """
     try:
         inside = test_file.relative_to(package_folder)
-    except ValueError:
-        inside = Path(test_file.name)
+    except ValueError:  # as in Noetic, the whole path
+        inside = test_file
     return inside.with_suffix("").as_posix().replace("/", "_")
