@@ -165,11 +165,11 @@ def test_pictures_are_written(chain: RosSystem) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
-        (["--svg", "/nonexistent/x.svg"], 1, "cannot write /nonexistent/x.svg: No such file or directory"),
+        (["--svg", "/dev/null/x.svg"], 1, "cannot write /dev/null/x.svg: Not a directory"),
         (["--mode", "round"], 2, "--mode must be nodes, active or all, got round"),
         (["--bind", "127.0.0.1:70000"], 1, "--bind must be HOST or HOST:PORT"),
         (["--bind", "192.0.2.1"], 1, "cannot listen at 192.0.2.1:0"),
-        (["--cert", "/nonexistent"], 1, "cannot use the certificate /nonexistent"),
+        (["--cert", "/dev/null/x"], 1, "cannot use the certificate /dev/null/x"),
         (["left", "over"], 2, "unexpected argument: left"),
     ],
 )
