@@ -71,7 +71,10 @@ class Access:
 
     def check_origin(self, origin: str | None) -> None:
         """Raises `Denied` when a WebSocket comes from another page than the server's."""
-        parts = urlsplit(origin or "")
+        try:
+            parts = urlsplit(origin or "")
+        except ValueError:
+            raise Denied("The origin of this connection is malformed.") from None
         if parts.scheme != ("https" if self.is_secure else "http"):
             raise Denied(f"Pages of {origin or 'unknown origin'} may not connect here.")
         self.check_host(parts.netloc)
