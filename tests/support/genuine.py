@@ -5,46 +5,107 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-_NEEDED = {
-    "/usr/bin/rosmaster": "python3-rosmaster",
-    "/usr/bin/roslaunch": "python3-roslaunch",
-    "/usr/lib/python3/dist-packages/paramiko/__init__.py": "python3-paramiko",
-    "/usr/bin/rostest": "python3-rostest",
-    "/usr/bin/rostopic": "python3-rostopic",
-    "/usr/bin/rosnode": "python3-rosnode",
-    "/usr/bin/rosparam": "python3-rosparam",
-    "/usr/bin/rosclean": "python3-rosclean",
-    "/usr/bin/rospack": "rospack-tools",
-    "/usr/bin/roswtf": "python3-roswtf",
-    "/usr/lib/python3/dist-packages/rosdep2/__init__.py": "python3-rosdep2",
+_MODULES = {
+    "actionlib": "python3-actionlib",
+    "angles": "python3-angles",
+    "bond": "python3-bond",
+    "camera_calibration_parsers": "python3-camera-calibration-parsers",
+    "cv_bridge": "python3-cv-bridge",
+    "diagnostic_common_diagnostics": "python3-diagnostic-common-diagnostics",
+    "diagnostic_updater": "python3-diagnostic-updater",
+    "dynamic_reconfigure": "python3-dynamic-reconfigure",
+    "image_geometry": "python3-image-geometry",
+    "interactive_markers": "python3-interactive-markers",
+    "laser_geometry": "python3-laser-geometry",
+    "message_filters": "python3-message-filters",
+    "paramiko": "python3-paramiko",
+    "rosdep2": "python3-rosdep2",
+    "rospy": "python3-rospy",
+    "rosunit": "python3-rosunit",
+    "smclib": "python3-smclib",
+    "tf": "python3-tf",
+    "tf2_geometry_msgs": "python3-tf2-geometry-msgs",
+    "tf2_sensor_msgs": "python3-tf2-sensor-msgs",
+    "tf_conversions": "python3-tf-conversions",
+}
+_FILES = {
+    "/usr/bin/catkin_make": "catkin",
     "/usr/bin/nosetests3": "python3-nose",
     "/usr/bin/pkg-config": "pkg-config",
+    "/usr/bin/rosclean": "python3-rosclean",
+    "/usr/bin/roslaunch": "python3-roslaunch",
+    "/usr/bin/rosmaster": "python3-rosmaster",
+    "/usr/bin/rosnode": "python3-rosnode",
+    "/usr/bin/rospack": "rospack-tools",
+    "/usr/bin/rosparam": "python3-rosparam",
     "/usr/bin/rosrun": "rosbash",
-    "/usr/bin/catkin_make": "catkin",
-    "/usr/lib/python3/dist-packages/rospy/__init__.py": "python3-rospy",
-    "/usr/lib/python3/dist-packages/rosunit/__init__.py": "python3-rosunit",
-    "/usr/lib/python3/dist-packages/tf/__init__.py": "python3-tf",
-    "/usr/lib/python3/dist-packages/tf2_geometry_msgs/__init__.py": "python3-tf2-geometry-msgs",
-    "/usr/lib/python3/dist-packages/tf2_sensor_msgs/__init__.py": "python3-tf2-sensor-msgs",
-    "/usr/lib/python3/dist-packages/tf_conversions/__init__.py": "python3-tf-conversions",
-    "/usr/lib/python3/dist-packages/message_filters/__init__.py": "python3-message-filters",
-    "/usr/lib/python3/dist-packages/actionlib/__init__.py": "python3-actionlib",
-    "/usr/lib/python3/dist-packages/dynamic_reconfigure/__init__.py": "python3-dynamic-reconfigure",
-    "/usr/lib/python3/dist-packages/diagnostic_updater/__init__.py": "python3-diagnostic-updater",
-    "/usr/lib/tf2_ros/static_transform_publisher": "tf2-tools",
+    "/usr/bin/rostest": "python3-rostest",
+    "/usr/bin/rostopic": "python3-rostopic",
+    "/usr/bin/roswtf": "python3-roswtf",
     "/usr/include/ros/ros.h": "libroscpp-dev",
+    "/usr/include/std_msgs/String.h": "libstd-msgs-dev",
+    "/usr/lib/tf2_ros/static_transform_publisher": "tf2-tools",
     "/usr/share/message_generation/package.xml": "ros-message-generation",
     "/usr/share/message_runtime/package.xml": "ros-message-runtime",
-    "/usr/include/std_msgs/String.h": "libstd-msgs-dev",
+    "/usr/lib/topic_tools/relay": "topic-tools",
+    "/usr/lib/image_transport/republish": "image-transport-tools",
+    "/usr/lib/joint_state_publisher/joint_state_publisher": "joint-state-publisher",
 }
-PACKAGES = (
-    "ros-core-dev python3-rospy python3-rostest python3-roslaunch python3-rostopic python3-rosnode "
-    "python3-rosservice python3-rosparam python3-rosmsg python3-rosbag rosbash libroscpp-dev catkin "
-    "ros-message-generation ros-message-runtime python3-sensor-msgs python3-geometry-msgs python3-nav-msgs "
-    "python3-std-srvs python3-diagnostic-msgs python3-tf2-ros python3-actionlib topic-tools "
-    "python3-tf python3-tf2-geometry-msgs python3-tf2-sensor-msgs python3-message-filters tf2-tools "
-    "python3-dynamic-reconfigure python3-diagnostic-updater python3-tf-conversions "
-    "python3-paramiko python3-nose python3-rosdep2 python3-rosclean python3-roswtf rospack-tools pkg-config"
+PACKAGES = " ".join(
+    (
+        "catkin",
+        "image-transport-tools",
+        "joint-state-publisher",
+        "libroscpp-dev",
+        "pkg-config",
+        "python3-actionlib",
+        "python3-actionlib-tools",
+        "python3-angles",
+        "python3-bond",
+        "python3-camera-calibration-parsers",
+        "python3-cv-bridge",
+        "python3-diagnostic-common-diagnostics",
+        "python3-diagnostic-msgs",
+        "python3-diagnostic-updater",
+        "python3-dynamic-reconfigure",
+        "python3-geometry-msgs",
+        "python3-image-geometry",
+        "python3-interactive-markers",
+        "python3-laser-geometry",
+        "python3-message-filters",
+        "python3-nav-msgs",
+        "python3-nose",
+        "python3-paramiko",
+        "python3-rosbag",
+        "python3-rosclean",
+        "python3-rosdep2",
+        "python3-roslaunch",
+        "python3-rosmsg",
+        "python3-rosnode",
+        "python3-rosparam",
+        "python3-rospy",
+        "python3-rosservice",
+        "python3-rostest",
+        "python3-rostopic",
+        "python3-roswtf",
+        "python3-sensor-msgs",
+        "python3-smclib",
+        "python3-std-srvs",
+        "python3-tf",
+        "python3-tf-conversions",
+        "python3-tf2-geometry-msgs",
+        "python3-tf2-kdl",
+        "python3-tf2-ros",
+        "python3-tf2-sensor-msgs",
+        "ros-core-dev",
+        "ros-message-generation",
+        "ros-message-runtime",
+        "rosbash",
+        "rospack-tools",
+        "tf-tools",
+        "tf2-tools",
+        "topic-tools",
+    )
 )
 INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"
 
@@ -54,7 +115,9 @@ OTHER_PROGRAMS = "fish git iproute2 openssh-client openssh-server zsh"
 
 def missing_packages() -> list[str]:
     """The Debian packages that interop tests need and this machine lacks; empty when all is there."""
-    return sorted({package for path, package in _NEEDED.items() if not Path(path).exists()})
+    modules = Path("/usr/lib/python3/dist-packages")
+    files = {package for path, package in _FILES.items() if not Path(path).exists()}
+    return sorted(files | {package for name, package in _MODULES.items() if not (modules / name).is_dir()})
 
 
 def is_required() -> bool:

@@ -14,7 +14,7 @@ from tests.support.environments import REPOSITORY
 PLUGIN = """
 from tests.support import browser, genuine, pyright
 browser.find_chromium = lambda: None
-genuine._NEEDED = {"/no/such/file": "python3-rospy"}
+genuine._FILES = {"/no/such/file": "python3-rospy"}
 pyright.find_pyright = lambda: None
 """
 
@@ -38,7 +38,7 @@ def run(plugins: Path, *arguments: str, **variables: str) -> subprocess.Complete
 
 
 def test_what_lacks_is_found_by_the_files_of_the_packages(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(genuine, "_NEEDED", {"/no/such/file": "python3-rospy", "/": "base-files"})
+    monkeypatch.setattr(genuine, "_FILES", {"/no/such/file": "python3-rospy", "/": "base-files"})
 
     assert genuine.missing_packages() == ["python3-rospy"]
 
