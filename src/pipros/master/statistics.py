@@ -57,7 +57,7 @@ def collect(
         "calls_by_method": {name: float(count) for name, count in rpc.calls.items() if count},
         "connections": len(rpc.connections),
         "connections_accepted": float(rpc.connections.accepted),
-        "connections_closed_for_room": float(rpc.connections.closed_for_room),
+        "connections_closed_for_room": float(rpc.connections.evicted),
         "refused": float(rpc.refusals.total),
         "refused_by_peer": {peer: float(count) for peer, count in rpc.refusals.by_peer().items()},
         "notices_delivered": float(notifier.delivered),

@@ -19,7 +19,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from pipros.errors import ProtocolError
-from pipros.net.connections import Connections, HeldBytes, Refusals
+from pipros.net.connection_table import ConnectionTable
+from pipros.net.held_bytes import HeldBytes
+from pipros.net.refusals import Refusals
 from pipros.net.rpc_state import BUSY, FINAL, Event, State, Step, after, next_step
 from pipros.net.this_machine import Caller
 from pipros.wire.http import CONTINUE, HttpError, Request, RequestReader, build_response, response_head
@@ -53,7 +55,7 @@ class Answerer(Protocol):
     """The part of a server that a connection uses."""
 
     limits: Limits
-    connections: Connections
+    connections: ConnectionTable
     bodies: HeldBytes
     refusals: Refusals
 
@@ -93,7 +95,7 @@ class RpcConnection(asyncio.Protocol):
         self.caller = Caller.from_names(*names)
         self.peer = self.caller.host
         if self._server.admits(self.caller):
-            if not self._server.connections.enter(self):
+            if not self._server.connections.add(self):
                 transport.abort()
         else:
             transport.abort()
@@ -104,7 +106,7 @@ class RpcConnection(asyncio.Protocol):
         self._unsent = memoryview(b"")
         if self._pending:
             self._pending.cancel()
-        self._server.connections.leave(self)
+        self._server.connections.remove(self)
         self._server.bodies.forget(self)
 
     def data_received(self, data: bytes) -> None:
@@ -188,10 +190,10 @@ class RpcConnection(asyncio.Protocol):
         if self._state is State.STALLED or (self._needs_bytes and not self._reader.is_idle):
             self._expect_progress()
         else:
-            self._server.connections.expect_nothing(self)
+            self._server.connections.clear_deadline(self)
 
     def _expect_progress(self) -> None:
-        self._server.connections.expect_by(self, self._loop.time() + self._server.limits.request_s)
+        self._server.connections.set_deadline(self, self._loop.time() + self._server.limits.request_s)
 
     # ---- answering
 
@@ -203,7 +205,7 @@ class RpcConnection(asyncio.Protocol):
             return
         if request:
             self.last_used = self._loop.time()
-            self._server.connections.touch(self)
+            self._server.connections.mark_used(self)
             self._answer(request)
         else:
             self._needs_bytes = True
@@ -304,7 +306,7 @@ class RpcConnection(asyncio.Protocol):
                 self._close_gracefully()
             else:
                 self._note(Event.REQUEST_REFUSED)
-                self._server.connections.expect_nothing(self)
+                self._server.connections.clear_deadline(self)
                 self._transport.write_eof()
                 self._transport.resume_reading()
                 self._pending = self._loop.call_later(_LINGER_S, self.abort)

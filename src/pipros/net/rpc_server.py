@@ -18,7 +18,9 @@ from typing import Any, Final
 from pipros.errors import LimitExceeded
 from pipros.limits import Limits, limit_text, process_limits
 from pipros.net.address import LOOPBACK
-from pipros.net.connections import Connections, HeldBytes, Refusals
+from pipros.net.connection_table import ConnectionTable
+from pipros.net.held_bytes import HeldBytes
+from pipros.net.refusals import Refusals
 from pipros.net.rpc_connection import LARGE_ANSWER, RpcConnection, UnknownMethod, fault_text
 from pipros.net.sockets import connections_that_fit, listen_all
 from pipros.net.this_machine import Caller
@@ -85,13 +87,13 @@ class RpcServer:
         self._admits = admits
         self._on_bad_arity = on_bad_arity or _bad_arity
         self._servers: list[asyncio.Server] = []
-        self._sweeper: asyncio.TimerHandle | None = None
+        self._overdue_timer: asyncio.TimerHandle | None = None
         self._is_stopped = False
         self.limits = limits or process_limits()
         self.calls = dict.fromkeys(self._methods, 0)
         self.refusals = Refusals()
         self.large_values: Executor = ThreadPoolExecutor(max_workers=2, thread_name_prefix="large values")
-        self.connections = Connections(
+        self.connections = ConnectionTable(
             limit=self.limits.rpc_connections or connections_that_fit(),
             limit_per_peer=self.limits.rpc_connections_per_peer,
             refusals=self.refusals,
@@ -123,13 +125,13 @@ class RpcServer:
             )
             self._servers.append(server)
             listener.listen(_BACKLOG)  # asyncio's backlog is also how many it accepts at a time
-        self._sweeper = loop.call_later(1.0, self._sweep, loop)
+        self._overdue_timer = loop.call_later(1.0, self._close_overdue, loop)
 
     async def stop(self) -> None:
         """Closes the port and all connections. Calls in progress are not waited for."""
         self._is_stopped = True
-        if self._sweeper:
-            self._sweeper.cancel()
+        if self._overdue_timer:
+            self._overdue_timer.cancel()
         servers, self._servers = self._servers, []
         for server in servers:
             for listener in server.sockets:
@@ -146,9 +148,9 @@ class RpcServer:
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(server.wait_closed(), 1.0)
 
-    def _sweep(self, loop: asyncio.AbstractEventLoop) -> None:
-        self.connections.sweep(loop.time(), self.limits.idle_s)
-        self._sweeper = loop.call_later(1.0, self._sweep, loop)
+    def _close_overdue(self, loop: asyncio.AbstractEventLoop) -> None:
+        self.connections.close_overdue(loop.time(), self.limits.idle_s)
+        self._overdue_timer = loop.call_later(1.0, self._close_overdue, loop)
 
     # ---- what connections ask
 

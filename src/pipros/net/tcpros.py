@@ -18,7 +18,8 @@ from pipros.errors import ProtocolError, Unreachable
 from pipros.limits import Limits, process_limits
 from pipros.net import sockets
 from pipros.net.address import plain_address
-from pipros.net.connections import Connections, Refusals
+from pipros.net.connection_table import ConnectionTable
+from pipros.net.refusals import Refusals
 from pipros.net.rpc_client import reason_of
 from pipros.wire.handshake import refuse
 from pipros.wire.header import HeaderReader, encode_header
@@ -29,7 +30,7 @@ RETRY_ACCEPT_S = 0.1
 #: The share of the process's descriptors for a node's TCPROS connections.
 DESCRIPTORS_SHARE = 0.75
 
-_SWEEP_EVERY_S = 1.0
+_CHECK_OVERDUE_EVERY_S = 1.0
 
 #: Connections that wait to be accepted. Beyond them, clients try again after a second.
 _BACKLOG = 1024
@@ -66,7 +67,7 @@ class TcprosServer:
 
     Attributes:
         refusals: the refusals of peers.
-        connections: `on_connection` adds the connections that it keeps. They are swept each second.
+        connections: `on_connection` adds the connections that it keeps. Overdue ones are closed each second.
     """
 
     def __init__(
@@ -98,21 +99,21 @@ class TcprosServer:
         self._handshakes_limit = min(limits.handshakes, max(1, total // 4))
         links_limit = max(1, total - self._handshakes_limit)
         self.refusals = Refusals(log)
-        self.connections = Connections(
+        self.connections = ConnectionTable(
             limit=links_limit,
             limit_per_peer=limits.tcpros_connections_per_peer or max(1, links_limit // 2),
             spares_loopback=not limits.tcpros_connections_per_peer,
             refusals=self.refusals,
         )
         self._handshakes: dict[_Handshake, None] = {}  # in the order of arrival
-        self._sweeper: asyncio.TimerHandle | None = None
+        self._overdue_timer: asyncio.TimerHandle | None = None
         self._loop: asyncio.AbstractEventLoop
 
     def start(self) -> None:
         """Begins to accept. Called in the event loop, as `stop` is."""
         self._loop = asyncio.get_running_loop()
         self._loop.add_reader(self._server, self._accept)
-        self._sweep()
+        self._close_overdue()
 
     @property
     def descriptors(self) -> list[int]:
@@ -123,8 +124,8 @@ class TcprosServer:
         """Closes the port and every connection that is still in its handshake."""
         self._loop.remove_reader(self._server)
         self._server.close()
-        if self._sweeper:
-            self._sweeper.cancel()
+        if self._overdue_timer:
+            self._overdue_timer.cancel()
         for handshake in list(self._handshakes):
             handshake.dismiss()
 
@@ -150,9 +151,9 @@ class TcprosServer:
         if self._server.fileno() >= 0:
             self._loop.add_reader(self._server, self._accept)
 
-    def _sweep(self) -> None:
-        self.connections.sweep(self._loop.time(), idle_s=math.inf)
-        self._sweeper = self._loop.call_later(_SWEEP_EVERY_S, self._sweep)
+    def _close_overdue(self) -> None:
+        self.connections.close_overdue(self._loop.time(), idle_s=math.inf)
+        self._overdue_timer = self._loop.call_later(_CHECK_OVERDUE_EVERY_S, self._close_overdue)
 
     def _forget(self, handshake: _Handshake) -> None:
         self._handshakes.pop(handshake, None)
@@ -174,24 +175,24 @@ class _Handshake:
         self._limit_s = limits.handshake_s
         self._on_connection = on_connection
         self._reader = HeaderReader(limits.header_bytes)
-        self._leave: Callable[[], None] = _nothing
+        self._unregister: Callable[[], None] = _nothing
 
     def wait(self, loop: asyncio.AbstractEventLoop, on_end: Callable[[_Handshake], None]) -> None:
         """Continues to read in the loop, up to a deadline; `on_end` is called when the handshake is over."""
         deadline = loop.call_later(self._limit_s, self.dismiss)
         number = self._sock.fileno()  # registering a socket object would compute its repr
 
-        def leave() -> None:
+        def unregister() -> None:
             deadline.cancel()
             loop.remove_reader(number)
             on_end(self)
 
-        self._leave = leave
+        self._unregister = unregister
         loop.add_reader(number, self.read)
 
     def dismiss(self) -> None:
         """Closes the connection without an answer."""
-        self._leave()
+        self._unregister()
         self._sock.close()
 
     def read(self) -> bool:
@@ -206,7 +207,7 @@ class _Handshake:
         except (OSError, ProtocolError):
             data, fields = b"", None
         if fields is not None:
-            self._leave()
+            self._unregister()
             self._on_connection(TcprosConnection(self._sock, fields, self._reader.rest, self.peer))
         elif data:
             return False

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from pipros.limits import Limits
-from pipros.net.connections import Connections
+from pipros.net.connection_table import ConnectionTable
 from pipros.net.loop import BackgroundLoop
 from pipros.node.attempts import Attempts
 
@@ -31,5 +31,5 @@ class NodeContext:
     log: logging.Logger
     next_link_number: Callable[[], int]
     limits: Limits
-    connections: Connections
+    connections: ConnectionTable
     attempts: Attempts

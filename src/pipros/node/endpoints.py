@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 from pipros.errors import PiprosError
 from pipros.limits import Limits
 from pipros.net.address import uri
-from pipros.net.connections import Connections, HeldBytes
+from pipros.net.connection_table import ConnectionTable
+from pipros.net.held_bytes import HeldBytes
 from pipros.net.loop import BackgroundLoop
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers
@@ -66,7 +67,7 @@ class Endpoints:
         registrations: Registrations,
         log: logging.Logger,
         limits: Limits,
-        connections: Connections,
+        connections: ConnectionTable,
     ) -> None:
         self.port = port
         numbers = itertools.count(1)

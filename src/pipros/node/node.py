@@ -18,7 +18,7 @@ from pipros.errors import Interrupted, Unreachable
 from pipros.interruptible_wait import OnceEvent
 from pipros.limits import Limits, process_limits
 from pipros.net import address
-from pipros.net.connections import Connections
+from pipros.net.connection_table import ConnectionTable
 from pipros.net.lookup import Lookups
 from pipros.net.loop import BackgroundLoop, in_daemon_thread
 from pipros.net.master_client import MasterClient
@@ -164,7 +164,7 @@ class Node:
         return self._running.registrations if self._running is not None else None
 
     @property
-    def connections(self) -> Connections:
+    def connections(self) -> ConnectionTable:
         """The TCPROS connections that peers have opened to the node."""
         return self._started.connections
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from pipros.net.backlog import Frame
-from pipros.net.connections import Seat
+from pipros.net.connection_table import LinkEntry
 from pipros.net.flush import flush_or_queue
 from pipros.net.outgoing import OutgoingLink
 from pipros.net.tcpros import TcprosConnection, refuse_connection
@@ -123,8 +123,8 @@ class Publication:
             self._context.log.warning(refusal)
             refuse_connection(connection.sock, refusal)
             return
-        seat = Seat(connection.peer, connection.sock.close)
-        if not self._context.connections.enter_link(seat):
+        entry = LinkEntry(connection.peer, connection.sock.close)
+        if not self._context.connections.add_link(entry):
             refuse_connection(connection.sock, f"[{self._context.node_name}] has too many connections")
             return
         answer = accept_topic_link(
@@ -137,9 +137,9 @@ class Publication:
             queue_size=self.queue_size,
             limits=self._context.limits,
             may_share_packets=connection.fields.get("tcp_nodelay") != "1",
-            on_closed=lambda link: self._detach(link, seat),
+            on_closed=lambda link: self._detach(link, entry),
         )
-        seat.close = link.close
+        entry.close = link.close
         peer = PublisherLink(printable(connection.fields["callerid"]), self._context.next_link_number(), link)
         with self._lock:
             link.greet(header)
@@ -198,8 +198,8 @@ class Publication:
             return (b"".join((_pack_length(size), *buffers)),), size + 4
         return (_pack_length(size), *buffers), size + 4
 
-    def _detach(self, link: OutgoingLink, seat: Seat) -> None:
-        self._context.connections.leave(seat)
+    def _detach(self, link: OutgoingLink, entry: LinkEntry) -> None:
+        self._context.connections.remove(entry)
         with self._lock:
             ended = [peer for peer in self.links if peer.link is link]
             self.links = tuple(peer for peer in self.links if peer.link is not link)

@@ -10,7 +10,7 @@ from typing import Any
 
 from pipros.limits import Limits
 from pipros.net import address
-from pipros.net.connections import Connections
+from pipros.net.connection_table import ConnectionTable
 from pipros.net.loop import BackgroundLoop
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_server import RpcServer
@@ -102,7 +102,7 @@ class RunningNode:
         self._tcpros.start()
 
     @property
-    def connections(self) -> Connections:
+    def connections(self) -> ConnectionTable:
         """The TCPROS connections that peers have opened."""
         return self._tcpros.connections
 

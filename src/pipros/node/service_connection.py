@@ -22,7 +22,8 @@ from typing import Protocol
 from pipros.errors import ProtocolError
 from pipros.net import sockets
 from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver
-from pipros.net.connections import Connections, HeldBytes
+from pipros.net.connection_table import ConnectionTable
+from pipros.net.held_bytes import HeldBytes
 from pipros.net.loop import BackgroundLoop
 from pipros.net.tcpros import TcprosConnection
 from pipros.wire.frames import FrameBuffer
@@ -85,7 +86,7 @@ class Server(Protocol):
     """
 
     loop: BackgroundLoop
-    connections: Connections
+    connections: ConnectionTable
     lingering: Slots
     unread: HeldBytes
     request_s: float
@@ -168,7 +169,7 @@ class ServiceConnection:
                     lingers = False
                 if not is_held:
                     is_held = True
-                    server.connections.hold(self)
+                    server.connections.mark_busy(self)
                 reply = server.answer(frame, self._fields)
                 if reply is None:
                     return
@@ -259,11 +260,11 @@ class ServiceConnection:
         if self._frame is None:
             self._wait_in_loop()
         else:
-            self._server.connections.hold(self)
+            self._server.connections.mark_busy(self)
             self._have_served(self._serve)
 
     def _wait_in_loop(self) -> None:
-        self._server.connections.touch(self)
+        self._server.connections.mark_used(self)
         if self._buffer.is_within:
             self._expect_progress()
         else:
@@ -286,14 +287,14 @@ class ServiceConnection:
             return
         self._server.loop.asyncio.remove_reader(self._sock.fileno())
         if count:
-            self._server.connections.hold(self)
+            self._server.connections.mark_busy(self)
             self._have_served(self._serve)
         else:
             self.close()
 
     def _send_in_loop(self) -> None:
         """Sends what is unsent as the client takes it, up to a deadline."""
-        self._server.connections.touch(self)
+        self._server.connections.mark_used(self)
         self._expect_progress()
         self._server.unread.note(self, len(self._unsent))
         self._server.loop.asyncio.add_writer(self._sock.fileno(), self._write)
@@ -316,7 +317,7 @@ class ServiceConnection:
             self.close()
             return
         if self.is_persistent:
-            self._server.connections.expect_nothing(self)
+            self._server.connections.clear_deadline(self)
         self._unsent = memoryview(b"")
         self._go_on()
 
@@ -327,15 +328,15 @@ class ServiceConnection:
         self._moved += count
         if self._moved >= PROGRESS_BYTES:
             self._moved = 0
-            self._server.connections.expect_nothing(self)
+            self._server.connections.clear_deadline(self)
         self._expect_progress()
 
     def _expect_progress(self) -> None:
         self.last_used = time.monotonic()
-        self._server.connections.expect_by(self, self.last_used + self._server.request_s)
+        self._server.connections.set_deadline(self, self.last_used + self._server.request_s)
 
     def close(self) -> None:
         """Closes the connection. Only whoever has it may."""
         self._sock.close()
-        self._server.connections.leave(self)
+        self._server.connections.remove(self)
         self._server.forget(self)

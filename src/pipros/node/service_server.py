@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pipros.net.connections import HeldBytes
+from pipros.net.held_bytes import HeldBytes
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers
 from pipros.node.codec import decoder, encoder
@@ -97,7 +97,7 @@ class ServiceServer:
         )
         is_probe = connection.fields.get("probe") == "1"
         served = ServiceConnection(connection, self)
-        if not is_probe and not self.connections.enter(served):
+        if not is_probe and not self.connections.add(served):
             refuse_connection(connection.sock, f"[{self._context.node_name}] has too many connections")
             return
         try:

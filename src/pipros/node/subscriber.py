@@ -163,14 +163,14 @@ class Subscription:
             ValueError: what it registered is not a URI.
         """
         connections, limits = self._context.connections, self._context.limits
-        if not connections.reserve(limits.incoming_links):
+        if not connections.reserve_outgoing(limits.incoming_links):
             raise LimitExceeded("this node has as many connections as its limits allow")
         ended: Ended = asyncio.get_running_loop().create_future()
         try:
             connection = await self._connect(uri)
             link = self._start(uri, connection, ended)
         except BaseException:
-            connections.give_back()
+            connections.release_outgoing()
             raise
         if self._is_closed:
             link.close()
@@ -279,7 +279,7 @@ class Subscription:
 
     def _detach(self, link: IncomingLink, error: Exception | None, ended: Ended) -> None:
         self._remove_link(link)
-        self._context.connections.give_back()
+        self._context.connections.release_outgoing()
         broken = ""
         if error is not None and not isinstance(error, OSError):
             broken = f"the link to {link.peer} for [{self.topic}] is broken: {printable(error, 1000)}"

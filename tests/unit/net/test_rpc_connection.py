@@ -12,7 +12,9 @@ from typing import Any
 import pytest
 
 from pipros.limits import Limits
-from pipros.net.connections import Connections, HeldBytes, Refusals
+from pipros.net.connection_table import ConnectionTable
+from pipros.net.held_bytes import HeldBytes
+from pipros.net.refusals import Refusals
 from pipros.net.rpc_connection import RpcConnection
 from pipros.net.this_machine import Caller
 from pipros.wire.http import build_request
@@ -102,7 +104,7 @@ class Server:
     def __init__(self) -> None:
         self.limits = Limits()
         self.refusals = Refusals()
-        self.connections = Connections(limit=10, limit_per_peer=10, refusals=self.refusals)
+        self.connections = ConnectionTable(limit=10, limit_per_peer=10, refusals=self.refusals)
         self.bodies = HeldBytes(limit_bytes=1 << 20, refusals=self.refusals)
         self.admits_peers = True
 
@@ -185,9 +187,9 @@ def test_one_that_does_not_read_is_closed_at_the_deadline(peer: Peer) -> None:
     peer.transport.on_write = peer.connection.pause_writing
     peer.send(CALL)
     limit_s = peer.server.limits.request_s
-    peer.server.connections.sweep(limit_s - 1, 1e9)
+    peer.server.connections.close_overdue(limit_s - 1, 1e9)
     assert peer.transport.events == []
-    peer.server.connections.sweep(limit_s + 1, 1e9)
+    peer.server.connections.close_overdue(limit_s + 1, 1e9)
     assert peer.transport.events == ["abort"]
 
 
@@ -196,7 +198,7 @@ def test_single_bytes_do_not_extend_the_deadline_of_a_request(peer: Peer) -> Non
     peer.send(CALL[:10])
     peer.loop.now = limit_s - 1
     peer.send(CALL[10:11])
-    peer.server.connections.sweep(limit_s + 1, 1e9)
+    peer.server.connections.close_overdue(limit_s + 1, 1e9)
     assert peer.transport.events == ["abort"]
 
 

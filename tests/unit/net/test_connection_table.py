@@ -1,10 +1,12 @@
-"""Who has to leave when there are too many, and who is counted."""
+"""Which connections are closed when there are too many, and what is counted."""
 
 from __future__ import annotations
 
 import pytest
 
-from pipros.net.connections import Connections, HeldBytes, Refusals
+from pipros.net.connection_table import ConnectionTable
+from pipros.net.held_bytes import HeldBytes
+from pipros.net.refusals import Refusals
 
 
 class Peer:
@@ -17,70 +19,70 @@ class Peer:
         self.is_closed = True
 
 
-def room_for(limit: int, per_peer: int = 100) -> Connections:
-    return Connections(limit=limit, limit_per_peer=per_peer, refusals=Refusals())
+def table_of(limit: int, per_peer: int = 100) -> ConnectionTable:
+    return ConnectionTable(limit=limit, limit_per_peer=per_peer, refusals=Refusals())
 
 
-def test_the_one_idle_longest_gives_way() -> None:
-    connections = room_for(2)
+def test_the_one_idle_longest_is_closed_first() -> None:
+    connections = table_of(2)
     first, second, third = Peer("a"), Peer("b"), Peer("c")
-    connections.enter(first)
-    connections.enter(second)
-    connections.touch(first)
-    connections.enter(third)
+    connections.add(first)
+    connections.add(second)
+    connections.mark_used(first)
+    connections.add(third)
     assert [peer.is_closed for peer in (first, second, third)] == [False, True, False]
-    assert (len(connections), connections.accepted, connections.closed_for_room) == (2, 3, 1)
+    assert (len(connections), connections.accepted, connections.evicted) == (2, 3, 1)
 
 
 def test_a_peer_with_too_many_loses_its_own_and_nobody_elses() -> None:
-    connections = room_for(100, per_peer=2)
+    connections = table_of(100, per_peer=2)
     other, *greedy = Peer("other"), Peer("greedy"), Peer("greedy"), Peer("greedy")
     for peer in (other, *greedy):
-        connections.enter(peer)
+        connections.add(peer)
     assert [peer.is_closed for peer in (other, *greedy)] == [False, True, False, False]
 
 
 def test_one_peer_may_be_limited_to_a_single_connection() -> None:
-    connections = room_for(100, per_peer=1)
+    connections = table_of(100, per_peer=1)
     first, second = Peer("a"), Peer("a")
-    connections.enter(first)
-    connections.enter(second)
-    connections.leave(second)
+    connections.add(first)
+    connections.add(second)
+    connections.remove(second)
     assert first.is_closed
     assert len(connections) == 0
 
 
 def test_deadlines_are_kept_in_order_and_not_moved() -> None:
-    connections = room_for(10)
+    connections = table_of(10)
     slow, slower = Peer("a"), Peer("b")
     for peer in (slow, slower):
-        connections.enter(peer)
-    connections.expect_by(slow, 10)
-    connections.expect_by(slower, 20)
-    connections.expect_by(slow, 99)
-    connections.sweep(15, idle_s=1000)
+        connections.add(peer)
+    connections.set_deadline(slow, 10)
+    connections.set_deadline(slower, 20)
+    connections.set_deadline(slow, 99)
+    connections.close_overdue(15, idle_s=1000)
     assert (slow.is_closed, slower.is_closed) == (True, False)
-    connections.expect_nothing(slower)
-    connections.sweep(25, idle_s=1000)
+    connections.clear_deadline(slower)
+    connections.close_overdue(25, idle_s=1000)
     assert not slower.is_closed
 
 
-def test_idle_connections_are_swept_after_their_time() -> None:
-    connections = room_for(10)
+def test_idle_connections_are_closed_after_their_time() -> None:
+    connections = table_of(10)
     old, recent = Peer("a", last_used=0), Peer("b", last_used=50)
     for peer in (old, recent):
-        connections.enter(peer)
-    connections.sweep(60, idle_s=30)
+        connections.add(peer)
+    connections.close_overdue(60, idle_s=30)
     assert (old.is_closed, recent.is_closed) == (True, False)
 
 
-def test_leaving_twice_and_being_touched_after_it_is_harmless() -> None:
-    connections = room_for(10)
+def test_removal_may_be_repeated_and_a_use_after_it_does_nothing() -> None:
+    connections = table_of(10)
     peer = Peer("a")
-    connections.enter(peer)
-    connections.leave(peer)
-    connections.leave(peer)
-    connections.touch(peer)
+    connections.add(peer)
+    connections.remove(peer)
+    connections.remove(peer)
+    connections.mark_used(peer)
     assert len(connections) == 0
 
 
@@ -101,75 +103,88 @@ def test_a_million_peers_do_not_fill_the_memory_or_the_log(caplog: pytest.LogCap
     assert len(refusals.by_peer()) == len(caplog.records) == 10_000
 
 
-def test_a_connection_that_is_held_does_not_give_way() -> None:
-    connections = room_for(2)
+def test_a_busy_connection_is_not_closed_for_others() -> None:
+    connections = table_of(2)
     busy, idle, new = Peer("a"), Peer("b"), Peer("c")
-    connections.enter(busy)
-    connections.enter(idle)
-    connections.hold(busy)
-    assert connections.enter(new)
-    connections.hold(new)
+    connections.add(busy)
+    connections.add(idle)
+    connections.mark_busy(busy)
+    assert connections.add(new)
+    connections.mark_busy(new)
     assert (busy.is_closed, idle.is_closed) == (False, True)
-    assert not connections.enter(Peer("d"))
-    connections.touch(busy)
-    assert connections.enter(Peer("e"))
+    assert not connections.add(Peer("d"))
+    connections.mark_used(busy)
+    assert connections.add(Peer("e"))
     assert busy.is_closed
 
 
-def test_what_is_expected_of_a_connection_waits_while_it_is_held() -> None:
-    connections = room_for(2)
+def test_a_busy_connection_has_no_deadline() -> None:
+    connections = table_of(2)
     busy = Peer("a")
-    connections.enter(busy)
-    connections.expect_by(busy, 10)
-    connections.hold(busy)
-    connections.sweep(20, idle_s=1000)
+    connections.add(busy)
+    connections.set_deadline(busy, 10)
+    connections.mark_busy(busy)
+    connections.close_overdue(20, idle_s=1000)
     assert not busy.is_closed
 
 
 def test_a_new_link_takes_the_place_of_the_newest_of_the_peer_with_the_most() -> None:
-    connections = room_for(4)  # of which less than one is for calls
+    connections = table_of(4)  # of which less than one is for calls
     other, *links = Peer("other"), Peer("a"), Peer("a"), Peer("a")
     for link in (*links, other):
-        assert connections.enter_link(link)
-    assert connections.enter_link(Peer("other"))
+        assert connections.add_link(link)
+    assert connections.add_link(Peer("other"))
     assert [link.is_closed for link in (other, *links)] == [False, False, False, True]
 
 
-def test_no_link_gives_way_to_a_call() -> None:
-    connections = room_for(2)
+def test_the_log_says_whether_an_idle_connection_or_a_link_was_closed(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    connections = table_of(100, per_peer=1)
+    for _ in range(2):
+        connections.add(Peer("caller"))
+        connections.add_link(Peer("subscriber"))
+    assert [record.getMessage().partition(" (")[0] for record in caplog.records] == [
+        "refused caller: too many connections; the one idle longest was closed for a new one",
+        "refused subscriber: too many connections; its newest link was closed for a new one",
+    ]
+
+
+def test_no_link_is_closed_first_to_a_call() -> None:
+    connections = table_of(2)
     links = [Peer("a"), Peer("a")]
     for link in links:
-        connections.enter_link(link)
-    assert not connections.enter(Peer("b"))
+        connections.add_link(link)
+    assert not connections.add(Peer("b"))
     assert not any(link.is_closed for link in links)
 
 
 def test_links_that_are_made_leave_room_for_links_and_calls_of_peers() -> None:
-    connections = room_for(16)
-    assert [connections.reserve(most=100) for _ in range(20)].count(True) == 12
+    connections = table_of(16)
+    assert [connections.reserve_outgoing(most=100) for _ in range(20)].count(True) == 12
     links = [Peer("a"), Peer("a"), Peer("a")]
     for link in links:
-        assert connections.enter_link(link)
+        assert connections.add_link(link)
     assert [link.is_closed for link in links] == [False, True, False]
     calls = [Peer("a"), Peer("a"), Peer("a")]
     for call in calls:
-        assert connections.enter(call)
+        assert connections.add(call)
     assert [call.is_closed for call in calls] == [True, False, False]
-    connections.give_back()
-    assert connections.reserve(most=100)
-    assert not connections.reserve(most=12)
+    connections.release_outgoing()
+    assert connections.reserve_outgoing(most=100)
+    assert not connections.reserve_outgoing(most=12)
 
 
 def test_the_nodes_of_this_machine_share_an_address_and_are_spared() -> None:
-    connections = Connections(limit=10, limit_per_peer=2, refusals=Refusals(), spares_loopback=True)
+    connections = ConnectionTable(limit=10, limit_per_peer=2, refusals=Refusals(), spares_loopback=True)
     local, remote = ([Peer(address) for _ in range(4)] for address in ("127.0.0.1", "10.0.0.1"))
     for peer in (*local, *remote):
-        connections.enter(peer)
+        connections.add(peer)
     assert [peer.is_closed for peer in local] == [False] * 4
     assert [peer.is_closed for peer in remote] == [True, True, False, False]
 
 
-def test_the_request_that_began_first_gives_way_to_the_others() -> None:
+def test_the_request_that_began_first_is_closed_first_to_the_others() -> None:
     bodies = HeldBytes(limit_bytes=100, refusals=Refusals())
     first, second, third = Peer("a"), Peer("b"), Peer("c")
     bodies.note(first, 40)
@@ -192,7 +207,7 @@ def test_what_was_refused_since_is_said_later(
         refusals.count("a", "sent nonsense")
     refusals.report()
     assert len(caplog.records) == 1
-    monkeypatch.setattr("pipros.net.connections._REPORT_EVERY_S", 0)
+    monkeypatch.setattr("pipros.net.refusals._REPORT_EVERY_S", 0)
     refusals.report()
     refusals.report()
     assert [record.getMessage() for record in caplog.records[1:]] == [

@@ -1,0 +1,247 @@
+"""The open connections of a server, and which of them are closed for new ones."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from pipros.net.address import is_loopback
+from pipros.net.refusals import Refusals
+
+
+class TableEntry(Protocol):
+    """What the table uses of a connection."""
+
+    @property
+    def peer(self) -> str:
+        """The IP address of the other side."""
+
+    @property
+    def last_used(self) -> float:
+        """When it was last used, by the clock of `close_overdue`."""
+
+    def abort(self) -> None:
+        """Closes at once."""
+
+
+@dataclass(slots=True, eq=False)
+class LinkEntry:
+    """Represents a connection that another object owns, for example a topic link."""
+
+    peer: str
+    close: Callable[[], object]
+    last_used: float = 0.0
+
+    def abort(self) -> None:
+        self.close()
+
+
+@dataclass(slots=True)
+class _Group:
+    """The connections of one peer, or of all.
+
+    Attributes:
+        idle: connections that may be closed for new ones, the longest idle first.
+        links: connections in constant use, in the order in which they came.
+        count: the number of all connections, including those of neither kind.
+    """
+
+    idle: OrderedDict[TableEntry, None] = field(default_factory=OrderedDict)
+    links: OrderedDict[TableEntry, None] = field(default_factory=OrderedDict)
+    count: int = 0
+
+    def discard(self, connection: TableEntry) -> None:
+        self.idle.pop(connection, None)
+        self.links.pop(connection, None)
+        self.count -= 1
+
+
+class ConnectionTable:
+    """The open connections of one server, the longest idle first.
+
+    When a new one exceeds a limit, the longest idle one is closed: that of the same
+    peer when that peer has too many, else that of all. So new connections always succeed,
+    and a peer that hoards idle ones loses them. Busy connections (a call is being handled) and links
+    are not closed for them. When only those are left, a new link replaces the newest link of the peer
+    that has the most: links that are older than a flood of new ones stay.
+
+    Links cannot use up the limit: an eighth is left for calls. The links that this node makes itself leave
+    a quarter, so that however many topics it subscribes to, peers have an eighth for links and one for calls.
+
+    Thread-safe.
+
+    Attributes:
+        refusals: the refusals of peers.
+        accepted: how many connections were added.
+        evicted: how many were closed for new ones.
+    """
+
+    def __init__(
+        self, *, limit: int, limit_per_peer: int, refusals: Refusals, spares_loopback: bool = False
+    ) -> None:
+        """`spares_loopback`: the limit per peer does not apply to loopback, which all local nodes share."""
+        self._limit = limit
+        self._limit_per_peer = limit_per_peer
+        self._links_limit = limit - limit // 8
+        self._outgoing_limit = limit - limit // 4
+        self._spares_loopback = spares_loopback
+        self.refusals = refusals
+        self._all = _Group()
+        self._by_peer: dict[str, _Group] = {}
+        self._members: set[TableEntry] = set()
+        self._outgoing = 0
+        self._deadlines: OrderedDict[TableEntry, float] = OrderedDict()
+        self._lock = threading.Lock()
+        self.accepted = 0
+        self.evicted = 0
+
+    def __len__(self) -> int:
+        return self._all.count
+
+    def add(self, connection: TableEntry) -> bool:
+        """Adds a new connection, if necessary in place of an idle one; False when all are in use."""
+        return self._add(connection, is_link=False)
+
+    def add_link(self, connection: TableEntry) -> bool:
+        """As `add`, for a connection that is in constant use from now on."""
+        return self._add(connection, is_link=True)
+
+    def remove(self, connection: TableEntry) -> None:
+        """Removes a connection. May be repeated."""
+        with self._lock:
+            self._remove(connection)
+
+    def reserve_outgoing(self, most: int) -> bool:
+        """Counts a link that this node makes; False when it has made `most`, or the limit is reached."""
+        evicted: TableEntry | None = None
+        with self._lock:
+            if self._outgoing >= min(most, self._outgoing_limit) or self._are_links_full():
+                return False
+            if self._all.count + self._outgoing >= self._limit:
+                evicted = self._pick_evicted(self._all, is_link=False)
+                if evicted is None:
+                    return False
+                self._remove(evicted)
+                self.evicted += 1
+            self._outgoing += 1
+        if evicted is not None:
+            evicted.abort()
+        return True
+
+    def release_outgoing(self) -> None:
+        """Ends what `reserve_outgoing` began."""
+        with self._lock:
+            self._outgoing -= 1
+
+    def mark_used(self, connection: TableEntry) -> None:
+        """Makes the connection the last to be closed for others. It is no longer busy."""
+        with self._lock:
+            if connection in self._members:
+                for group in (self._all, self._by_peer[connection.peer]):
+                    group.idle[connection] = None
+                    group.idle.move_to_end(connection)
+
+    def mark_busy(self, connection: TableEntry) -> None:
+        """Protects the connection from being closed for others or by a deadline, until `mark_used`."""
+        with self._lock:
+            self._deadlines.pop(connection, None)
+            if connection in self._members:
+                for group in (self._all, self._by_peer[connection.peer]):
+                    group.idle.pop(connection, None)
+
+    def set_deadline(self, connection: TableEntry, deadline: float) -> None:
+        """Sets the time until which the connection must make progress, unless it has a deadline already."""
+        with self._lock:
+            if connection in self._members:
+                self._deadlines.setdefault(connection, deadline)
+
+    def clear_deadline(self, connection: TableEntry) -> None:
+        with self._lock:
+            self._deadlines.pop(connection, None)
+
+    def close_overdue(self, now: float, idle_s: float) -> None:
+        """Closes connections that missed a deadline or were idle too long. Visits only those."""
+        late: list[TableEntry] = []
+        idle: list[TableEntry] = []
+        with self._lock:
+            while self._deadlines:
+                slow, deadline = next(iter(self._deadlines.items()))
+                if deadline > now:
+                    break
+                self._remove(slow)
+                late.append(slow)
+            while self._all.idle and (oldest := next(iter(self._all.idle))).last_used < now - idle_s:
+                self._remove(oldest)
+                idle.append(oldest)
+        for connection in late:
+            self.refusals.count(connection.peer, "too slow over a request, or over reading an answer")
+        for connection in (*late, *idle):
+            connection.abort()
+        self.refusals.report()
+
+    def close_all(self) -> None:
+        with self._lock:
+            members = list(self._members)
+            for connection in members:
+                self._remove(connection)
+        for connection in members:
+            connection.abort()
+
+    def _add(self, connection: TableEntry, *, is_link: bool) -> bool:
+        evicted: TableEntry | None = None
+        was_idle = False
+        with self._lock:
+            of_peer = self._by_peer.get(connection.peer)
+            within: _Group | None = None
+            if of_peer is not None and of_peer.count >= self._limit_of(connection.peer):
+                within = of_peer
+            elif is_link and self._are_links_full():
+                within = _Group(links=self._all.links)  # an idle connection would not make room for a link
+            elif self._all.count + self._outgoing >= self._limit:
+                within = self._all
+            if within is not None and (evicted := self._pick_evicted(within, is_link=is_link)) is not None:
+                was_idle = evicted in self._all.idle
+                self.evicted += 1
+                self._remove(evicted)
+            is_added = within is None or evicted is not None
+            if is_added:
+                self.accepted += 1
+                self._members.add(connection)
+                for group in (self._all, self._by_peer.setdefault(connection.peer, _Group())):
+                    group.count += 1
+                    (group.links if is_link else group.idle)[connection] = None
+        if evicted is not None:
+            which = "the one idle longest" if was_idle else "its newest link"
+            self.refusals.count(evicted.peer, f"too many connections; {which} was closed for a new one")
+            evicted.abort()
+        elif not is_added:
+            self.refusals.count(connection.peer, "too many connections, and all are in use")
+        return is_added
+
+    def _are_links_full(self) -> bool:
+        return len(self._all.links) + self._outgoing >= self._links_limit
+
+    def _limit_of(self, peer: str) -> int:
+        return self._limit if self._spares_loopback and is_loopback(peer) else self._limit_per_peer
+
+    def _pick_evicted(self, within: _Group, *, is_link: bool) -> TableEntry | None:
+        if within.idle:
+            return next(iter(within.idle))
+        if not is_link:
+            return None
+        if within.links is self._all.links:
+            within = max(self._by_peer.values(), key=lambda group: len(group.links), default=within)
+        return next(reversed(within.links), None)
+
+    def _remove(self, connection: TableEntry) -> None:
+        self._deadlines.pop(connection, None)
+        if connection in self._members:
+            self._members.discard(connection)
+            self._all.discard(connection)
+            of_peer = self._by_peer[connection.peer]
+            of_peer.discard(connection)
+            if not of_peer.count:
+                del self._by_peer[connection.peer]

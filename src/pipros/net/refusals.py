@@ -1,0 +1,49 @@
+"""Counts the refusals of a server, and logs them without filling the log."""
+
+from __future__ import annotations
+
+import logging
+import time
+from typing import Final
+
+from pipros.printable import printable
+
+_log = logging.getLogger("pipros.rpc")
+
+_PEERS_REMEMBERED: Final = 10_000
+_REPORT_EVERY_S: Final = 60.0
+
+
+class Refusals:
+    """Counts refusals. Logs the first one of each peer, and at intervals the number of further ones."""
+
+    def __init__(self, log: logging.Logger = _log) -> None:
+        self.total = 0
+        self._log = log
+        self._by_peer: dict[str, int] = {}
+        self._unreported = 0
+        self._reported_at = 0.0
+
+    def count(self, peer: str, text: str) -> None:
+        """Counts a refusal of `peer`; logs `text` if it is the first."""
+        self.total += 1
+        known = self._by_peer.get(peer, 0)
+        if known or len(self._by_peer) < _PEERS_REMEMBERED:
+            self._by_peer[peer] = known + 1
+        if known or peer not in self._by_peer:
+            self._unreported += 1
+            return
+        self._reported_at = time.monotonic()
+        self._log.warning(
+            "refused %s: %s (its further refusals are counted only)", peer or "a peer", printable(text)
+        )
+
+    def report(self) -> None:
+        """Logs the number of refusals since the last report, at most once a minute."""
+        now = time.monotonic()
+        if self._unreported and now - self._reported_at >= _REPORT_EVERY_S:
+            self._log.warning("refused %d more, of %d since the start", self._unreported, self.total)
+            self._unreported, self._reported_at = 0, now
+
+    def by_peer(self) -> dict[str, int]:
+        return dict(self._by_peer)
