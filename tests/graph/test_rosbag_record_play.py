@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import threading
 from pathlib import Path
@@ -114,6 +115,27 @@ def test_a_killed_recording_loses_the_chunk_under_way_only(
     reindexed = ros.pipros.run("rosbag", "reindex", "killed.bag.active")
     assert reindexed.returncode == 0, reindexed.output
     assert len(recorded(active)) == len(texts)
+
+
+def test_a_full_disk_leaves_a_valid_bag_and_disturbs_no_publisher(
+    ros: RosSystem, master: Master, talker: Node
+) -> None:
+    """No file of this shell may have more than 2 MB, which is to a program what a full disk is."""
+    limited = "ulimit -f 2000 && exec rosbag record -L 1 --chunksize 100 -O full /text"
+    record = ros.pipros.start("bash", "-c", limited, ROS_MASTER_URI=master.uri)
+    text = "x" * 10_000
+    publish(talker, "/text", [String(text + str(n)) for n in range(250)])
+    record.wait_for("cannot write to 'full.bag': File too large. Recording goes on when it can")
+    publish(talker, "/text", [String("not recorded")])
+    record.press_ctrl_c()
+
+    assert record.wait() == 1
+    assert re.search(r"the disk with 'full.bag' is full: the last \d+ messages were given up", record.output)
+    assert re.search(r"\d+ messages were dropped, \d+ in all: the disk is full", record.output)
+    assert not (ros.home / "full.bag.active").exists()
+    found = [message[len(text) :] for _, message in recorded(ros.home / "full.bag")]
+    assert found == [str(n) for n in range(len(found))]
+    assert len(found) > 150
 
 
 def test_a_recording_is_split_and_keeps_the_newest_files(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pipros.bag.connection import Connection
 from pipros.bag.opening import writer_for
 from pipros.bag.record_queue import Received
-from pipros.bag.writer import CHUNK_BYTES, MessageWriter
+from pipros.bag.writer import CHUNK_BYTES, BagWriter, MessageWriter, WholeWrites
 
 if TYPE_CHECKING:
     from pipros.printable import Say
@@ -47,6 +47,9 @@ class RecordFiles:
     Args:
         say: is told the names of files.
         on_open: is called with the name of each file that is begun.
+
+    Attributes:
+        lost: messages that were written and given up again, so that a full disk has place for an index.
     """
 
     def __init__(self, options: FileOptions, say: Say, on_open: Say = lambda _: None) -> None:
@@ -61,6 +64,7 @@ class RecordFiles:
         self._connections: dict[tuple[str, int], tuple[Connection, Mapping[str, str]]] = {}
         self._latched: dict[tuple[str, str], Received] = {}
         self._started = (0, 0)
+        self.lost = 0
 
     @property
     def path(self) -> Path:
@@ -71,13 +75,17 @@ class RecordFiles:
         """Begins a file. Raises `OSError`."""
         self._path = Path(self._next_name())
         active = self._active()
-        self._file = active.open("w+b")
-        self._writer = writer_for(
-            self._path,
-            self._file,
-            compression=self._options.compression,
-            chunk_bytes=self._options.chunk_bytes,
-        )
+        self._file = active.open("w+b") if self._path.suffix == ".mcap" else WholeWrites(active, "w+")
+        try:
+            self._writer = writer_for(
+                self._path,
+                self._file,
+                compression=self._options.compression,
+                chunk_bytes=self._options.chunk_bytes,
+            )
+        except BaseException:
+            self._file.close()
+            raise
         self._connections.clear()
         self._started = now
         self._say(f"Recording to '{self._path}'.")
@@ -87,12 +95,19 @@ class RecordFiles:
                 self._write(message, now)
 
     def close(self) -> None:
-        """Completes the file under way and gives it its name."""
+        """Completes the file under way and gives it its name.
+
+        Raises:
+            OSError: it cannot be completed, and stays `.active`, with all complete chunks.
+        """
         if self._writer is None:
             return
         writer, self._writer = self._writer, None
         try:
-            writer.finish()
+            if isinstance(writer, BagWriter):
+                self.lost += writer.finish_with_what_fits()
+            else:
+                writer.finish()
         finally:
             self._file.close()
         self._active().replace(self._path)
@@ -110,6 +125,8 @@ class RecordFiles:
             OSError: the disk is full. The message may be lost; writing can go on later.
         """
         now = (message.seconds, message.nanoseconds)
+        if self._writer is None:  # the disk had no place for a new file
+            self.open(now)
         if not self.is_due(now):
             self._write(message, now)
             return True
@@ -136,25 +153,27 @@ class RecordFiles:
         self.open(now)
 
     def _write(self, message: Received, stamp: tuple[int, int]) -> None:
-        if self._writer is None:
-            return
         known = self._connections.get((message.topic, id(message.header)))
         if known is None:
             known = self._connect(message)
         if message.header.get("latching") == "1":
             self._latched[message.topic, message.header.get("callerid", "")] = message
-        self._writer.write(known[0], *stamp, message.data)
+        self._open_writer().write(known[0], *stamp, message.data)
 
-    def _connect(self, message: Received) -> tuple[Connection, Mapping[str, str]]:
+    def _open_writer(self) -> MessageWriter:
         if self._writer is None:
             raise ValueError("no file is under way")
+        return self._writer
+
+    def _connect(self, message: Received) -> tuple[Connection, Mapping[str, str]]:
+        writer = self._open_writer()
         fields = {name: value.encode() for name, value in message.header.items()}
         fields.setdefault("topic", message.topic.encode())
         for name in ("type", "md5sum", "message_definition"):
             fields.setdefault(name, b"")
-        connections = self._writer.layout.connections.values()
+        connections = writer.layout.connections.values()
         same = (each for each in connections if each.topic == message.topic and each.header == fields)
-        connection = next(same, None) or self._writer.add_connection(message.topic, fields)
+        connection = next(same, None) or writer.add_connection(message.topic, fields)
         # The header is kept, so that no other can have its identity.
         self._connections[message.topic, id(message.header)] = known = connection, message.header
         return known

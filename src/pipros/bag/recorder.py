@@ -83,11 +83,13 @@ class Recorder:
         self._next_poll = self._next_disk_check = 0.0
         self._next_flush = time.monotonic() + _CHUNK_AGE_S
 
-    def run(self) -> None:
+    def run(self) -> bool:
         """Records until the node shuts down or what was asked for is complete.
 
+        Returns False if the last file could not be completed with all that was written to it.
+
         Raises:
-            OSError: the file cannot be made or completed.
+            OSError: the first file cannot be made.
         """
         files = RecordFiles(self._options.files, self._say, self._announcer())
         files.open(self._now())
@@ -104,8 +106,26 @@ class Recorder:
             self._queue.close()
             self._write_all(files, self._queue.take(0.0))
         finally:
-            files.close()
+            is_complete = self._close(files)
             self._tell_dropped()
+        return is_complete
+
+    def _close(self, files: RecordFiles) -> bool:
+        before = files.lost
+        try:
+            files.close()
+        except OSError as error:
+            self._warn(
+                f"cannot complete '{files.path}': {error.strerror}. What was written before stays in "
+                f"'{files.path}.active', for rosbag reindex"
+            )
+            return False
+        if files.lost > before:
+            self._warn(
+                f"the disk with '{files.path}' is full: the last {files.lost - before} messages were given up"
+                ", so that the file could be completed"
+            )
+        return files.lost == before
 
     def _announcer(self) -> Say:
         if not self._options.publish:
@@ -210,7 +230,12 @@ class Recorder:
         if self._queue.dropped > self._told_dropped:
             self._warn(
                 f"{self._queue.dropped - self._told_dropped} messages were dropped, "
-                f"{self._queue.dropped} in all: the disk or the compression does not keep up (see --buffsize)"
+                f"{self._queue.dropped} in all: "
+                + (
+                    "the disk or the compression does not keep up (see --buffsize)"
+                    if self._has_space
+                    else "the disk is full"
+                )
             )
             self._told_dropped = self._queue.dropped
 

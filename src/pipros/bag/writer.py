@@ -7,9 +7,11 @@ chunks `rosbag reindex` restores.
 
 from __future__ import annotations
 
+import errno
 import os
-from collections.abc import Mapping
-from io import BytesIO
+from collections.abc import Iterator, Mapping
+from io import BytesIO, FileIO
+from itertools import chain, islice
 from struct import Struct
 from typing import Any, Protocol
 
@@ -25,6 +27,25 @@ CHUNK_BYTES = 768 * 1024
 
 _TIME_AND_SIZE = Struct("<III")
 _LARGEST = 0xFFFFFFFF
+_RECORDS_AT_ONCE = 500
+"""Of the index, for one write."""
+
+_FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
+
+
+class WholeWrites(FileIO):
+    """A file without a buffer that writes all it is given, or raises `OSError`.
+
+    What Python's buffered files could not write they try again at each later call, and so a full disk stays
+    in the way of whatever one would do about it.
+    """
+
+    def write(self, data: Any, /) -> int:
+        left = memoryview(data).cast("B")
+        size = len(left)
+        while left:
+            left = left[super().write(left) or 0 :]
+        return size
 
 
 class WritableFile(Protocol):
@@ -187,6 +208,9 @@ class BagWriter:
             del content
         self.layout.end = position + len(start) + len(data) + len(index)
         self.layout.chunks.append(ChunkInfo(position, self._chunk_start, self._chunk_end, counts))
+        self._new_chunk()
+
+    def _new_chunk(self) -> None:
         self._chunk = BytesIO()
         self._chunk_start = None
         for topic in self._topics.values():
@@ -216,18 +240,60 @@ class BagWriter:
         if self._is_finished:
             return
         self.finish_chunk()
+        self._write_index()
+
+    def finish_with_what_fits(self) -> int:
+        """As `finish`; where the disk is full, gives up the newest messages until the index has its place.
+
+        Returns how many messages were given up. Needs a file without a buffer, such as `WholeWrites`.
+
+        Raises:
+            OSError: the disk fails in another way, or has no place for the index of an empty bag.
+        """
+        try:
+            self.finish()
+        except OSError as error:
+            if error.errno not in _FULL:
+                raise
+        else:
+            return 0
+        lost = sum(len(topic.entries) for topic in self._topics.values()) // ENTRY.size
+        self._new_chunk()
         layout = self.layout
-        position = layout.end
+        needed = sum(map(len, self._index_records()))
+        freed_to = layout.end
+        while True:
+            self._file.truncate(layout.end)
+            try:
+                self._write_index()
+            except OSError as error:
+                if error.errno not in _FULL or not layout.chunks:
+                    raise
+            else:
+                return lost
+            while layout.chunks and freed_to - layout.end < needed:
+                chunk = layout.chunks.pop()
+                lost += sum(chunk.counts.values())
+                layout.end = chunk.position
+            freed_to = layout.end
+
+    def _index_records(self) -> Iterator[bytes]:
+        layout = self.layout
+        return chain(
+            map(connection_record, layout.connections.values()), map(chunk_info_record, layout.chunks)
+        )
+
+    def _write_index(self) -> None:
+        position = self.layout.end
         self._file.seek(position)
-        for connection in layout.connections.values():
-            self._file.write(connection_record(connection))
-        for chunk in layout.chunks:
-            self._file.write(chunk_info_record(chunk))
+        records = self._index_records()
+        while some := b"".join(islice(records, _RECORDS_AT_ONCE)):
+            self._file.write(some)
         self._file.flush()
         self._write_file_header(position)
         self._file.seek(0, os.SEEK_END)
         self._file.flush()
-        layout.index_position = position
+        self.layout.index_position = position
         self._is_finished = True
 
     def _write_file_header(self, index_position: int) -> None:

@@ -86,6 +86,25 @@ def test_a_split_begins_with_the_latched_messages(tmp_path: Path, monkeypatch: p
     assert reports[1].startswith("Closing 'x_")
 
 
+def test_a_split_for_which_the_disk_had_no_place_is_made_up_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = files(tmp_path, monkeypatch, [], name="run", split=True, duration_s=10.0)
+    recording.open((0, 0))
+    recording.write(received(1, 0))
+    (tmp_path / "run_1.bag.active").mkdir()  # so that the file cannot be made
+    for seconds in (20, 21):
+        with pytest.raises(OSError, match="directory"):
+            recording.write(received(2, seconds))
+    (tmp_path / "run_1.bag.active").rmdir()
+    recording.write(received(3, 22))
+    recording.close()
+
+    for name, value in (("run_0.bag", 1), ("run_1.bag", 3)):
+        with BagReader(name) as bag:
+            assert [row[1] for row in rows_of(bag)] == [value]
+
+
 def test_without_a_split_a_full_file_ends_the_recording(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

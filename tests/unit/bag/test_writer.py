@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 import io
+from pathlib import Path
 from typing import Any
 
 import pytest
 from std_msgs.msg import Int32, String
 
 from pipros.bag import BagError, BagReader, BagWriter, NotIndexed
+from pipros.bag.writer import WholeWrites
 from pipros.msg.errors import SerializationError
 from tests.support.bags import bag_bytes, header_of, rows_of, some_rows, values
 
@@ -108,3 +110,47 @@ def test_what_is_complete_survives_a_full_disk_and_writing_goes_on_when_there_is
     file.room = 1_000_000
     writer.finish()
     assert [row[1] for row in rows_of(BagReader(file))] == [*range(written + 1)]
+
+
+class _LittleFile(WholeWrites):
+    """Takes no byte beyond `room`, and a part of what does not fit."""
+
+    room = 1_000_000
+
+    def write(self, data: Any, /) -> int:
+        size = len(memoryview(data).cast("B"))
+        left = max(0, self.room - self.tell())
+        if size > left:
+            super().write(bytes(data)[:left])
+            raise OSError(28, "No space left on device")
+        return super().write(data)
+
+
+@pytest.mark.parametrize("room", [4600, 5000, 5001, 5200, 6000, 9000])
+def test_on_a_full_disk_the_newest_messages_make_place_for_the_index(room: int, tmp_path: Path) -> None:
+    path = tmp_path / "full.bag"
+    with _LittleFile(path, "w+") as file:
+        writer = BagWriter(file, chunk_bytes=200)
+        connection = writer.add_connection("/a", header_of(Int32(), "/a"))
+        file.room = room
+        written = 0
+        with pytest.raises(OSError, match="No space left"):  # noqa: PT012
+            for n in range(1000):
+                written += 1
+                writer.write_message(connection, n, 0, Int32(n))
+        lost = writer.finish_with_what_fits()
+
+    with BagReader(path) as bag:
+        assert [row[1] for row in rows_of(bag)] == list(range(written - lost))
+    assert path.stat().st_size <= room
+    assert lost > 0
+
+
+def test_a_disk_without_place_for_an_empty_bag_is_an_error(tmp_path: Path) -> None:
+    with _LittleFile(tmp_path / "full.bag", "w+") as file:
+        writer = BagWriter(file)
+        connection = writer.add_connection("/a", header_of(Int32(), "/a"))
+        writer.write_message(connection, 1, 0, Int32(1))
+        file.room = 4300
+        with pytest.raises(OSError, match="No space left"):
+            writer.finish_with_what_fits()

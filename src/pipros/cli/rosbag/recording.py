@@ -53,8 +53,11 @@ def record(argv: Sequence[str]) -> int:
         say: Callable[[str], object] = _ignore if options.quiet else _info
         if options.udp:
             _warn("UDPROS is not supported; topics are recorded over TCPROS")
-        Recorder(node, chosen, say=say, warn=_warn).run()
-    return 0
+        try:
+            is_complete = Recorder(node, chosen, say=say, warn=_warn).run()
+        except OSError as error:
+            raise CommandError(f"cannot record to '{error.filename}': {error.strerror}") from error
+    return 0 if is_complete else 1
 
 
 def _parser() -> OptionParser:
