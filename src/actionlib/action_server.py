@@ -184,11 +184,11 @@ class ActionServer:
     def internal_goal_callback(self, goal: Any) -> None:
         """Called with each goal that comes."""
         with self._one_callback:
-            handle = self._taken(goal)
+            handle = self._accept_new(goal)
             if handle is not None:
                 self.goal_callback(handle)
 
-    def _taken(self, goal: Any) -> ServerGoalHandle | None:
+    def _accept_new(self, goal: Any) -> ServerGoalHandle | None:
         """A handle for a goal that is new and not cancelled already."""
         with self.lock:
             if not self.started:

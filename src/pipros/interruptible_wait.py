@@ -71,7 +71,7 @@ def wait_in_slices(wait_for: Callable[[float], bool], timeout_s: float | None = 
             return False
 
 
-def take_within_slice(queue: SimpleQueue[_Item], timeout_s: float = SLICE_S) -> _Item | None:
+def get_within_slice(queue: SimpleQueue[_Item], timeout_s: float = SLICE_S) -> _Item | None:
     """The next item of a queue, or None after the timeout, which is limited to one slice."""
     try:
         return queue.get(timeout=max(0.0, min(SLICE_S, timeout_s)))

@@ -230,18 +230,18 @@ class RegistrationManager:
         self._ask(self.param_subscribers.enter(param, caller_id, caller_api, None))
 
     def unregister_publisher(self, topic: str, caller_id: str, caller_api: str) -> Unregistered:
-        return self._take_back(self.publishers, topic, caller_id, caller_api)
+        return self._unregister(self.publishers, topic, caller_id, caller_api)
 
     def unregister_subscriber(self, topic: str, caller_id: str, caller_api: str) -> Unregistered:
-        return self._take_back(self.subscribers, topic, caller_id, caller_api)
+        return self._unregister(self.subscribers, topic, caller_id, caller_api)
 
     def unregister_service(self, service: str, caller_id: str, service_api: str) -> Unregistered:
-        return self._take_back(self.services, service, caller_id, None, service_api)
+        return self._unregister(self.services, service, caller_id, None, service_api)
 
     def unregister_param_subscriber(self, param: str, caller_id: str, caller_api: str) -> Unregistered:
-        return self._take_back(self.param_subscribers, param, caller_id, caller_api)
+        return self._unregister(self.param_subscribers, param, caller_id, caller_api)
 
-    def _take_back(
+    def _unregister(
         self,
         registrations: Registrations,
         key: str,

@@ -152,14 +152,14 @@ def wait_for_message(
     arrived: list[AnyMessage] = []
     changed = OnceEvent()
 
-    def take(message: AnyMessage) -> None:
+    def keep_first(message: AnyMessage) -> None:
         arrived.append(message)
         changed.set()
 
     with session.ended_by_shutdown(changed):
         if is_shutdown():
             raise ROSInterruptException("rospy shutdown")
-        subscriber = Subscriber(topic, topic_type, take)
+        subscriber = Subscriber(topic, topic_type, keep_first)
         try:
             changed.wait(None if timeout is None else in_seconds(timeout))
         finally:

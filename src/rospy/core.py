@@ -131,7 +131,7 @@ def register_signals() -> None:
     Raises:
         ROSInitException: not in the main thread.
     """
-    session.take_signals()
+    session.install_signals()
 
 
 def configure_logging(node_name: str, level: int = logging.INFO) -> None:

@@ -325,19 +325,19 @@ class Session:
         if is_on(self.node, "/use_sim_time") and not self.node.clock.is_simulated:
             self.node.use_simulated_time()
 
-    def take_signals(self) -> None:
+    def install_signals(self) -> None:
         """Has SIGINT and SIGTERM end the node, if they do not yet. Does nothing before there is a node.
 
         Raises:
             ROSInitException: not in the main thread.
         """
         if self.node is not None and not self._has_signals:
-            self._take_signals()
+            self._install_signals()
             self._signals.listen(self.node)
 
-    def _take_signals(self) -> None:
+    def _install_signals(self) -> None:
         try:
-            self._signals.take()
+            self._signals.install()
         except NotInMainThread:
             raise ROSInitException(
                 "init_node() must be called in the main thread, or with disable_signals=True: "
@@ -347,12 +347,12 @@ class Session:
 
     def _start_with_signals(self, node: Node) -> None:
         """Starts the node. A signal that comes meanwhile ends it then."""
-        self._take_signals()
+        self._install_signals()
         try:
             node.start()
         except BaseException:
             self._has_signals = False
-            self._signals.give_back()
+            self._signals.uninstall()
             raise
         self.node = node
         self._signals.listen(node)

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from pipros.interruptible_wait import SLICE_S, OnceEvent, take_within_slice, wait_in_slices
+from pipros.interruptible_wait import SLICE_S, OnceEvent, get_within_slice, wait_in_slices
 
 
 def test_an_endless_wait_is_made_of_slices_until_it_succeeds() -> None:
@@ -40,9 +40,9 @@ def test_a_wait_ends_when_its_time_is_over() -> None:
 def test_an_item_of_a_queue_is_taken_at_once_and_an_empty_queue_gives_none() -> None:
     queue: SimpleQueue[str] = SimpleQueue()
     queue.put("event")
-    assert take_within_slice(queue, -1) == "event"
-    assert take_within_slice(queue, -1) is None
-    assert take_within_slice(queue, 1e-3) is None
+    assert get_within_slice(queue, -1) == "event"
+    assert get_within_slice(queue, -1) is None
+    assert get_within_slice(queue, 1e-3) is None
 
 
 def interrupted_at(byte_code: int, event: OnceEvent) -> bool:

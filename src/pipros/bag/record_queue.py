@@ -50,8 +50,8 @@ class RecordQueue:
             if len(self._waiting) == 1:
                 self._changed.notify()
 
-    def take(self, timeout_s: float) -> list[Received]:
-        """All messages that wait; waits for one for a while. None after `timeout_s`, or when it is closed."""
+    def get_all(self, timeout_s: float) -> list[Received]:
+        """All messages that wait. Waits for one; an empty list after `timeout_s`, or when it is closed."""
         with self._changed:
             if not self._waiting and not self._is_closed:
                 self._changed.wait(timeout_s)

@@ -99,12 +99,12 @@ class Recorder:
                 self._subscribe(self._node.resolve(topic))
             while not self._node.is_shutdown and not self._is_complete():
                 self._look_around(files)
-                if not self._write_all(files, self._queue.take(_WAIT_S)):
+                if not self._write_all(files, self._queue.get_all(_WAIT_S)):
                     break
                 if files.is_due(self._now()) and not self._options.files.split:
                     break
             self._queue.close()
-            self._write_all(files, self._queue.take(0.0))
+            self._write_all(files, self._queue.get_all(0.0))
         finally:
             is_complete = self._close(files)
             self._tell_dropped()
@@ -183,16 +183,16 @@ class Recorder:
         self._say(f"Subscribing to {topic}")
         self._left[topic] = self._options.limit
         self._subscribers[topic] = self._node.subscribe(
-            topic, RawMessage, self._taker(topic), tcp_nodelay=self._options.tcp_nodelay
+            topic, RawMessage, self._callback_for(topic), tcp_nodelay=self._options.tcp_nodelay
         )
 
-    def _taker(self, topic: str) -> Callable[[RawMessage], None]:
+    def _callback_for(self, topic: str) -> Callable[[RawMessage], None]:
         now_ns, put = self._node.clock.now_ns, self._queue.put
 
-        def take(message: RawMessage) -> None:
+        def put_received(message: RawMessage) -> None:
             put(Received(topic, message.header, message.body, *divmod(now_ns(), NS_PER_S)))
 
-        return take
+        return put_received
 
     def _is_complete(self) -> bool:
         return bool(self._options.limit and self._left) and not any(self._left.values())

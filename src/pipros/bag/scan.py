@@ -52,15 +52,15 @@ def scan(source: Source, start: int, limits: Limits, progress: Progress | None =
         if progress is not None:
             progress(position)
         try:
-            position = _take_record(source, layout, position, limits)
+            position = _scan_record(source, layout, position, limits)
         except BagFormatError as error:
             layout.damage.append(str(error))
             position = _next_chunk(source, position + 1)
     return layout
 
 
-def _take_record(source: Source, layout: Layout, position: int, limits: Limits) -> int:
-    """Takes the record at `position`; returns where the next one begins."""
+def _scan_record(source: Source, layout: Layout, position: int, limits: Limits) -> int:
+    """Reads the record at `position`; returns where the next one begins."""
     fields, data_position, data_size = source.header(position)
     where = source.at(position)
     op = op_of(fields, where)
@@ -70,7 +70,7 @@ def _take_record(source: Source, layout: Layout, position: int, limits: Limits) 
         if header.compression == "none" and (not data_size or after > source.size):
             # Its writer was killed before it knew the size.
             header = replace(header, data_size=source.size - data_position, size=source.size - data_position)
-            return _take_open_chunk(source, layout, position, header)
+            return _scan_open_chunk(source, layout, position, header)
         try:
             contents = _read_chunk(source, header, limits)
         except BagFormatError as error:
@@ -103,7 +103,7 @@ def _read_chunk(source: Source, header: ChunkHeader, limits: Limits) -> _Content
     return _walk(lambda at, size: data[at : at + size], len(data))
 
 
-def _take_open_chunk(source: Source, layout: Layout, position: int, header: ChunkHeader) -> int:
+def _scan_open_chunk(source: Source, layout: Layout, position: int, header: ChunkHeader) -> int:
     start = header.data_position
     contents = _walk(lambda at, size: source.read(start + at, size), header.size)
     header = replace(header, data_size=contents.size, size=contents.size)
@@ -145,14 +145,14 @@ def _walk(read: Callable[[int, int], bytes], size: int) -> _Contents:
         if after > size:
             break
         try:
-            _take_inner(contents, head[4 : 4 + header_size], position, after - data_size, data_size, read)
+            _scan_inner(contents, head[4 : 4 + header_size], position, after - data_size, data_size, read)
         except BagFormatError:
             break
         position = contents.size = after
     return contents
 
 
-def _take_inner(
+def _scan_inner(
     contents: _Contents,
     header: bytes,
     offset: int,

@@ -44,7 +44,7 @@ def ended_by_signals(node: Node, life: contextlib.AbstractContextManager[object]
             yield
         return
     signals = Signals(node.shutdown, insist=True)
-    signals.take()
+    signals.install()
     try:
         with life:
             signals.listen(node)
@@ -54,4 +54,4 @@ def ended_by_signals(node: Node, life: contextlib.AbstractContextManager[object]
             raise KeyboardInterrupt from None
         raise
     finally:
-        signals.give_back()
+        signals.uninstall()

@@ -99,7 +99,7 @@ def _context(files: Sequence[str], arguments: Mapping[str, str]) -> WtfContext:
         print("No package or stack in the current directory")
         return ctx
     print(f"Package: {package.name}")
-    ctx.take_package(package.name)
+    ctx.set_package(package.name)
     return ctx
 
 

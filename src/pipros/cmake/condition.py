@@ -77,20 +77,20 @@ class _Condition:
     def whole(self) -> bool:
         value = self._negated()
         while True:
-            if self._take("AND"):
+            if self._skip_if("AND"):
                 value = self._negated() and value
-            elif self._take("OR"):
+            elif self._skip_if("OR"):
                 value = self._negated() or value
             else:
                 return value
 
     def _negated(self) -> bool:
         # A NOT without anything behind it, as in if(NOT $ENV{UNSET}), is the name of a variable to CMake.
-        if len(self._words) > 1 and self._words[1] != _CLOSING and self._take("NOT"):
+        if len(self._words) > 1 and self._words[1] != _CLOSING and self._skip_if("NOT"):
             return not self._negated()
-        if self._take("("):
+        if self._skip_if("("):
             value = self._words[:1] != [_CLOSING] and self.whole()
-            if not self._take(")"):
+            if not self._skip_if(")"):
                 raise ValueError("the condition lacks a )")
             return value
         return self._test()
@@ -169,7 +169,7 @@ class _Condition:
             raise ValueError("the condition ends too early")
         return self._words.pop(0)
 
-    def _take(self, keyword: str) -> bool:
+    def _skip_if(self, keyword: str) -> bool:
         if self._words and self._words[0] == (keyword, False):
             self._words.pop(0)
             return True

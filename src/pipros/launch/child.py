@@ -18,7 +18,7 @@ from queue import SimpleQueue
 from typing import Any
 
 from pipros.env import Environment
-from pipros.interruptible_wait import take_within_slice
+from pipros.interruptible_wait import get_within_slice
 from pipros.launch.command import CommandMaker
 from pipros.launch.console import Console
 from pipros.launch.load_context import LoadContext
@@ -106,7 +106,7 @@ class Child:
         if self._log is None:
             raise RuntimeError("the child is not running; call start() first")
         while self._run is None and not self._is_stop_requested:
-            order = take_within_slice(self._orders)
+            order = get_within_slice(self._orders)
             if order is not None:
                 self._launch(order, self._log)
         if self._run is not None:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
 
-from pipros.interruptible_wait import SLICE_S, take_within_slice, wait_in_slices
+from pipros.interruptible_wait import SLICE_S, get_within_slice, wait_in_slices
 from pipros.launch.command import CannotLaunch, CannotStart, CommandMaker
 from pipros.launch.console import Console
 from pipros.launch.guardian import Guardian
@@ -297,7 +297,7 @@ class Run:
         due += [managed.restart_at - now for managed in self._managed if managed.restart_at is not None]
         # The end of a process that is not our child has to be polled.
         due += [_CHECK_EVERY_S for managed in self._managed if managed.left_behind is not None]
-        return take_within_slice(self._events, min(due))
+        return get_within_slice(self._events, min(due))
 
     def _handle(self, event: NodeProcess | _StopRequest | None) -> None:
         with self._lock:
@@ -342,7 +342,7 @@ class Run:
         deadline = time.monotonic() + timeout_s
         left = [process for process in processes if process.exit_code is None]
         while left and time.monotonic() < deadline and self._stop_requests <= self._handled_requests:
-            take_within_slice(self._events, deadline - time.monotonic())
+            get_within_slice(self._events, deadline - time.monotonic())
             left = [process for process in left if process.exit_code is None]
         self._handled_requests = min(self._handled_requests + 1, self._stop_requests)
         return left

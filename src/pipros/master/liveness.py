@@ -154,7 +154,7 @@ class Liveness:
             self._probed |= nodes
             for node, api in nodes:
                 if node not in self._suspects and self._is_current(node, api):
-                    self._spawn(self._probe_once(node, api, await self._slots.take()))
+                    self._spawn(self._probe_once(node, api, await self._slots.acquire()))
 
     def _forget_the_gone(self) -> None:
         self._pids = {key: pid for key, pid in self._pids.items() if self._is_current(*key)}
@@ -175,7 +175,7 @@ class Liveness:
                     await asyncio.sleep(self._probing.confirmation_pause_s)
                 if api is None or not self._is_current(node, api):
                     return
-                release = await self._slots.take()
+                release = await self._slots.acquire()
                 result = await self._probe(node, api)
                 release()
                 if result in (ProbeResult.THERE, ProbeResult.SILENT):
@@ -229,7 +229,7 @@ class _ProbeSlots:
     def __init__(self, count: int) -> None:
         self._free = asyncio.Semaphore(count)
 
-    async def take(self) -> Callable[[], None]:
+    async def acquire(self) -> Callable[[], None]:
         """Waits for a free slot. Returns the function that releases it; calling that twice is harmless."""
         await self._free.acquire()
         is_held = True

@@ -27,7 +27,7 @@ _log = logging.getLogger("rosmaster.master")
 
 TURNS_AT_A_TIME: Final = 16
 """How many notices are on their way at a time, not counting those to slow nodes."""
-TAKEN_AT_A_TIME: Final = 500
+QUEUED_AT_A_TIME: Final = 500
 """How many notices are queued in one iteration of the event loop."""
 SLOW_S: Final = 0.1
 """A node that takes longer to answer counts as slow, and the next queue takes its turn."""
@@ -97,7 +97,7 @@ class Notifier:
         limits = limits or process_limits()
         self._timeout_s = limits.notice_s
         self._queue_limit = limits.notices
-        self._untaken: deque[Iterator[Notice]] = deque()
+        self._unqueued: deque[Iterator[Notice]] = deque()
         self._queues: dict[str, _Queue] = {}
         self._in_line: deque[_Queue] = deque()
         self._turns = 0
@@ -118,26 +118,26 @@ class Notifier:
     def waiting_count(self) -> int:
         """How many notices are not finished yet."""
         queued = sum(len(queue.waiting) for queue in self._queues.values())
-        return queued + len(self._tasks) + len(self._untaken)
+        return queued + len(self._tasks) + len(self._unqueued)
 
     def notify(self, notices: Iterable[Notice]) -> None:
-        """Queues the notices: `TAKEN_AT_A_TIME` at once, the rest in later iterations of the loop."""
-        self._untaken.append(iter(notices))
-        if len(self._untaken) == 1:
-            self._take()
+        """Queues the notices: `QUEUED_AT_A_TIME` at once, the rest in later iterations of the loop."""
+        self._unqueued.append(iter(notices))
+        if len(self._unqueued) == 1:
+            self._queue_some()
 
-    def _take(self) -> None:
-        left = TAKEN_AT_A_TIME
-        while self._untaken and left:
-            notice = next(self._untaken[0], None)
+    def _queue_some(self) -> None:
+        left = QUEUED_AT_A_TIME
+        while self._unqueued and left:
+            notice = next(self._unqueued[0], None)
             if notice is None:
-                self._untaken.popleft()
+                self._unqueued.popleft()
                 continue
             left -= 1
             if queue := self._queue_of(notice):
                 self._put(queue, notice)
-        if self._untaken:
-            asyncio.get_running_loop().call_soon(self._take)
+        if self._unqueued:
+            asyncio.get_running_loop().call_soon(self._queue_some)
         self._start_turns()
 
     def _queue_of(self, notice: Notice) -> _Queue | None:
@@ -153,7 +153,7 @@ class Notifier:
     def close(self) -> None:
         """Drops all waiting notices and closes all connections."""
         self._is_closed = True
-        self._untaken.clear()
+        self._unqueued.clear()
         for task in self._tasks:
             task.cancel()
         for queue in self._queues.values():

@@ -10,10 +10,10 @@ from pipros.net.outgoing import OutgoingLink
 
 #: How long a publisher with a queue waits for a subscriber that reads, to send the rest of a large frame.
 #: A subscriber that did not read is not waited for again until it has caught up.
-LINGER_S = 0.0005
+LARGE_FRAME_WAIT_S = 0.0005
 
-#: The same for all subscribers that do read, together: the event loop sends the rest.
-LINGER_LIMIT_S = 0.02
+#: The longest such wait for all subscribers together, while they read: the event loop sends the rest.
+LARGE_FRAMES_WAIT_S = 0.02
 
 #: How often a wait checks whether links were closed.
 WATCH_CLOSE_S = 0.1
@@ -32,21 +32,21 @@ def flush_or_queue(links: Iterable[OutgoingLink], limit_s: float) -> None:
             continue
         if link.is_waited_for:
             deadlines[link] = now + limit_s
-        elif link.lingers:
-            deadlines[link] = now + min(limit_s, LINGER_S)
+        elif link.is_briefly_waited_for:
+            deadlines[link] = now + min(limit_s, LARGE_FRAME_WAIT_S)
         else:
             link.queue_for_loop()
-    last_linger = now + min(limit_s, LINGER_LIMIT_S)
+    last_deadline = now + min(limit_s, LARGE_FRAMES_WAIT_S)
     while deadlines:
         pause_s = min(WATCH_CLOSE_S, max(0.0, min(deadlines.values()) - now))
         ready = sockets.wait_any_writable([link.sock for link in deadlines], pause_s)
         now = time.monotonic()
         for link, deadline in list(deadlines.items()):
             if link.sock in ready and link.flush() and not link.is_waited_for:
-                deadline = deadlines[link] = min(now + LINGER_S, last_linger)
+                deadline = deadlines[link] = min(now + LARGE_FRAME_WAIT_S, last_deadline)
             if not link.is_behind:
                 del deadlines[link]
             elif now >= deadline:
-                link.wait_no_more()
+                link.stop_waiting()
                 link.queue_for_loop()
                 del deadlines[link]

@@ -39,7 +39,7 @@ DRAIN_LIMIT_S = 0.1
 
 #: A socket that held this much had its window closed: the peer holds more, and sends it at
 #: once; reading continues until nothing has come for QUIET_S.
-BACKLOG_BYTES = 64 * 1024
+FULL_WINDOW_BYTES = 64 * 1024
 QUIET_S = 0.002
 
 
@@ -75,7 +75,7 @@ class DeliveryLock:
         """Whether another link waits for the lock."""
         return self._gate.locked()
 
-    def take(self) -> bool:
+    def acquire(self) -> bool:
         """Acquires the lock, which `release` frees; True when it had to wait."""
         waited = not self._gate.acquire(blocking=False) and self._gate.acquire()
         try:
@@ -86,7 +86,7 @@ class DeliveryLock:
     def pass_on(self) -> None:
         """Releases the lock, and acquires it after the links that wait."""
         self.release()
-        self.take()
+        self.acquire()
 
 
 class IncomingLink:
@@ -185,7 +185,7 @@ class IncomingLink:
         """Delivers the frames completed by `count` received bytes, directly from the buffer."""
         statistics, turn, deliver, clock = self.statistics, self._turn, self._deliver, time.monotonic
         statistics.bytes += count
-        turn.take()
+        turn.acquire()
         try:
             end = clock() + TURN_S
             for frame in self._buffer.received(count):
@@ -214,19 +214,19 @@ class IncomingLink:
     def _deliver_waiting(self) -> None:
         waiting, turn, statistics = self._waiting, self._turn, self.statistics
         while waiting:
-            waited = turn.take()
+            waited = turn.acquire()
             try:
                 if waited:
-                    self._take_available()
+                    self._read_available()
                 before = time.monotonic()
                 self._deliver(waiting.popleft())
             finally:
                 turn.release()
             statistics.frames += 1
             if self.queue_size and time.monotonic() - before > SLOW_DELIVERY_S:
-                self._take_available()
+                self._read_available()
 
-    def _take_available(self) -> None:
+    def _read_available(self) -> None:
         """Reads what the socket holds, so that only the newest frames wait."""
         end = time.monotonic() + DRAIN_LIMIT_S
         before = self.statistics.bytes
@@ -235,8 +235,8 @@ class IncomingLink:
             try:
                 count = sockets.receive_now(self._sock, self._buffer.space())
             except BlockingIOError:
-                is_backlog = self.statistics.bytes - before >= BACKLOG_BYTES
-                if is_backlog and sockets.wait_readable(self._sock, QUIET_S):
+                was_window_full = self.statistics.bytes - before >= FULL_WINDOW_BYTES
+                if was_window_full and sockets.wait_readable(self._sock, QUIET_S):
                     continue
                 return
             if not count:

@@ -88,7 +88,7 @@ class OutgoingLink:
         self._backlog = Backlog()
         self._has_writer = False
         self._is_stalled = False
-        self._may_linger = True
+        self._reads_promptly = True
         self._received_bytes = 0
         self._checks: dict[Callable[[], None], asyncio.TimerHandle] = {}
         loop.call(self._watch_peer)
@@ -134,15 +134,15 @@ class OutgoingLink:
         return self.queue_size is None and not self._is_stalled
 
     @property
-    def lingers(self) -> bool:
-        """True when the rest of a large frame waits, and the subscriber is likely to read at once."""
+    def is_briefly_waited_for(self) -> bool:
+        """True when the rest of a large frame waits, and the subscriber has always read in time so far."""
         with self._lock:
-            return self._may_linger and self._backlog.is_in_large_buffer
+            return self._reads_promptly and self._backlog.is_in_large_buffer
 
-    def wait_no_more(self) -> None:
+    def stop_waiting(self) -> None:
         """Stops waiting for the link, which did not become writable in time, until it has caught up."""
         with self._lock:
-            self._may_linger = False
+            self._reads_promptly = False
             if self.is_waited_for and self.is_behind:
                 self._is_stalled = True
                 self._drop_oldest()
@@ -264,7 +264,7 @@ class OutgoingLink:
             self._flush()
             if not self.is_behind and not self.is_closed:
                 self._has_writer = False
-                self._may_linger = True
+                self._reads_promptly = True
                 self._loop.asyncio.remove_writer(self.sock)
 
     def _end(self) -> None:

@@ -127,7 +127,7 @@ class RpcClient:
     def _exchange(self, body: bytes, deadline: float | None, interruptions: int) -> Response:
         request = build_request(host_and_port(self._host, self._port), self._path, body)
         try:
-            if connection := self._take_idle():
+            if connection := self._pop_idle():
                 with contextlib.suppress(_ClosedBeforeAnswer):
                     return self._use(connection, request, deadline, interruptions)
             connection = _Connection(self._host, self._port, self._answer_limit_bytes)
@@ -161,10 +161,10 @@ class RpcClient:
             raise
         with self._lock:
             self._busy.discard(connection)
-        self._give_back(connection, response)
+        self._keep_or_close(connection, response)
         return response
 
-    def _take_idle(self) -> _Connection | None:
+    def _pop_idle(self) -> _Connection | None:
         while True:
             with self._lock:
                 if not self._idle:
@@ -174,7 +174,7 @@ class RpcClient:
                 return connection
             connection.close()
 
-    def _give_back(self, connection: _Connection, response: Response) -> None:
+    def _keep_or_close(self, connection: _Connection, response: Response) -> None:
         with self._lock:
             if response.keep_alive and not self._is_closed and len(self._idle) < KEPT_CONNECTIONS:
                 self._idle.append(connection)

@@ -39,8 +39,8 @@ answer others. Methods must therefore return values that are not changed afterwa
 _SLICE_BYTES: Final = 256 * 1024
 """How much of an answer is written to the socket in one turn."""
 
-_LINGER_S: Final = 5.0
-_LINGER_BYTES: Final = 64 * 1024 * 1024
+_DRAIN_LIMIT_S: Final = 5.0
+_DRAIN_LIMIT_BYTES: Final = 64 * 1024 * 1024
 """How long, and how many bytes, a peer may continue to send after its request was refused. If the connection
 were closed in the middle of a request, the system would discard the answer with the reason."""
 
@@ -77,7 +77,7 @@ class RpcConnection(asyncio.Protocol):
         self._transport: asyncio.Transport | None = None
         self._state = State.READING
         self._pending: asyncio.Task[None] | asyncio.Handle | None = None  # what the state waits for
-        self._linger_bytes = _LINGER_BYTES
+        self._drain_bytes_left = _DRAIN_LIMIT_BYTES
         self._unsent = memoryview(b"")
         self._needs_bytes = False  # the reader does not hold a whole request
         self._is_last_answer = False
@@ -111,8 +111,8 @@ class RpcConnection(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         if self._state in FINAL:
-            self._linger_bytes -= len(data)
-            if self._linger_bytes < 0:
+            self._drain_bytes_left -= len(data)
+            if self._drain_bytes_left < 0:
                 self.abort()
             return
         self._reader.feed(data)
@@ -309,7 +309,7 @@ class RpcConnection(asyncio.Protocol):
                 self._server.connections.clear_deadline(self)
                 self._transport.write_eof()
                 self._transport.resume_reading()
-                self._pending = self._loop.call_later(_LINGER_S, self.abort)
+                self._pending = self._loop.call_later(_DRAIN_LIMIT_S, self.abort)
 
     def _close_gracefully(self) -> None:
         """Closes after written data is sent; a deadline bounds how long that may take."""

@@ -27,7 +27,7 @@ from pipros.node.registration import (
     ServiceEntry,
     SubscriptionEntry,
 )
-from pipros.node.service_connection import LINGERING, Slots
+from pipros.node.service_connection import WAITING_THREADS, Slots
 from pipros.node.service_server import ServiceClass, ServiceServer
 from pipros.node.subscriber import (
     NO_ARGS,
@@ -81,7 +81,7 @@ class Endpoints:
         self._subscriptions: dict[str, tuple[Subscription, Entry]] = {}
         self._services: dict[str, tuple[ServiceServer, Entry]] = {}
         self._workers = Workers(f"service of {node_name}", limits.service_threads)
-        self._lingering = Slots(LINGERING)
+        self._waiting_threads = Slots(WAITING_THREADS)
         self._unread = HeldBytes(limit_bytes=limits.bodies_bytes, refusals=connections.refusals)
         self._observer: Observer | None = None
         self._lock = threading.RLock()
@@ -256,7 +256,7 @@ class Endpoints:
                 self._context,
                 on_error=on_error or self._log_handler_error,
                 workers=self._workers,
-                lingering=self._lingering,
+                waiting_threads=self._waiting_threads,
                 unread=self._unread,
             )
             entry = ServiceEntry(name, self.service_uri)

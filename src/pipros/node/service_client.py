@@ -125,7 +125,7 @@ class ServiceClient:
         self._persistent = persistent
         self._headers = headers
         # Outlives the connections: whether servers answer at once is learnt.
-        self._lookout = PollingReceiver(REPLY_POLL_S)
+        self._poller = PollingReceiver(REPLY_POLL_S)
         self._kept: ServiceLink | None = None
         self._turn = threading.Lock()  # of the kept link
 
@@ -166,7 +166,7 @@ class ServiceClient:
             interface,
             deadline=deadline,
             probe=True,
-            lookout=self._lookout,
+            poller=self._poller,
             calls=self.calls,
             limits=self._limits,
         )
@@ -201,7 +201,7 @@ class ServiceClient:
             deadline=deadline,
             persistent=self._persistent,
             extra=self._headers,
-            lookout=self._lookout,
+            poller=self._poller,
             calls=self.calls,
             limits=self._limits,
         )
@@ -221,7 +221,7 @@ class ServiceLink:
         persistent: bool = False,
         probe: bool = False,
         extra: Mapping[str, str] | None = None,
-        lookout: PollingReceiver | None = None,
+        poller: PollingReceiver | None = None,
         calls: OpenCalls | None = None,
         limits: Limits | None = None,
     ) -> None:
@@ -236,7 +236,7 @@ class ServiceLink:
             persistent: tells the server that several calls will come.
             probe: tells the server that none will come.
             extra: further fields for the connection header.
-            lookout: what has been learnt about the server.
+            poller: what has been learnt about the server.
             calls: what the link can be interrupted with, from the beginning until it is closed.
             limits: what the server may cost; by default those of the process.
 
@@ -244,7 +244,7 @@ class ServiceLink:
             CallTimeout: the deadline passed.
             ServiceFailed: nobody answers at `uri`, the server refuses, or it was interrupted.
         """
-        self._lookout = lookout or PollingReceiver(REPLY_POLL_S)
+        self._poller = poller or PollingReceiver(REPLY_POLL_S)
         self._calls = calls or OpenCalls()
         self._connector = Connector()
         self._is_connected = False
@@ -313,7 +313,7 @@ class ServiceLink:
         last = time.monotonic() + self._limits.handshake_s
         deadline = last if deadline is None else min(deadline, last)
         while True:
-            data = self._lookout.receive(self.sock, _HEADER_CHUNK_BYTES, deadline)
+            data = self._poller.receive(self.sock, _HEADER_CHUNK_BYTES, deadline)
             if not data:
                 raise ProtocolError("the server closed the connection before it answered")
             fields = reader.feed(data)
@@ -325,7 +325,7 @@ class ServiceLink:
         replies = self._replies
         while (reply := replies.next_reply()) is None:
             most = min(max(replies.missing_bytes, _CHUNK_BYTES), _LARGEST_CHUNK_BYTES)
-            more = self._lookout.receive(self.sock, most, deadline)
+            more = self._poller.receive(self.sock, most, deadline)
             if not more:
                 raise ProtocolError("unable to receive data from sender, check sender's logs for details")
             replies.feed(more)

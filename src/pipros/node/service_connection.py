@@ -1,14 +1,15 @@
 """One client's connection to a service server.
 
-Theory of operation. A connection is in one of three hands:
+Theory of operation. At any moment, one of these owns a connection:
 
-- the event loop waits for a request, and costs no thread;
-- a worker thread answers a call. Before that, and after the reply to a client that keeps its connection, it
-  lingers for a moment, since a request that follows at once is answered much sooner by a thread that waits
-  for it. Only a few lingering at a time: a flood of connections costs no more threads than that;
-- the event loop sends the rest of a reply that the client did not take at once.
+- the event loop, while it waits for a request: that costs no thread;
+- a worker thread, while it answers a call. Before that, and after the reply to a client that keeps its
+  connection, the thread waits up to `THREAD_WAIT_S` for the next request, because it answers one that
+  follows at once much sooner than the event loop would. Only `WAITING_THREADS` connections of a node have a
+  thread that waits: a flood of connections costs no more threads than that;
+- the event loop, while it sends the rest of a reply that the client did not take at once.
 
-Whoever has it closes it. Others `abort` it, and it is closed soon after.
+The owner closes the connection. Others `abort` it, and the owner closes it soon after.
 """
 
 from __future__ import annotations
@@ -29,15 +30,15 @@ from pipros.net.tcpros import TcprosConnection
 from pipros.wire.frames import FrameBuffer
 
 #: How long a thread waits for a request, or for room for a reply, before the event loop does.
-LINGER_S = 0.05
+THREAD_WAIT_S = 0.05
 
 #: How long a thread sends a reply to a client that keeps taking some of it.
 SEND_S = 0.5
 
-#: So many connections of a node may have a thread that waits, at a time.
-LINGERING = 8
+#: How many connections of a node may have a thread that waits for a request.
+WAITING_THREADS = 8
 
-#: Who receives or sends so much has `Limits.request_s` anew for the rest.
+#: A peer that sends or reads so much has `Limits.request_s` anew for the rest.
 PROGRESS_BYTES = 1024 * 1024
 
 #: The most that the event loop takes from one connection in one turn.
@@ -46,7 +47,7 @@ _TURN_BYTES = 256 * 1024
 #: A client that sends or takes so much at a time is worth waiting for.
 _FLOWING_BYTES = 4 * 1024
 
-#: So many smaller pieces of a request are waited for.
+#: How many smaller pieces of a request a thread waits for.
 _PIECES = 8
 
 _pack_reply = struct.Struct("<BI").pack
@@ -56,12 +57,12 @@ Reply = tuple[bool, Sequence[bytes | memoryview]]
 
 
 class Slots:
-    """So many may do something at a time. Quicker than a semaphore, and nobody waits."""
+    """Bounds how many may do something at a time, without waiting. Quicker than a semaphore."""
 
     def __init__(self, count: int) -> None:
         self._free = deque([None] * count)
 
-    def take(self) -> bool:
+    def try_acquire(self) -> bool:
         """False when none is free."""
         try:
             self._free.pop()
@@ -69,7 +70,7 @@ class Slots:
             return False
         return True
 
-    def give_back(self) -> None:
+    def release(self) -> None:
         self._free.append(None)
 
 
@@ -78,8 +79,8 @@ class Server(Protocol):
 
     Attributes:
         loop: where its connections wait.
-        connections: those that it shares room with.
-        lingering: for the threads that wait for a request.
+        connections: the table of all connections of the node.
+        waiting_threads: bounds the threads that wait for a request.
         unread: the replies that clients do not take.
         request_s, frame_bytes: see `Limits`.
         is_closed: no more calls are answered.
@@ -87,7 +88,7 @@ class Server(Protocol):
 
     loop: BackgroundLoop
     connections: ConnectionTable
-    lingering: Slots
+    waiting_threads: Slots
     unread: HeldBytes
     request_s: float
     frame_bytes: int
@@ -112,8 +113,8 @@ class ServiceConnection:
         "_frame",
         "_frames",
         "_is_answered",
-        "_lookout",
         "_moved",
+        "_poller",
         "_server",
         "_sock",
         "_unsent",
@@ -129,7 +130,7 @@ class ServiceConnection:
         self._sock = connection.sock
         self._fields = connection.fields
         self._server = server
-        self._lookout = PollingReceiver(REPLY_POLL_S)
+        self._poller = PollingReceiver(REPLY_POLL_S)
         self._buffer = FrameBuffer(server.frame_bytes)
         self._frames: Iterator[memoryview] = self._buffer.feed(connection.rest)
         self._frame: memoryview | None = None  # the next, if the loop has found it
@@ -144,29 +145,32 @@ class ServiceConnection:
             self._expect_progress()
         if self._unsent:
             self._send_in_loop()
-        elif self._server.lingering.take():
-            self._have_served(self._linger)
+        elif self._server.waiting_threads.try_acquire():
+            self._have_served(self._wait_and_serve)
         else:
             self._go_on()
 
     def abort(self) -> None:
-        """Ends the connection; whoever has it closes it. From any thread, may be repeated."""
+        """Ends the connection; its owner closes it. From any thread, may be repeated."""
         sockets.abort(self._sock)
 
     # -- in a worker thread -------------------------------------------------------
 
-    def _linger(self) -> None:
-        self._serve(lingers=True)
+    def _wait_and_serve(self) -> None:
+        self._serve(waits=True)
 
-    def _serve(self, *, lingers: bool = False) -> None:
-        """Answers calls for as long as they follow each other closely. `lingers`: a slot was taken for it."""
+    def _serve(self, *, waits: bool = False) -> None:
+        """Answers calls for as long as they follow each other closely.
+
+        `waits`: waits for the first one; a slot of `waiting_threads` was acquired for that.
+        """
         server = self._server
         is_held = is_handed_over = False
         try:
-            while (frame := self._next_frame(LINGER_S if lingers else 0.0)) is not None:
-                if lingers:
-                    server.lingering.give_back()
-                    lingers = False
+            while (frame := self._next_frame(THREAD_WAIT_S if waits else 0.0)) is not None:
+                if waits:
+                    server.waiting_threads.release()
+                    waits = False
                 if not is_held:
                     is_held = True
                     server.connections.mark_busy(self)
@@ -178,13 +182,13 @@ class ServiceConnection:
                     return
                 if not self.is_persistent:
                     return
-                lingers = server.lingering.take()
+                waits = server.waiting_threads.try_acquire()
             is_handed_over = self._hand_over(self._wait_in_loop)
         except (OSError, ProtocolError):
             pass  # the client has gone, or talks garbage: its connection ends, others go on
         finally:
-            if lingers:
-                server.lingering.give_back()
+            if waits:
+                server.waiting_threads.release()
             if not is_handed_over:
                 self.close()
 
@@ -195,7 +199,7 @@ class ServiceConnection:
         self._server.loop.call(go_on)
         return True
 
-    def _next_frame(self, linger_s: float) -> memoryview | None:
+    def _next_frame(self, wait_s: float) -> memoryview | None:
         """The next request; None when it does not come in time.
 
         Raises:
@@ -207,7 +211,7 @@ class ServiceConnection:
             frame = next(self._frames, None)
         pieces = 0
         while frame is None:
-            count = self._lookout.receive_into_within(self._sock, self._buffer.space(), linger_s)
+            count = self._poller.receive_into_within(self._sock, self._buffer.space(), wait_s)
             if count is None:
                 return None
             if not count:
@@ -233,7 +237,7 @@ class ServiceConnection:
             return True
         self._unsent = memoryview(data)[sent:]
         end = time.monotonic() + SEND_S
-        while time.monotonic() < end and sockets.wait_writable(self._sock, LINGER_S):
+        while time.monotonic() < end and sockets.wait_writable(self._sock, THREAD_WAIT_S):
             sent = self._sock.send(self._unsent)
             self._unsent = self._unsent[sent:]
             if not self._unsent:
@@ -246,8 +250,8 @@ class ServiceConnection:
 
     def _have_served(self, serve: Callable[[], None]) -> None:
         if not self._server.run(serve):
-            if serve == self._linger:
-                self._server.lingering.give_back()
+            if serve == self._wait_and_serve:
+                self._server.waiting_threads.release()
             self.close()
 
     def _go_on(self) -> None:
@@ -336,7 +340,7 @@ class ServiceConnection:
         self._server.connections.set_deadline(self, self.last_used + self._server.request_s)
 
     def close(self) -> None:
-        """Closes the connection. Only whoever has it may."""
+        """Closes the connection. For its owner only."""
         self._sock.close()
         self._server.connections.remove(self)
         self._server.forget(self)

@@ -55,7 +55,7 @@ class ServiceServer:
         *,
         on_error: Callable[[BaseException], object],
         workers: Workers,
-        lingering: Slots,
+        waiting_threads: Slots,
         unread: HeldBytes,
     ) -> None:
         self.name = name
@@ -71,7 +71,7 @@ class ServiceServer:
         self._open: set[ServiceConnection] = set()
         self.loop = context.loop
         self.connections = context.connections
-        self.lingering = lingering
+        self.waiting_threads = waiting_threads
         self.unread = unread
         self.request_s = context.limits.request_s
         self.frame_bytes = context.limits.frame_bytes

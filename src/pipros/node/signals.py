@@ -51,7 +51,7 @@ class Signals:
     def __init__(self, end: Callable[[str], object], *, insist: bool = False) -> None:
         """`end` is called with the reason, in a thread of its own, at the first signal.
 
-        With `insist` the main thread is interrupted if it has not called `give_back` soon after that.
+        With `insist` the main thread is interrupted if it has not called `uninstall` soon after that.
         """
         self._end = end
         self._insist = insist
@@ -59,7 +59,7 @@ class Signals:
         self._previous_descriptor = -1
         self._ending: threading.Thread | None = None
         self._has_ended = False
-        self._given_back = OnceEvent()
+        self._is_uninstalled = OnceEvent()
         self._by_interpreter: set[int] = set()  # signals that the handler has not reported yet
         self._by_handler: dict[int, float] = {}  # signals that the interpreter has not, and since when
         self._sockets: tuple[socket.socket, socket.socket]
@@ -69,8 +69,8 @@ class Signals:
         """True once a signal has ended the node."""
         return self._ending is not None
 
-    def take(self) -> None:
-        """Keeps the signals from now on for `listen`.
+    def install(self) -> None:
+        """Installs the handlers: signals are kept from now on for `listen`.
 
         Raises:
             NotInMainThread: this is another thread.
@@ -85,16 +85,16 @@ class Signals:
             self._previous_handlers[number] = signal.signal(number, self._handle)
         self._previous_descriptor = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
         if hasattr(os, "register_at_fork"):
-            os.register_at_fork(after_in_child=self._give_back_in_child)
+            os.register_at_fork(after_in_child=self._uninstall_in_child)
 
     def listen(self, node: Node) -> None:
-        """Has signals end the node, also those since `take`. They are read in its event loop."""
+        """Has signals end the node, also those since `install`. They are read in its event loop."""
         node.add_reader(self._sockets[0], self._read)
 
-    def give_back(self) -> None:
-        """Restores what was there before `take`. In the main thread, once the node has ended."""
+    def uninstall(self) -> None:
+        """Restores what was there before `install`. In the main thread, once the node has ended."""
         try:
-            self._given_back.set()
+            self._is_uninstalled.set()
             if self._ending is not None:
                 self._ending.join()
         finally:
@@ -151,7 +151,7 @@ class Signals:
     def _run_end(self, reason: str) -> None:
         self._end(reason)
         self._has_ended = True
-        while self._insist and not self._given_back.wait(_INSIST_AFTER_S):
+        while self._insist and not self._is_uninstalled.wait(_INSIST_AFTER_S):
             interrupt_main_thread()
 
     def _restore(self) -> None:
@@ -160,6 +160,6 @@ class Signals:
             if signal.getsignal(number) == self._handle:
                 signal.signal(number, signal.SIG_DFL if previous is None else previous)
 
-    def _give_back_in_child(self) -> None:
-        if not self._given_back.is_set():
+    def _uninstall_in_child(self) -> None:
+        if not self._is_uninstalled.is_set():
             self._restore()

@@ -16,8 +16,8 @@ from pipros.net.rpc_async_client import call_async
 from pipros.node.asyncio_support import MessageStream
 from pipros.node.codec import AnyMessage, decoder
 from pipros.node.context import NodeContext
-from pipros.node.following import Ended, Following
 from pipros.node.latch import LastMessage, LatchedFirst
+from pipros.node.publisher_connector import LinkEnd, PublisherConnector
 from pipros.printable import printable
 from pipros.wire.handshake import WireType, check_topic_reply, request_topic_link
 
@@ -80,7 +80,7 @@ class Subscription:
         self._decode = decoder(message_class)
         self._turn = DeliveryLock()
         self._lock = threading.Lock()
-        self._following = Following(topic, context, self._link)
+        self._connector = PublisherConnector(topic, context, self._link)
         self._announcements = 0  # changed in the event loop only
         self._is_closed = False
 
@@ -125,7 +125,7 @@ class Subscription:
         for listener in self.listeners:
             if isinstance(listener.callback, MessageStream):
                 listener.callback.close()
-        self._context.loop.call(self._following.stop)
+        self._context.loop.call(self._connector.stop)
         for peer in self.links:
             peer.link.close()
 
@@ -134,7 +134,7 @@ class Subscription:
     def update_publishers(self, uris: Iterable[str]) -> None:
         """Takes over a list of publishers that the master announces. Called in the event loop."""
         self._announcements += 1
-        self._following.update(uris)
+        self._connector.update(uris)
 
     def ask_for_publishers(self) -> Callable[[Iterable[str]], object]:
         """To be called before the master is asked; the result takes its answer, in any thread.
@@ -144,18 +144,18 @@ class Subscription:
         """
         before = self._announcements
 
-        def take(uris: Iterable[str]) -> None:
+        def update(uris: Iterable[str]) -> None:
             if self._announcements == before:
-                self._following.update(uris)
+                self._connector.update(uris)
 
-        return lambda uris: self._context.loop.call(take, uris)
+        return lambda uris: self._context.loop.call(update, uris)
 
     @property
     def attempts(self) -> int:
         """How many attempts to reach a publisher were made."""
-        return self._following.attempts
+        return self._connector.attempts
 
-    async def _link(self, uri: str) -> Ended:
+    async def _link(self, uri: str) -> LinkEnd:
         """Connects to a publisher.
 
         Raises:
@@ -165,7 +165,7 @@ class Subscription:
         connections, limits = self._context.connections, self._context.limits
         if not connections.reserve_outgoing(limits.incoming_links):
             raise LimitExceeded("this node has as many connections as its limits allow")
-        ended: Ended = asyncio.get_running_loop().create_future()
+        ended: LinkEnd = asyncio.get_running_loop().create_future()
         try:
             connection = await self._connect(uri)
             link = self._start(uri, connection, ended)
@@ -189,7 +189,7 @@ class Subscription:
             raise
         return connection
 
-    def _start(self, uri: str, connection: tcpros.TcprosConnection, ended: Ended) -> IncomingLink:
+    def _start(self, uri: str, connection: tcpros.TcprosConnection, ended: LinkEnd) -> IncomingLink:
         header = dict(connection.fields)
         last = LastMessage() if header.get("latching") == "1" else None
         link = IncomingLink(
@@ -277,7 +277,7 @@ class Subscription:
         with self._lock:
             self.links = tuple(peer for peer in self.links if peer.link is not link)
 
-    def _detach(self, link: IncomingLink, error: Exception | None, ended: Ended) -> None:
+    def _detach(self, link: IncomingLink, error: Exception | None, ended: LinkEnd) -> None:
         self._remove_link(link)
         self._context.connections.release_outgoing()
         broken = ""
@@ -290,7 +290,7 @@ def _nothing() -> None:
     """Returned by `add` when nothing was latched."""
 
 
-def _finish(ended: Ended, broken: str) -> None:
+def _finish(ended: LinkEnd, broken: str) -> None:
     if not ended.done():
         ended.set_result(broken)
 

@@ -56,7 +56,7 @@ def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
             if event.__class__ is yaml.ScalarEvent and event.anchor is None:
                 outline.values += 1  # the most frequent event
             else:
-                outline.take(event)
+                outline.count(event)
     finally:
         loader.dispose()
     outline.check_values()
@@ -84,7 +84,7 @@ class _Outline:
         self._anchored: dict[str | None, tuple[int, int] | None] = {}
         """Values and height by anchor; None until the anchored value has ended."""
 
-    def take(self, event: Any) -> None:
+    def count(self, event: Any) -> None:
         """Counts the next event of the text. Raises as `check_outline`."""
         match event:
             case yaml.CollectionStartEvent():

@@ -143,7 +143,7 @@ class PageServer:
         browser = _Browser(connection, self._services)
         try:
             async for text in connection:
-                await browser.take(text)
+                await browser.handle(text)
         except ConnectionClosed:
             pass
         finally:
@@ -159,7 +159,7 @@ class _Browser:
         self._services = services
         self._tasks: dict[int, asyncio.Task[None]] = {}
 
-    async def take(self, text: str | bytes) -> None:
+    async def handle(self, text: str | bytes) -> None:
         """Carries out a request."""
         try:
             request = json.loads(text)

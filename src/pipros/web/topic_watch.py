@@ -53,7 +53,7 @@ class TopicWatch:
         self._count = 0
         self._listeners: list[Listener] = []
 
-    def take(self, message: RawMessage) -> None:
+    def note(self, message: RawMessage) -> None:
         """Counts a message and shows it to the listeners."""
         moment_s, wall_s = time.monotonic(), time.time()
         with self._lock:
@@ -124,11 +124,11 @@ class TopicWatches:
 
     def _subscribe(self, topic: str) -> tuple[TopicWatch, Subscriber[RawMessage]]:
         watch = TopicWatch(topic, self._classes)
-        return watch, self._node.subscribe(topic, RawMessage, watch.take, queue_size=WINDOW)
+        return watch, self._node.subscribe(topic, RawMessage, watch.note, queue_size=WINDOW)
 
 
 class NewSamples:
-    """Values that a listener collects until a browser takes them; the oldest are lost when it is slow."""
+    """What a listener collects until it is sent to a browser. If that is slow, the oldest values are lost."""
 
     def __init__(self, limit: int) -> None:
         self._lock = threading.Lock()
@@ -145,7 +145,7 @@ class NewSamples:
         with self._lock:
             self._lost += 1
 
-    def take(self) -> tuple[list[object], int]:
+    def pop_all(self) -> tuple[list[object], int]:
         """All values since the last call, and how many were lost."""
         with self._lock:
             values, lost = list(self._values), self._lost

@@ -178,7 +178,7 @@ class _Reader:
     def _read_body(self) -> bytes | bytearray | None:
         """Removes a body from the buffer; None when it is not complete."""
         if self._length == _CHUNKED:
-            return self._chunks.take(self._buffer)
+            return self._chunks.feed(self._buffer)
         if self._length == _UNTIL_END:
             check_body_length(len(self._buffer), self._body_limit, self._limit_name)
             return None

@@ -42,7 +42,7 @@ def check_body_length(length: int, limit: int, limit_name: str) -> None:
 class ChunkedBody:
     """Assembles a body from chunks, each after a line with its size.
 
-    >>> bytes(ChunkedBody(limit_bytes=100).take(bytearray(b"2\\r\\nhi\\r\\n0\\r\\n\\r\\nrest")))
+    >>> bytes(ChunkedBody(limit_bytes=100).feed(bytearray(b"2\\r\\nhi\\r\\n0\\r\\n\\r\\nrest")))
     b'hi'
     """
 
@@ -57,7 +57,7 @@ class ChunkedBody:
     def held_bytes(self) -> int:
         return len(self._body)
 
-    def take(self, buffer: bytearray) -> bytearray | None:
+    def feed(self, buffer: bytearray) -> bytearray | None:
         """Removes complete chunks from the front of `buffer`. Returns the body once it is complete.
 
         Raises:
@@ -69,7 +69,7 @@ class ChunkedBody:
                 del buffer[: line_end + 1]
                 if line in (b"", b"\r"):
                     return self._finish()
-            elif not self._take_chunk(buffer, line):
+            elif not self._cut_chunk(buffer, line):
                 return None
             self._chunk_count += 1
             if self._chunk_count > CHUNKS_LIMIT:
@@ -78,7 +78,7 @@ class ChunkedBody:
             raise HttpError(400, "an HTTP chunk without a size")
         return None
 
-    def _take_chunk(self, buffer: bytearray, line: bytes) -> bool:
+    def _cut_chunk(self, buffer: bytearray, line: bytes) -> bool:
         """False when the chunk that `line` begins is not complete."""
         size_text = _SIZE_LINE(line)
         if size_text is None:

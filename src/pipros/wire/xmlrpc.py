@@ -111,7 +111,7 @@ class _Budget:
     def __init__(self, limit: int | None) -> None:
         self._left = sys.maxsize if limit is None else limit
 
-    def take(self, size: int) -> None:
+    def spend(self, size: int) -> None:
         self._left -= size
         if self._left < 0:
             raise ValueTooLarge
@@ -164,7 +164,7 @@ def _encode(value: Any, parts: list[str], depth_left: int, budget: _Budget) -> N
     elif kind is list or kind is tuple:
         if not depth_left:
             raise TypeError("cannot marshal lists nested as deep, or recursive sequences")
-        budget.take(len(value))
+        budget.spend(len(value))
         parts.append("<value><array><data>")
         for item in value:
             _encode(item, parts, depth_left - 1, budget)
@@ -172,7 +172,7 @@ def _encode(value: Any, parts: list[str], depth_left: int, budget: _Budget) -> N
     elif kind is dict:
         if not depth_left:
             raise TypeError("cannot marshal dictionaries nested as deep, or recursive ones")
-        budget.take(len(value))
+        budget.spend(len(value))
         parts.append("<value><struct>")
         for key, item in value.items():
             if type(key) is not str:
@@ -189,13 +189,13 @@ def _encode(value: Any, parts: list[str], depth_left: int, budget: _Budget) -> N
 
 
 def _encoded_text(encoded: Encoded, budget: _Budget) -> str:
-    budget.take(len(encoded.text) // SLICE_CHARACTERS)
+    budget.spend(len(encoded.text) // SLICE_CHARACTERS)
     return encoded.text
 
 
 def _slices(text: str, budget: _Budget) -> list[str]:
     """A long string, escaped, in slices."""
-    budget.take(len(text) // SLICE_CHARACTERS)
+    budget.spend(len(text) // SLICE_CHARACTERS)
     starts = range(0, len(text), SLICE_CHARACTERS)
     return [_escape(text[start : start + SLICE_CHARACTERS]) for start in starts]
 
@@ -219,7 +219,7 @@ def _encode_rare(value: Any, budget: _Budget) -> str:
 def _encode_binary(data: bytes, budget: _Budget) -> str:
     from binascii import b2a_base64
 
-    budget.take(len(data) // SLICE_CHARACTERS)
+    budget.spend(len(data) // SLICE_CHARACTERS)
     return f"<value><base64>\n{b2a_base64(data).decode('ascii')}</base64></value>"
 
 

@@ -25,20 +25,20 @@ def test_a_full_queue_drops_the_oldest_and_counts_them() -> None:
     for value in range(5):
         queue.put(received(value))
 
-    assert [message.data[0] for message in queue.take(0)] == [3, 4]
+    assert [message.data[0] for message in queue.get_all(0)] == [3, 4]
     assert queue.dropped == 3
     queue.put(received(7))
     queue.close()
     queue.put(received(8))
-    assert [message.data[0] for message in queue.take(1)] == [7]
-    assert queue.take(100) == []
+    assert [message.data[0] for message in queue.get_all(1)] == [7]
+    assert queue.get_all(100) == []
 
 
 def test_a_queue_without_end_drops_nothing() -> None:
     queue = RecordQueue(limit_bytes=0)
     for value in range(200):
         queue.put(received(value))
-    assert (len(queue.take(0)), queue.dropped) == (200, 0)
+    assert (len(queue.get_all(0)), queue.dropped) == (200, 0)
 
 
 def files(folder: Path, monkeypatch: pytest.MonkeyPatch, reports: list[str], **options: Any) -> RecordFiles:

@@ -27,7 +27,7 @@ RULE = (lambda _: None, "about %(pkg)s:")
 def context(system: System | None = None) -> roswtf.context.WtfContext:
     found = roswtf.context.WtfContext.from_env({"ROS_HOME": "/not/there"})
     if system is not None:
-        found.take_system(system)
+        found.set_system(system)
     return found
 
 

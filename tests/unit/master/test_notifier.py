@@ -10,7 +10,7 @@ import pytest
 from pipros.errors import PiprosError, Unreachable
 from pipros.limits import Limits
 from pipros.master import notifier
-from pipros.master.notifier import KEEP_CONNECTION_S, SLOW_S, TAKEN_AT_A_TIME, TURNS_AT_A_TIME, Notifier
+from pipros.master.notifier import KEEP_CONNECTION_S, QUEUED_AT_A_TIME, SLOW_S, TURNS_AT_A_TIME, Notifier
 from pipros.master.registry import MASTER_ID, Notice
 from pipros.wire.xmlrpc import decode_call
 from tests.support.instant_loop import run_instantly
@@ -248,17 +248,17 @@ def test_many_notices_are_queued_in_pieces_so_that_calls_are_answered_meanwhile(
     taken: list[int] = []
 
     def notices() -> Any:
-        for number in range(2 * TAKEN_AT_A_TIME + 1):
+        for number in range(2 * QUEUED_AT_A_TIME + 1):
             taken.append(number)
             yield update(f"/t{number}", api=f"http://n:{number}/")
 
     async def main() -> None:
         case.notifier.notify(notices())
-        assert len(taken) == TAKEN_AT_A_TIME
+        assert len(taken) == QUEUED_AT_A_TIME
         await case.until_all_finished()
 
     run_instantly(main())
-    assert case.notifier.delivered == len(taken) == 2 * TAKEN_AT_A_TIME + 1
+    assert case.notifier.delivered == len(taken) == 2 * QUEUED_AT_A_TIME + 1
 
 
 def test_what_many_hear_is_encoded_once(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -197,7 +197,7 @@ def test_without_a_queue_a_link_that_was_waited_for_in_vain_has_stalled() -> Non
     subscriber.send(1, 2, 3)
     assert subscriber.link.is_waited_for
     assert subscriber.link.statistics.dropped == 0
-    subscriber.link.wait_no_more()
+    subscriber.link.stop_waiting()
     assert not subscriber.link.is_waited_for
     assert subscriber.link.statistics.dropped == 2, "as with queue_size=1"
 
@@ -205,7 +205,7 @@ def test_without_a_queue_a_link_that_was_waited_for_in_vain_has_stalled() -> Non
 def test_one_that_stalled_is_waited_for_again_when_it_has_caught_up(drained: list[bool]) -> None:
     subscriber = Subscriber(None)
     subscriber.send(1)
-    subscriber.link.wait_no_more()
+    subscriber.link.stop_waiting()
     subscriber.link.queue_for_loop()
     subscriber.loop.run()
     subscriber.loop.fire(CHECK_STALLED_INTERVAL_S)

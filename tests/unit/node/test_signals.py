@@ -63,45 +63,45 @@ def handlers() -> Iterator[list[Any]]:
 def test_a_signal_ends_the_node_once_and_raises_nothing(number: signal.Signals) -> None:
     ends, reader = Ends(), Reader()
     signals = Signals(ends)
-    signals.take()
+    signals.install()
     signals.listen(reader)  # type: ignore[arg-type]
     assert not signals.have_come
     signal.raise_signal(number)
     reader.turn()
     assert ends.wait() == [f"signal-{int(number)}"]
     assert signals.have_come
-    signals.give_back()
+    signals.uninstall()
 
 
 def test_a_signal_that_comes_before_the_node_listens_is_kept() -> None:
     ends, reader = Ends(), Reader()
     signals = Signals(ends)
-    signals.take()
+    signals.install()
     signal.raise_signal(signal.SIGINT)
     signals.listen(reader)  # type: ignore[arg-type]
     assert ends.reasons == []
     reader.turn()
     assert ends.wait() == ["signal-2"]
-    signals.give_back()
+    signals.uninstall()
 
 
 def test_after_the_end_a_signal_raises_keyboard_interrupt() -> None:
     ends, reader = Ends(), Reader()
     signals = Signals(ends)
-    signals.take()
+    signals.install()
     signals.listen(reader)  # type: ignore[arg-type]
     signal.raise_signal(signal.SIGTERM)
     reader.turn()
     ends.wait()
     with pytest.raises(KeyboardInterrupt):
         wait_until(lambda: signal.raise_signal(signal.SIGINT), 30, "the end to be over")
-    signals.give_back()
+    signals.uninstall()
 
 
 def test_a_main_thread_that_goes_on_is_interrupted_if_it_is_to_leave() -> None:
     ends, reader = Ends(), Reader()
     signals = Signals(ends, insist=True)
-    signals.take()
+    signals.install()
     signals.listen(reader)  # type: ignore[arg-type]
     signal.raise_signal(signal.SIGINT)
     reader.turn()
@@ -110,7 +110,7 @@ def test_a_main_thread_that_goes_on_is_interrupted_if_it_is_to_leave() -> None:
         try:
             threading.Event().wait(30)
         finally:
-            signals.give_back()
+            signals.uninstall()
 
     with pytest.raises(KeyboardInterrupt):
         go_on()
@@ -119,7 +119,7 @@ def test_a_main_thread_that_goes_on_is_interrupted_if_it_is_to_leave() -> None:
 def test_a_handler_that_replaces_ours_decides() -> None:
     ends, reader = Ends(), Reader()
     signals = Signals(ends)
-    signals.take()
+    signals.install()
     signals.listen(reader)  # type: ignore[arg-type]
     came: list[int] = []
     ours = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
@@ -127,15 +127,15 @@ def test_a_handler_that_replaces_ours_decides() -> None:
     reader.turn()
     assert (came, signals.have_come) == ([signal.SIGINT], False)
     signal.signal(signal.SIGINT, ours)
-    signals.give_back()
+    signals.uninstall()
 
 
-def test_another_thread_cannot_take_signals() -> None:
+def test_another_thread_cannot_install_signals() -> None:
     raised: list[BaseException] = []
 
     def take() -> None:
         try:
-            Signals(lambda _: None).take()
+            Signals(lambda _: None).install()
         except NotInMainThread as error:
             raised.append(error)
 

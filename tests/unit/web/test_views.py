@@ -78,8 +78,8 @@ def test_samples_of_a_slow_browser_are_lost_and_counted() -> None:
     for number in range(5):
         samples.add(number)
     samples.lose()
-    assert samples.take() == ([2, 3, 4], 3)
-    assert samples.take() == ([], 0)
+    assert samples.pop_all() == ([2, 3, 4], 3)
+    assert samples.pop_all() == ([], 0)
 
 
 def test_pixels_come_without_padding() -> None:
@@ -128,8 +128,8 @@ def transform(parent: str, child: str, stamp_s: int = 0) -> TransformStamped:
 def test_frames_have_parents_rates_and_ages() -> None:
     tree = FrameTree()
     for wall_s in (10.0, 10.1, 10.2):
-        tree.take(TFMessage([transform("map", "/base", 10)]), wall_s, "/slam", is_static=False)
-    tree.take(TFMessage([transform("base", "laser")]), 9.0, "/model", is_static=True)
+        tree.add(TFMessage([transform("map", "/base", 10)]), wall_s, "/slam", is_static=False)
+    tree.add(TFMessage([transform("base", "laser")]), 9.0, "/model", is_static=True)
     base, laser = tree.rows(11.2)
     assert (base["frame"], base["parent"], base["authority"], base["static"]) == (
         "base",
@@ -148,8 +148,8 @@ def test_frames_have_parents_rates_and_ages() -> None:
 
 def test_a_frame_that_gets_another_parent_begins_anew() -> None:
     tree = FrameTree()
-    tree.take(TFMessage([transform("map", "base")]), 1.0, "/a", is_static=False)
-    tree.take(TFMessage([transform("odom", "base")]), 2.0, "/a", is_static=False)
+    tree.add(TFMessage([transform("map", "base")]), 1.0, "/a", is_static=False)
+    tree.add(TFMessage([transform("odom", "base")]), 2.0, "/a", is_static=False)
     assert [(row["parent"], row["rate"]) for row in tree.rows(2.0)] == [("odom", None)]
 
 
@@ -157,7 +157,7 @@ def test_a_tree_with_a_cycle_can_be_drawn() -> None:
     from pipros.graph.drawing.scene import draw
 
     tree = FrameTree()
-    tree.take(
+    tree.add(
         TFMessage([transform("a", "b"), transform("b", "a"), transform("c", "c")]), 1.0, "", is_static=False
     )
     boxes = [box for _, box, _ in draw(tree.graph()).boxes]
@@ -169,7 +169,7 @@ def test_components_have_levels_values_and_a_history() -> None:
     statuses = Statuses()
     for wall_s, level in ((1.0, 0), (2.0, 2)):
         status = DiagnosticStatus(level, "/Motors/left", "hot", "m1", [KeyValue("temperature", "90")])
-        statuses.take(DiagnosticArray(status=[status]), wall_s)
+        statuses.add(DiagnosticArray(status=[status]), wall_s)
     (row,) = statuses.rows(3.0)
     assert (row["name"], row["level"], row["values"]) == ("/Motors/left", 2, [["temperature", "90"]])
     assert row["history"] == [(1.0, 0), (2.0, 2)]

@@ -26,7 +26,7 @@ def test_a_body_is_the_same_however_it_arrives(parts: list[bytes], cuts: list[in
     for start, end in itertools.pairwise(edges):
         buffer += stream[start:end]
         if found is None:
-            found = body.take(buffer)
+            found = body.feed(buffer)
 
     assert found is not None
     assert bytes(found) == b"".join(parts)
@@ -36,15 +36,15 @@ def test_a_body_is_the_same_however_it_arrives(parts: list[bytes], cuts: list[in
 def test_a_second_body_begins_anew() -> None:
     body = ChunkedBody(limit_bytes=10)
 
-    assert bytes(body.take(bytearray(chunked([b"one"]))) or b"") == b"one"
-    assert bytes(body.take(bytearray(chunked([b"two"], b"X-Sum: 1\r\n"))) or b"") == b"two"
+    assert bytes(body.feed(bytearray(chunked([b"one"]))) or b"") == b"one"
+    assert bytes(body.feed(bytearray(chunked([b"two"], b"X-Sum: 1\r\n"))) or b"") == b"two"
 
 
 def test_held_bytes_are_those_of_complete_chunks() -> None:
     body = ChunkedBody(limit_bytes=100)
     buffer = bytearray(b"3\r\nabc\r\n5\r\nde")
 
-    assert body.take(buffer) is None
+    assert body.feed(buffer) is None
     assert body.held_bytes == 3
     assert bytes(buffer) == b"5\r\nde"
 
@@ -53,13 +53,13 @@ def test_the_sum_of_the_chunks_is_limited_before_they_arrive() -> None:
     body = ChunkedBody(limit_bytes=5)
 
     with pytest.raises(HttpLimitExceeded) as refused:
-        body.take(bytearray(b"3\r\nabc\r\n3\r\n"))
+        body.feed(bytearray(b"3\r\nabc\r\n3\r\n"))
     assert refused.value.status == 413
 
 
 def test_chunks_are_limited_in_number() -> None:
     with pytest.raises(HttpLimitExceeded, match=f"more than {CHUNKS_LIMIT} chunks"):
-        ChunkedBody(limit_bytes=1 << 20).take(bytearray(b"1\r\nx\r\n" * (CHUNKS_LIMIT + 1)))
+        ChunkedBody(limit_bytes=1 << 20).feed(bytearray(b"1\r\nx\r\n" * (CHUNKS_LIMIT + 1)))
 
 
 @pytest.mark.parametrize(
@@ -68,5 +68,5 @@ def test_chunks_are_limited_in_number() -> None:
 )
 def test_what_is_not_a_chunk_is_refused(stream: bytes) -> None:
     with pytest.raises(HttpError) as refused:
-        ChunkedBody(limit_bytes=100).take(bytearray(stream))
+        ChunkedBody(limit_bytes=100).feed(bytearray(stream))
     assert refused.value.status == 400

@@ -92,7 +92,7 @@ def _parser() -> OptionParser:
 
     def several(name: str, text: str) -> None:
         dest = name.lstrip("-").replace("-", "_")
-        parser.add_option(name, dest=dest, default=[], action="callback", callback=_take_words, help=text)
+        parser.add_option(name, dest=dest, default=[], action="callback", callback=_collect_words, help=text)
 
     parser.add_option("-p", "--prefix", default="", metavar="PREFIX", help="prefix all output topics")
     flag("-q", "--quiet", text="suppress console output")
@@ -160,7 +160,7 @@ def _parser() -> OptionParser:
     return parser
 
 
-def _take_words(option: Any, name: str, _: object, parser: OptionParser) -> None:
+def _collect_words(option: Any, name: str, _: object, parser: OptionParser) -> None:
     """Takes all words up to the next option."""
     words: list[str] = []
     while parser.rargs and not parser.rargs[0].startswith("-"):

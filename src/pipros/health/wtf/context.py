@@ -97,7 +97,7 @@ class WtfContext:
             WtfException: the package, or one that it needs, does not exist or is broken.
         """
         ctx = WtfContext.from_env(env)
-        ctx.take_package(pkg)
+        ctx.set_package(pkg)
         return ctx
 
     @staticmethod
@@ -137,12 +137,12 @@ class WtfContext:
         ctx.launch_file_deps = {file: sorted(needed_packages(ctx.launch, index)) for file in files}
         owner = index.containing(Path(files[0])) if files else None
         if owner is not None:
-            ctx.take_package(owner.name)
+            ctx.set_package(owner.name)
             declared = {owner.name, *read_manifest(owner.path).depends()}
             ctx.launch_file_missing_deps = {owner.name: needed_packages(ctx.launch, index) - declared}
         return ctx
 
-    def take_package(self, name: str) -> None:
+    def set_package(self, name: str) -> None:
         """Makes a package the one in question. Raises as `from_package`."""
         from pipros.workspace.dependency_graph import DependencyGraph
 
@@ -159,8 +159,8 @@ class WtfContext:
         self.pkg, self.pkg_dir = name, str(package.path)
         self.manifest_file = str(package.path / "package.xml")
 
-    def take_system(self, system: System) -> None:
-        """Takes over what was found out about the running system."""
+    def set_system(self, system: System) -> None:
+        """Sets the attributes that tell of the running system."""
         state = system.state
         self.system = system
         self.system_state = [

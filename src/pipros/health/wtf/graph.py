@@ -85,7 +85,7 @@ def load_online(ctx: WtfContext, complain: Callable[[str], Any]) -> None:
         PiprosError: the master does not answer.
     """
     system = gather_system(ctx.ros_master_uri)
-    ctx.take_system(system)
+    ctx.set_system(system)
     master = MasterClient(ctx.ros_master_uri, CALLER_ID)
     try:
         names = [name for name in master.get_param_names() if name.startswith("/roslaunch/uris/")]

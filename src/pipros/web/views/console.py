@@ -32,10 +32,10 @@ class ConsoleViews:
         """Log entries as they come: number, level, node, text, time, file, line, function."""
         with self._system.topics.watch(LOG_TOPIC) as watch:
             log = _Log(watch)
-            with watch.listening(log.take):
+            with watch.listening(log.add):
                 yield {"entries": [], "lost": 0}
                 while True:
-                    entries, lost = log.entries.take()
+                    entries, lost = log.entries.pop_all()
                     if entries or lost:
                         yield {"entries": entries, "lost": lost}
                     await asyncio.sleep(SEND_INTERVAL_S)
@@ -69,7 +69,7 @@ class _Log:
         self.entries = NewSamples(KEPT_ENTRIES)
         self._watch = watch
 
-    def take(self, message: RawMessage, wall_s: float) -> None:
+    def add(self, message: RawMessage, wall_s: float) -> None:
         try:
             entry: Any = self._watch.decode(message)
         except PiprosError:

@@ -43,14 +43,14 @@ class Status:
 
 
 class Statuses:
-    """All components that were heard of. Messages are taken in the threads of the links."""
+    """All components that were heard of. Messages are added in the threads of the links."""
 
     def __init__(self) -> None:
         self._statuses: dict[str, Status] = {}
         self._lock = threading.Lock()
 
-    def take(self, message: Any, wall_s: float) -> None:
-        """Takes a `diagnostic_msgs/DiagnosticArray`."""
+    def add(self, message: Any, wall_s: float) -> None:
+        """Adds a `diagnostic_msgs/DiagnosticArray`."""
         with self._lock:
             for status in message.status:
                 known = self._statuses.get(status.name)
@@ -96,18 +96,18 @@ class DiagnosticViews:
         with ExitStack() as stack:
             for topic in topics:
                 watch = stack.enter_context(self._system.topics.watch(topic))
-                stack.enter_context(watch.listening(_taker(statuses, watch)))
+                stack.enter_context(watch.listening(_listener_for(statuses, watch)))
             while True:
                 yield {"components": statuses.rows(time.time()), "topics": topics}
                 await asyncio.sleep(SEND_INTERVAL_S)
 
 
-def _taker(statuses: Statuses, watch: TopicWatch) -> Any:
-    def take(message: RawMessage, wall_s: float) -> None:
+def _listener_for(statuses: Statuses, watch: TopicWatch) -> Any:
+    def add_decoded(message: RawMessage, wall_s: float) -> None:
         try:
             decoded = watch.decode(message)
         except PiprosError:
             return
-        statuses.take(decoded, wall_s)
+        statuses.add(decoded, wall_s)
 
-    return take
+    return add_decoded

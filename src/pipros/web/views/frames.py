@@ -45,14 +45,14 @@ class Frame:
 
 
 class FrameTree:
-    """All frames that were heard of. Transforms are taken in the threads of the links."""
+    """All frames that were heard of. Transforms are added in the threads of the links."""
 
     def __init__(self) -> None:
         self._frames: dict[str, Frame] = {}
         self._lock = threading.Lock()
 
-    def take(self, message: Any, wall_s: float, authority: str, *, is_static: bool) -> None:
-        """Takes a `tf2_msgs/TFMessage`."""
+    def add(self, message: Any, wall_s: float, authority: str, *, is_static: bool) -> None:
+        """Adds a `tf2_msgs/TFMessage`."""
         with self._lock:
             for transform in message.transforms:
                 child = transform.child_frame_id.lstrip("/")
@@ -107,9 +107,9 @@ class FrameViews:
         with ExitStack() as stack:
             for topic, is_static in (("/tf", False), ("/tf_static", True)):
                 watch = stack.enter_context(self._system.topics.watch(topic))
-                stack.enter_context(watch.listening(_taker(tree, watch, is_static)))
+                stack.enter_context(watch.listening(_listener_for(tree, watch, is_static)))
                 if watch.newest is not None:  # others looked before, and latched messages came to them
-                    _taker(tree, watch, is_static)(watch.newest.message, watch.newest.wall_s)
+                    _listener_for(tree, watch, is_static)(watch.newest.message, watch.newest.wall_s)
             while True:
                 values: dict[str, Any] = {"frames": tree.rows(time.time())}
                 graph = tree.graph()
@@ -120,12 +120,12 @@ class FrameViews:
                 await asyncio.sleep(SEND_INTERVAL_S)
 
 
-def _taker(tree: FrameTree, watch: TopicWatch, is_static: bool) -> Any:
-    def take(message: RawMessage, wall_s: float) -> None:
+def _listener_for(tree: FrameTree, watch: TopicWatch, is_static: bool) -> Any:
+    def add_decoded(message: RawMessage, wall_s: float) -> None:
         try:
             decoded = watch.decode(message)
         except PiprosError:
             return
-        tree.take(decoded, wall_s, message.header.get("callerid", ""), is_static=is_static)
+        tree.add(decoded, wall_s, message.header.get("callerid", ""), is_static=is_static)
 
-    return take
+    return add_decoded

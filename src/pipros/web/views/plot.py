@@ -83,9 +83,9 @@ class PlotViews:
             return
         with self._system.topics.watch(field.topic) as watch:
             curve = _Curve(watch, field)
-            with watch.listening(curve.take):
+            with watch.listening(curve.add):
                 while True:
-                    samples, lost = curve.samples.take()
+                    samples, lost = curve.samples.pop_all()
                     if samples or lost or curve.error:
                         yield {"samples": samples, "lost": lost, "error": curve.error}
                     await asyncio.sleep(SEND_INTERVAL_S)
@@ -102,7 +102,7 @@ class _Curve:
         self._second = 0
         self._decoded = 0
 
-    def take(self, message: RawMessage, wall_s: float) -> None:
+    def add(self, message: RawMessage, wall_s: float) -> None:
         second = int(time.monotonic())
         if second != self._second:
             self._second, self._decoded = second, 0

@@ -1,4 +1,4 @@
-"""Keeping links to all publishers of a topic that the master lists."""
+"""Links a subscriber to all publishers of a topic that the master lists, and keeps it linked."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from pipros.printable import printable
 RETRY_FIRST_S = 0.1
 RETRY_LONGEST_S = 5.0
 
-#: Ends with a link; what broke it, or nothing.
-Ended = asyncio.Future[str]
+#: Is done when a link has ended: what broke it, or an empty text.
+LinkEnd = asyncio.Future[str]
 
-#: Links to the publisher at a URI.
-Connect = Callable[[str], Awaitable[Ended]]
+#: Links to the publisher at a URI; returns what tells the end of the link.
+Connect = Callable[[str], Awaitable[LinkEnd]]
 
 
-class Following:
+class PublisherConnector:
     """Connects to each publisher of a topic, and again whenever the link ends. For the event loop only.
 
     A link to a publisher that is no longer listed stays until the publisher ends it: a master that
@@ -66,7 +66,7 @@ class Following:
             self._tasks.pop(uri).cancel()
         for uri in listed:
             if uri not in self._tasks:
-                task = self._tasks[uri] = asyncio.ensure_future(self._follow(uri))
+                task = self._tasks[uri] = asyncio.ensure_future(self._keep_linked(uri))
                 task.add_done_callback(self._collect)
 
     def stop(self) -> None:
@@ -76,7 +76,7 @@ class Following:
         for task in self._tasks.values():
             task.cancel()
 
-    async def _follow(self, uri: str) -> None:
+    async def _keep_linked(self, uri: str) -> None:
         """Keeps a link to one publisher for as long as the master lists it."""
         delay_s, explained, is_first = RETRY_FIRST_S, "", True
         try:
@@ -91,7 +91,7 @@ class Following:
                     if isinstance(error, Refused):
                         return  # and will be until the publisher registers anew
                 else:
-                    if await self._stay(uri, ended):
+                    if await self._wait_for_end(uri, ended):
                         delay_s, explained, is_first = RETRY_FIRST_S, "", True
                 await asyncio.sleep(delay_s)
                 delay_s = min(2 * delay_s, RETRY_LONGEST_S)
@@ -99,7 +99,7 @@ class Following:
             if self._tasks.get(uri) is asyncio.current_task():
                 del self._tasks[uri]
 
-    async def _stay(self, uri: str, ended: Ended) -> bool:
+    async def _wait_for_end(self, uri: str, ended: LinkEnd) -> bool:
         """Waits for the end of a link; True when it held for a while."""
         loop = asyncio.get_running_loop()
         self._linked.add(uri)
@@ -112,7 +112,7 @@ class Following:
             self._context.log.error(broken)
         return loop.time() - began > RETRY_LONGEST_S
 
-    async def _attempt(self, uri: str) -> Ended:
+    async def _attempt(self, uri: str) -> LinkEnd:
         self.attempts += 1
         return await self._connect(uri)
 

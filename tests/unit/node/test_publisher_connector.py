@@ -12,7 +12,7 @@ from pipros.limits import Limits
 from pipros.net import unreachable
 from pipros.node.attempts import Attempts
 from pipros.node.context import NodeContext
-from pipros.node.following import RETRY_FIRST_S, RETRY_LONGEST_S, Ended, Following
+from pipros.node.publisher_connector import RETRY_FIRST_S, RETRY_LONGEST_S, LinkEnd, PublisherConnector
 from tests.support.instant_loop import run_instantly
 from tests.support.nodes import listening_log
 
@@ -31,11 +31,11 @@ class Publishers:
 
     def __init__(self) -> None:
         self.moments: dict[str, list[float]] = {}
-        self.ends: dict[str, Ended] = {}
+        self.ends: dict[str, LinkEnd] = {}
         self.errors: dict[str, Exception] = {}
         self.hangs: set[str] = set()
 
-    async def connect(self, uri: str) -> Ended:
+    async def connect(self, uri: str) -> LinkEnd:
         loop = asyncio.get_running_loop()
         self.moments.setdefault(uri, []).append(loop.time())
         if uri in self.hangs:
@@ -49,14 +49,14 @@ class Publishers:
         return {uri: len(moments) for uri, moments in self.moments.items()}
 
 
-def following(publishers: Publishers, **limits: Any) -> tuple[Following, list[str]]:
+def following(publishers: Publishers, **limits: Any) -> tuple[PublisherConnector, list[str]]:
     log, lines = listening_log()
     loop: Any = type("Loop", (), {"asyncio": asyncio.get_running_loop()})
     connections: Any = None
     context = NodeContext(
         "/node", loop, log, lambda: 1, replace(Limits(), **limits), connections, Attempts(100)
     )
-    return Following("/chatter", context, publishers.connect), lines
+    return PublisherConnector("/chatter", context, publishers.connect), lines
 
 
 def test_each_listed_publisher_gets_one_link() -> None:
