@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import time
-from ast import literal_eval
 from collections.abc import Callable
 from threading import Condition
 from typing import Any
@@ -15,12 +14,12 @@ from dynamic_reconfigure.encoding import decode_config, decode_description, enco
 from dynamic_reconfigure.msg import Config as ConfigMsg
 from dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
 from dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
+from pipros.reconfigure.config import BadValue
+from pipros.reconfigure.config import converted as converted_value
 from pipros.reconfigure.generator import TYPES
 
 _SLICE_S = 0.1
 """How long a wait lasts before it looks for Ctrl-C and a shutdown."""
-
-_TRUE = ("yes", "true", "t", "1")
 
 
 class Client:
@@ -46,7 +45,6 @@ class Client:
         self.config: Any = None
         self.param_description: Any = None
         self.group_description: Any = None
-        self._param_types: dict[str, type[Any]] = {}
         self._early: Any = None
         self._cv = Condition()
         self._config_callback = config_callback
@@ -108,19 +106,10 @@ class Client:
         return decode_config(message, self.get_group_descriptions())
 
     def _converted(self, described: Any, value: Any) -> Any:
-        wanted = self._param_types[described["name"]]
-        if isinstance(value, str):
-            if wanted is bool:
-                return value.lower() in _TRUE
-            for constant in _constants(described["edit_method"]):
-                if value.lower() == constant["name"].lower():
-                    return TYPES[constant["type"]](constant["value"])
         try:
-            return wanted(value)
-        except (TypeError, ValueError) as error:
-            raise DynamicReconfigureParameterException(
-                f"can't set parameter '{described['name']}' of {wanted}: {error}"
-            ) from error
+            return converted_value(described, value)
+        except BadValue as error:
+            raise DynamicReconfigureParameterException(str(error)) from error
 
     def update_groups(self, changes: Any) -> Any:
         """The tree of groups with new states, by the groups' names."""
@@ -195,7 +184,6 @@ class Client:
             if each["type"] not in TYPES:
                 print(f"{self.name}: {each['name']} has the unknown type {each['type']}", file=sys.stderr)
         with self._cv:
-            self._param_types = {each["name"]: TYPES.get(each["type"], str) for each in described}
             self.group_description = description
             self.param_description = described
             early, self._early = self._early, None
@@ -204,16 +192,3 @@ class Client:
             self._description_callback(described)
         if early is not None:
             self._updates_msg(early)
-
-
-def _constants(edit_method: str) -> list[dict[str, Any]]:
-    """The constants of an enum, which a peer wrote: only literals are read."""
-    if not edit_method:
-        return []
-    try:
-        constants = literal_eval(edit_method)["enum"]
-        return [
-            each for each in constants if {"name", "type", "value"} <= each.keys() and each["type"] in TYPES
-        ]
-    except (ValueError, SyntaxError, KeyError, TypeError, AttributeError, MemoryError, RecursionError):
-        return []

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from copy import deepcopy
 from typing import Any
 
 from dynamic_reconfigure.msg import (
@@ -18,6 +17,15 @@ from dynamic_reconfigure.msg import Config as ConfigMsg
 from dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
 from dynamic_reconfigure.msg import Group as GroupMsg
 from pipros.reconfigure.cfg_file import parameters as extract_params
+from pipros.reconfigure.config import (
+    Config,
+    all_groups,
+    decode_config,
+    decode_description,
+    get_tree,
+    group_dict,
+    values,
+)
 
 __all__ = [
     "Config",
@@ -31,25 +39,6 @@ __all__ = [
     "group_dict",
     "initial_config",
 ]
-
-
-class Config(dict[str, Any]):
-    """A dictionary whose values are attributes, too."""
-
-    def __getattr__(self, name: str) -> Any:
-        try:
-            return self[name]
-        except KeyError:
-            raise AttributeError(name) from None
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        self[name] = value
-
-    def copy(self) -> Config:
-        return Config(self)
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Config:
-        return type(self)({key: deepcopy(value, memo) for key, value in self.items()})
 
 
 def encode_description(descr: Any) -> ConfigDescrMsg:
@@ -99,46 +88,11 @@ def _states_below(group: Any) -> Iterator[GroupState]:
         yield _state(inner)
 
 
-def group_dict(group: Any) -> Config:
-    """A group or the state of one, without what is in it."""
-    return Config(
-        id=group.id,
-        parent=group.parent,
-        name=group.name,
-        type=getattr(group, "type", ""),
-        state=getattr(group, "state", True),
-        groups=Config(),
-        parameters=Config(),
-    )
-
-
-def get_tree(m: Any, group: Any = None) -> Config:
-    """The groups of a message as a tree: the root, or what is in `group`."""
-    if group is None:
-        root = next((each for each in m.groups if each.id == 0), None)
-        if root is None:
-            return Config()
-        tree = group_dict(root)
-        tree["groups"] = get_tree(m, root)
-        return tree
-    children = Config()
-    for each in m.groups:
-        if each.id != 0 and each.parent == group.id:
-            child = group_dict(each)
-            child["groups"] = get_tree(m, each)
-            children[child["name"]] = child
-    return children
-
-
-def _values(msg: Any) -> Config:
-    return Config({each.name: each.value for each in (*msg.bools, *msg.ints, *msg.strs, *msg.doubles)})
-
-
 def initial_config(msg: Any, description: Any = None) -> Config:
     """The configuration of a message, with the states and values of groups by a `.cfg` description."""
-    config = _values(msg)
+    config = values(msg)
     if msg.groups and description is not None:
-        described = {group["id"]: group for group in _all_groups(description)}
+        described = {group["id"]: group for group in all_groups(description)}
         config["groups"] = get_tree(msg)
 
         def fill(group: Any) -> None:
@@ -151,55 +105,3 @@ def initial_config(msg: Any, description: Any = None) -> Config:
 
         fill(config["groups"])
     return config
-
-
-def _all_groups(group: Any) -> list[Any]:
-    return [group, *(found for inner in group["groups"] for found in _all_groups(inner))]
-
-
-def decode_config(msg: Any, description: Any = None) -> Config:
-    """The configuration of a message; with a decoded description, values are in their groups, too."""
-    config = _values(msg)
-    if msg.groups and description is not None:
-        config["groups"] = get_tree(msg)
-        _fill_groups(config, config["groups"], description)
-    return config
-
-
-def _fill_groups(config: Config, group: Any, described: Any) -> None:
-    for parameter in described["parameters"]:
-        if parameter["name"] in config:
-            group[parameter["name"]] = config[parameter["name"]]
-    known = described["groups"]
-    inner = {each["name"]: each for each in (known.values() if isinstance(known, dict) else known)}
-    for each in group.get("groups", {}).values():
-        if each["name"] in inner:
-            _fill_groups(config, each, inner[each["name"]])
-
-
-def decode_description(msg: Any) -> Config:
-    """The tree of groups with their parameters that a message describes."""
-    low, high, standard = (_values(part) for part in (msg.min, msg.max, msg.dflt))
-    by_id = {group.id: group for group in msg.groups}
-    tree = get_tree(msg)
-
-    def fill(group: Any) -> None:
-        group["parameters"] = [
-            {
-                "name": each.name,
-                "min": low[each.name],
-                "max": high[each.name],
-                "default": standard[each.name],
-                "type": each.type,
-                "level": each.level,
-                "description": each.description,
-                "edit_method": each.edit_method,
-            }
-            for each in by_id[group["id"]].parameters
-        ]
-        for inner in group["groups"].values():
-            fill(inner)
-
-    if tree:
-        fill(tree)
-    return tree

@@ -118,6 +118,7 @@ CHANGES = {
     "delete_param": {"name": "/robot/wheel_radius"},
     "set_logger_level": {"name": "/robot", "logger": "rosout", "level": "debug"},
     "call_service": {"name": "/robot/get_loggers", "request": ""},
+    "set_reconfigured": {"name": "/robot", "changes": {"gain": 1}},
 }
 
 
@@ -172,6 +173,7 @@ def test_publishing_ends_with_the_browser(robot: RosSystem) -> None:
         (("rqt_logger_level", "/robot"), "console/%2Frobot"),
         (("rqt_plot", "imu/x:y", "/joints/position[1]"), "plot/%2Fimu%2Fx%3Ay%2C%2Fjoints%2Fposition%5B1%5D"),
         (("rqt_publisher",), "publish"),
+        (("rqt_reconfigure", "/robot"), "reconfigure/%2Frobot"),
         (("rqt_robot_monitor",), "diagnostics"),
         (("rqt_service_caller",), "services"),
         (("rqt_tf_tree",), "tf"),
@@ -184,3 +186,13 @@ def test_each_command_opens_its_tab(ros: RosSystem, command: tuple[str, ...], pl
     assert page.url.partition("#")[2] == place
     page.process.press_ctrl_c()
     assert page.process.wait() == 0
+
+
+@pytest.mark.parametrize("package", ["rqt_reconfigure", "rqt_graph", "rqt_gui"])
+def test_tools_are_found_in_their_packages(ros: RosSystem, package: str) -> None:
+    """As documents start them, with the arguments that roslaunch adds to a node."""
+    tool = ros.pipros.start("rosrun", package, package, "--no-browser", "__name:=tool", "__log:=/tmp/x.log")
+    address = tool.wait_for(r"http\S+")[0]
+    assert address.endswith({"rqt_reconfigure": "#reconfigure"}.get(package, "#graph"))
+    tool.press_ctrl_c()
+    assert tool.wait() == 0

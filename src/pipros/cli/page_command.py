@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from optparse import OptionParser
 from typing import Any
 
 from pipros.cli.program import CommandError, option_parser
+from pipros.names import is_legal_remapping
 
 
 def page_parser(name: str, usage: str) -> OptionParser:
@@ -17,6 +19,11 @@ def page_parser(name: str, usage: str) -> OptionParser:
     parser.add_option("--control", action="store_true", help="let the page change the system")
     parser.add_option("--no-browser", action="store_true", help="print the address only")
     return parser
+
+
+def without_remappings(argv: Sequence[str]) -> list[str]:
+    """The arguments without `__name:=x` and the like, which roslaunch adds to a `<node>`."""
+    return [word for word in argv if not is_legal_remapping(word)]
 
 
 def show(tool: str, tab: str, options: Any) -> int:

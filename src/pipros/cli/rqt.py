@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Sequence
 from urllib.parse import quote
 
-from pipros.cli.page_command import page_parser, show
+from pipros.cli.page_command import page_parser, show, without_remappings
 from pipros.cli.program import run
 from pipros.cli.streams import command
 from pipros.graph.client import GraphClient
@@ -20,7 +20,7 @@ def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1) -> M
 
     def body(argv: Sequence[str]) -> int:
         parser = page_parser(name, f"[options] {argument}".rstrip())
-        options, words = parser.parse_args(list(argv))
+        options, words = parser.parse_args(without_remappings(argv))
         if limit is not None and len(words) > limit:
             parser.error(f"unexpected argument: {words[-1]}")
         with GraphClient(name) as graph:
@@ -47,6 +47,7 @@ rqt_image_view = _tool("rqt_image_view", "images", "[topic]")
 rqt_logger_level = _tool("rqt_logger_level", "console", "[node]")
 rqt_plot = _tool("rqt_plot", "plot", "[/topic/field1:field2 ...]", most=None)
 rqt_publisher = _tool("rqt_publisher", "publish", "[topic]")
+rqt_reconfigure = _tool("rqt_reconfigure", "reconfigure", "[server]")
 rqt_robot_monitor = _tool("rqt_robot_monitor", "diagnostics")
 rqt_service_caller = _tool("rqt_service_caller", "services", "[service]")
 rqt_tf_tree = _tool("rqt_tf_tree", "tf")

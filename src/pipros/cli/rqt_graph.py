@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.page_command import page_parser, show
+from pipros.cli.page_command import page_parser, show, without_remappings
 from pipros.cli.program import CommandError, run
 from pipros.cli.streams import command
 
@@ -33,7 +33,7 @@ def _main(argv: Sequence[str]) -> int:
     parser.add_option(
         "--all", action="store_true", help="hide nothing, such as /rosout and the nodes of tools"
     )
-    options, arguments = parser.parse_args(list(argv))
+    options, arguments = parser.parse_args(without_remappings(argv))
     if arguments:
         parser.error(f"unexpected argument: {arguments[0]}")
     if options.mode not in ("nodes", "active", "all"):

@@ -28,9 +28,12 @@ from pipros.web.views.images import ImageViews
 from pipros.web.views.params import ParamViews
 from pipros.web.views.plot import PlotViews
 from pipros.web.views.processes import ProcessViews
+from pipros.web.views.reconfigure import ReconfigureViews
 from pipros.web.views.topics import TopicViews
 
-CHANGING = frozenset({"call_service", "delete_param", "publishing", "set_logger_level", "set_param"})
+CHANGING = frozenset(
+    {"call_service", "delete_param", "publishing", "set_logger_level", "set_param", "set_reconfigured"}
+)
 """The views and actions that change the system."""
 
 
@@ -107,7 +110,7 @@ async def _serve(options: PageOptions, system: System) -> None:
 def services(system: System, *, has_control: bool) -> Services:
     """All views and actions of the page."""
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
-    console, parameters = ConsoleViews(system), ParamViews(system)
+    console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
     views: Mapping[str, View] = {
         "console": console.console,
         "diagnostics": DiagnosticViews(system).diagnostics,
@@ -119,6 +122,8 @@ def services(system: System, *, has_control: bool) -> Services:
         "plot": PlotViews(system).plot,
         "processes": ProcessViews(system).processes,
         "publishing": calls.publishing,
+        "reconfigurable": servers.reconfigurable,
+        "reconfigure": servers.reconfigure,
         "services": calls.services,
         "topic": topics.topic,
         "topics": topics.topics,
@@ -137,6 +142,7 @@ def services(system: System, *, has_control: bool) -> Services:
         "service": calls.service,
         "set_logger_level": console.set_logger_level,
         "set_param": parameters.set_param,
+        "set_reconfigured": servers.set_reconfigured,
     }
     return Services(views, actions, CHANGING, has_control)
 

@@ -20,6 +20,9 @@ WINDOW = 200
 QUIET_S = 3.0
 """A topic without a message for so long, or for three of its intervals, has no rate."""
 
+SHORTEST_S = 0.1
+"""Fewer messages than `WINDOW` within a shorter time have no rate."""
+
 Listener = Callable[[RawMessage, float], object]
 """Called in the thread of the link with each message and the wall time when it came, in seconds."""
 
@@ -72,6 +75,8 @@ class TopicWatch:
         with self._lock:
             rate, bandwidth = self._rate.figures(), self._bandwidth.figures(now_s)
             is_quiet = now_s - self._last_s > max(QUIET_S, 3 * rate.mean if rate else 0.0)
+            # Messages that waited on the way come together, and tell no rate.
+            is_quiet |= rate is not None and rate.count < WINDOW - 1 and rate.mean * rate.count < SHORTEST_S
             return {
                 "rate": 1.0 / rate.mean if rate and rate.mean > 0 and not is_quiet else None,
                 "bandwidth": bandwidth[0] if bandwidth and not is_quiet else None,

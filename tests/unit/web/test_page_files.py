@@ -38,5 +38,7 @@ def test_texts_of_the_system_never_become_markup(file: object) -> None:
 
 
 def test_every_tab_has_a_file() -> None:
-    tabs = re.findall(r'^  \["(\w+)", "\w+"\],$', (PAGE / "app.js").read_text(), re.MULTILINE)
-    assert {file.stem for file in (PAGE / "tabs").iterdir()} == set(tabs)
+    app = (PAGE / "app.js").read_text()
+    tabs = re.findall(r'^  \["(\w+)", "\w+"\],$', app, re.MULTILINE)
+    parts = re.findall(r'(\w+): "\w+"', re.findall(r"^const PARTS = \{(.*)\};$", app, re.MULTILINE)[0])
+    assert {file.stem for file in (PAGE / "tabs").iterdir()} == {*tabs, *parts}

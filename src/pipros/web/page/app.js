@@ -18,6 +18,9 @@ const TABS = [
   ["publish", "Publish"],
 ];
 
+// Parts of a tab that have addresses of their own.
+const PARTS = { reconfigure: "params" };
+
 const view = document.getElementById("view");
 const tabs = document.getElementById("tabs");
 const system = document.getElementById("system");
@@ -31,17 +34,24 @@ if (location.search) history.replaceState(null, "", location.pathname + location
 
 const place = () => {
   const [name, argument] = currentPlace();
-  return TABS.some(([tab]) => tab === name) ? [name, argument] : ["graph", ""];
+  return name in PARTS || TABS.some(([tab]) => tab === name) ? [name, argument] : ["graph", ""];
 };
 
 async function show() {
   const [name, argument] = place();
   close();
   close = () => {};
+  const tab = PARTS[name] ?? name;
   for (const link of tabs.children) {
-    link.setAttribute("aria-selected", String(link.dataset.tab === name));
+    const isSelected = link.dataset.tab === tab;
+    link.setAttribute("aria-selected", String(isSelected));
+    link.tabIndex = isSelected ? 0 : -1;
+    if (isSelected) {
+      view.setAttribute("aria-labelledby", link.id);
+      link.scrollIntoView({ block: "nearest", inline: "nearest" });
+    }
   }
-  document.title = `pipros: ${TABS.find(([tab]) => tab === name)[1]}`;
+  document.title = `pipros: ${TABS.find(([each]) => each === tab)[1]}`;
   const [module] = await Promise.all([import(`./tabs/${name}.js`), known]);
   if (place()[0] !== name || place()[1] !== argument) return;
   view.className = `tab-${name}`;
@@ -52,17 +62,20 @@ async function show() {
 function showState() {
   system.className = live.isOpen ? "" : "lost";
   if (!live.isOpen) replace(system, "no connection to the server, trying again");
-  else replace(system, about ? `${about.master}${about.control ? " · can change the system" : " · only looks"}` : "");
+  else if (about) replace(system, h("span", { class: "master" }, about.master), h("span", { class: about.control ? "permit control" : "permit" }, about.control ? "can change the system" : "only looks"));
+  else replace(system);
 }
 
 for (const [name, title] of TABS) {
-  tabs.append(h("a", { href: placeOf(name), role: "tab", "data-tab": name }, title));
+  tabs.append(h("a", { href: placeOf(name), role: "tab", id: `tab-${name}`, "aria-controls": "view", "data-tab": name }, title));
 }
 tabs.addEventListener("keydown", (event) => {
-  const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
-  if (!step) return;
   const links = [...tabs.children];
-  const next = links[(links.indexOf(document.activeElement) + step + links.length) % links.length];
+  const at = links.indexOf(document.activeElement);
+  const to = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: links.length - 1 }[event.key];
+  if (to === undefined) return;
+  event.preventDefault();
+  const next = links[(to + links.length) % links.length];
   next.focus();
   next.click();
 });

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import importlib
+from collections import Counter
 from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
@@ -55,8 +56,14 @@ class _Table:
     def rows(self, observation: Observation) -> list[Mapping[str, Any]]:
         rows: list[Mapping[str, Any]] = []
         kept = {}
+        ends = Counter(
+            end
+            for connection in observation.connections
+            for end in {connection.publisher, connection.subscriber}
+        )
         for name, node in sorted(observation.nodes.items()):
             row: dict[str, Any] = {"name": name, "host": "", "uri": node.uri, "error": node.error}
+            row["connections"] = ends[name]
             rows.append(row)
             if not node.uri:
                 continue

@@ -4,7 +4,7 @@ import { live } from "../live.js";
 import { h, replace } from "../dom.js";
 
 const KEPT = 100000;
-const ROW = 24;
+const ROW = 22;
 const LEVELS = [[1, "Debug"], [2, "Info"], [4, "Warn"], [8, "Error"], [16, "Fatal"]];
 const [LEVEL, NODE, TEXT, STAMP, FILE, LINE, FUNCTION] = [0, 1, 2, 3, 4, 5, 6];
 
@@ -12,6 +12,7 @@ export function open(view, argument, { control }) {
   let entries = [];
   let shown = [];
   let lost = 0;
+  let selected = null; // an entry
   let isPaused = false;
   let waiting = [];
   const levels = new Set(LEVELS.map(([level]) => level));
@@ -28,7 +29,7 @@ export function open(view, argument, { control }) {
   const error = h("div", { class: "error", role: "alert" });
   const space = h("div", { class: "space" });
   const rows = h("div", { class: "rows", role: "log", "aria-live": "off" });
-  const scroll = h("div", { class: "scroll log", tabindex: 0, onscroll: () => drawRows() }, space, rows);
+  const scroll = h("div", { class: "scroll log", tabindex: 0, role: "group", "aria-label": "Entries; up and down choose one", onscroll: () => drawRows(), onkeydown: (event) => onKey(event) }, space, rows);
   const side = h("aside", { hidden: true, "aria-label": "Entry" });
   view.append(h("div", { class: "column" },
     h("div", { class: "bar" }, LEVELS.map(([level, name]) => h("label", { class: `level-${level}` }, h("input", { type: "checkbox", checked: true, onchange: (event) => { if (event.target.checked) levels.add(level); else levels.delete(level); filter(); } }), name)), node, text, place, h("span", { class: "spring" }), count, pause,
@@ -67,14 +68,33 @@ export function open(view, argument, { control }) {
     const first = Math.max(0, Math.floor(scroll.scrollTop / ROW) - 5);
     const last = Math.min(shown.length, first + Math.ceil(scroll.clientHeight / ROW) + 10);
     rows.style.transform = `translateY(${first * ROW}px)`;
-    replace(rows, shown.slice(first, last).map((entry) => h("div", { class: `entry level-${entry[LEVEL]}`, onclick: () => showEntry(entry) },
+    replace(rows, shown.slice(first, last).map((entry) => h("div", { class: `entry level-${entry[LEVEL]}${entry === selected ? " selected" : ""}`, onclick: () => showEntry(entry) },
       h("span", { class: "when" }, time(entry[STAMP])), h("span", { class: "kind" }, levelName(entry[LEVEL])), h("span", { class: "node" }, entry[NODE]), h("span", { class: "text" }, entry[TEXT].replaceAll("\n", " ⏎ ")))));
   }
 
+  function onKey(event) {
+    if (event.key === "Escape" && selected) { closeEntry(); return; }
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (!step || !shown.length) return;
+    event.preventDefault();
+    const at = selected ? shown.indexOf(selected) + step : Math.floor((scroll.scrollTop + scroll.clientHeight) / ROW) - 1;
+    const next = Math.min(shown.length - 1, Math.max(0, at));
+    scroll.scrollTop = Math.min(next * ROW, Math.max(scroll.scrollTop, (next + 1) * ROW - scroll.clientHeight));
+    showEntry(shown[next]);
+  }
+
+  function closeEntry() {
+    selected = null;
+    side.hidden = true;
+    drawRows();
+  }
+
   function showEntry(entry) {
+    selected = entry;
     side.hidden = false;
+    drawRows();
     replace(side, h("h2", {}, entry[NODE]), h("dl", {}, Object.entries({ Level: levelName(entry[LEVEL]), Time: `${time(entry[STAMP])} (${entry[STAMP]})`, Place: entry[FILE] ? `${entry[FILE]}:${entry[LINE]}` : "–", Function: entry[FUNCTION] || "–" }).map(([key, value]) => [h("dt", {}, key), h("dd", {}, value)])),
-      h("h3", {}, "Text"), h("pre", { class: "mono whole" }, entry[TEXT]), h("button", { onclick: () => { side.hidden = true; } }, "Close"));
+      h("h3", {}, "Text"), h("pre", { class: "mono whole" }, entry[TEXT]), h("button", { onclick: () => closeEntry() }, "Close"));
   }
 
   // Logger levels -----------------------------------------------------------------------------------------------------
@@ -111,4 +131,5 @@ export function open(view, argument, { control }) {
 }
 
 const levelName = (level) => LEVELS.find(([number]) => number === level)?.[1] ?? String(level);
-const time = (stamp) => new Date(stamp * 1000).toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit", fractionalSecondDigits: 3 });
+const clock = new Intl.DateTimeFormat("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit", fractionalSecondDigits: 3 });
+const time = (stamp) => clock.format(stamp * 1000);

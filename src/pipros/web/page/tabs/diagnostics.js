@@ -19,7 +19,7 @@ export function open(view, argument) {
   function draw() {
     const numbers = [0, 0, 0, 0];
     for (const component of components) numbers[component.level] += 1;
-    replace(counts, LEVELS.map((name, level) => h("span", { class: `badge diagnostic-${level}` }, `${name}: ${numbers[level]}`)));
+    replace(counts, LEVELS.map((name, level) => h("span", { class: numbers[level] ? `badge diagnostic-${level}` : "badge none" }, `${name}: ${numbers[level]}`)));
     const root = { below: new Map() };
     for (const component of components) {
       let branch = root;
@@ -41,7 +41,7 @@ export function open(view, argument) {
       const label = [h("span", { class: `dot diagnostic-${worst(below)}` }), below.component
         ? h("button", { class: "plain", onclick: () => { selected = below.component.name; draw(); } }, part, h("span", { class: "key" }, ` ${below.component.message}`)) : part];
       if (!below.below.size) return h("li", {}, label);
-      const details = h("details", { open: !closed.has(own), ontoggle: () => { if (details.open) closed.delete(own); else closed.add(own); } }, h("summary", {}, label), tree(below, own));
+      const details = h("details", { open: !closed.has(own), ontoggle: () => { if (details.isConnected) { if (details.open) closed.delete(own); else closed.add(own); } } }, h("summary", {}, label), tree(below, own));
       return h("li", {}, details);
     }));
   }
@@ -52,7 +52,7 @@ export function open(view, argument) {
     if (!component) return;
     replace(side, h("h2", {}, component.name), h("p", {}, h("span", { class: `badge diagnostic-${component.level}` }, LEVELS[component.level] ?? component.level), ` ${component.message}`),
       h("dl", {}, h("dt", {}, "Hardware"), h("dd", {}, component.hardware || "–"), h("dt", {}, "Age"), h("dd", {}, `${component.age} s`)),
-      h("h3", {}, "History"), h("div", { class: "history" }, component.history.map(([when, level]) => h("span", { class: `dot diagnostic-${level}`, title: new Date(when * 1000).toLocaleTimeString() }))),
+      h("h3", {}, "History"), h("div", { class: "history", role: "img", "aria-label": `The newest ${component.history.length} levels` }, component.history.map(([when, level]) => h("span", { class: `dot diagnostic-${level}`, title: new Date(when * 1000).toLocaleTimeString() }))),
       h("h3", {}, "Values"), h("table", {}, component.values.map(([key, value]) => h("tr", {}, h("td", { class: "key" }, key), h("td", {}, value)))),
       h("button", { onclick: () => { selected = ""; draw(); } }, "Close"));
   }

@@ -66,8 +66,8 @@ export function open(view, argument) {
       h("span", { class: "choices", role: "group", "aria-label": "Hide" }, "Hide:", HIDDEN.map(([name, title]) => h("label", {},
         h("input", { type: "checkbox", checked: options[name], onchange: (event) => change(name, event.target.checked) }), title))),
       search, h("span", { class: "spring" }), counts,
-      h("button", { onclick: () => fit() }, "Fit"),
-      h("button", { onclick: () => save("svg") }, "SVG"), h("button", { onclick: () => save("png") }, "PNG"), h("button", { onclick: () => save("dot") }, "DOT"));
+      h("button", { title: "Show all of it (0)", onclick: () => fit() }, "Fit"),
+      h("span", { class: "buttons", role: "group", "aria-label": "Save the picture" }, ["svg", "png", "dot"].map((format) => h("button", { title: `Save as ${format.toUpperCase()}`, onclick: () => save(format) }, format.toUpperCase()))));
   }
 
   function look() {
@@ -267,7 +267,7 @@ function nodePanel(side, name) {
     replace(body,
       node.known ? null : h("p", { class: "error" }, "The master does not know this node any more."),
       node.error ? h("p", { class: "error" }, `Does not answer: ${node.error}`) : null,
-      h("dl", {}, h("dt", {}, "Node"), h("dd", {}, "ROS node"), h("dt", {}, "URI"), h("dd", {}, node.uri || "–")),
+      h("dl", {}, h("dt", {}, "URI"), h("dd", {}, node.uri || "–")),
       list("Publications", node.publications.map(topic)),
       list("Subscriptions", node.subscriptions.map(topic)),
       list("Services", node.services),

@@ -11,6 +11,7 @@ const COLUMNS = [
   ["cpu", "Processor", (row) => (row.cpu === undefined ? "–" : `${row.cpu.toFixed(1)} %`), true],
   ["memory", "Memory", (row) => bytes(row.memory), true],
   ["threads", "Threads", (row) => row.threads ?? "–", true],
+  ["connections", "Connections", (row) => row.connections, true],
   ["files", "Descriptors", (row) => row.files ?? "–", true],
   ["error", "State", (row) => (row.error ? h("span", { class: "error-text" }, `does not answer: ${row.error}`) : "answers"), false],
 ];
@@ -20,14 +21,15 @@ export function open(view) {
   const body = h("tbody", {});
   let order = "cpu";
   let rows = [];
-  view.append(h("div", { class: "column" }, error, h("div", { class: "scroll" }, h("table", {}, h("thead", {}, h("tr", {}, COLUMNS.map(([key, title, , isNumber]) => h("th", { class: isNumber ? "number" : "" }, h("button", { class: "plain", onclick: () => { order = key; draw(); } }, title))))), body))));
+  view.append(h("div", { class: "column" }, error, h("div", { class: "scroll" }, h("table", {}, h("thead", {}, h("tr", {}, COLUMNS.map(([key, title, , isNumber]) => h("th", { class: isNumber ? "number" : "", "data-key": key }, h("button", { class: "plain", onclick: () => { order = key; draw(); } }, title))))), body))));
 
   function draw() {
     const sorted = [...rows].sort((one, other) => {
       const [a, b] = [one[order] ?? -1, other[order] ?? -1];
       return typeof a === "number" && typeof b === "number" ? b - a : String(a).localeCompare(String(b));
     });
-    replace(body, sorted.map((row) => h("tr", {}, COLUMNS.map(([, , text, isNumber]) => h("td", { class: isNumber ? "number" : "" }, text(row))))));
+    for (const head of body.parentElement.querySelectorAll("th")) head.setAttribute("aria-sort", head.dataset.key === order ? (typeof sorted[0]?.[order] === "number" ? "descending" : "ascending") : "none");
+    replace(body, sorted.map((row) => h("tr", {}, COLUMNS.map(([key, , text, isNumber]) => h("td", { class: isNumber ? "number" : key === "error" ? "long" : "" }, text(row))))));
   }
 
   return live.watch("processes", {}, (data) => {

@@ -2,6 +2,7 @@
 
 import { live } from "../live.js";
 import { h, replace } from "../dom.js";
+import { sections } from "../sections.js";
 
 const MARKED_MS = 4000;
 
@@ -11,8 +12,8 @@ export function open(view, argument, { control }) {
   const body = h("div", { class: "scroll params" });
   const name = h("input", { placeholder: "/name", "aria-label": "Name", spellcheck: "false" });
   const value = h("input", { placeholder: "value in YAML", "aria-label": "Value", spellcheck: "false", size: 24 });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, search, h("span", { class: "spring" }),
-    control ? h("form", { onsubmit: async (event) => { event.preventDefault(); await change("set_param", { name: name.value, value: value.value }); } }, name, " ", value, " ", h("button", {}, "Set"), " ",
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, sections("params"), search, h("span", { class: "spring" }),
+    control ? h("form", { class: "choices", onsubmit: async (event) => { event.preventDefault(); await change("set_param", { name: name.value, value: value.value }); } }, name, value, h("button", {}, "Set"),
       h("button", { type: "button", onclick: () => change("delete_param", { name: name.value }) }, "Delete")) : null), error, body));
   let params = {};
   let changed = new Map();
@@ -43,15 +44,21 @@ export function open(view, argument, { control }) {
     replace(body, names.length ? branch(root, "") : h("div", { class: "note" }, wanted ? "No parameter matches." : "There are no parameters."));
   }
 
+  function edit(key) {
+    name.value = key;
+    value.value = typeof params[key] === "string" ? params[key] : JSON.stringify(params[key]);
+    value.focus();
+  }
+
   function branch(level, ns) {
     return h("ul", { class: "tree" }, [...level].map(([part, below]) => {
       const path = `${ns}/${part}`;
       if (below instanceof Map) {
-        const details = h("details", { open: !closed.has(path), ontoggle: () => { if (details.open) closed.delete(path); else closed.add(path); } }, h("summary", {}, `${part}/`), branch(below, path));
+        const details = h("details", { open: !closed.has(path), ontoggle: () => { if (details.isConnected) { if (details.open) closed.delete(path); else closed.add(path); } } }, h("summary", {}, `${part}/`), branch(below, path));
         return h("li", {}, details);
       }
-      return h("li", { class: changed.has(below) ? "changed" : "", onclick: () => { name.value = below; value.value = typeof params[below] === "string" ? params[below] : JSON.stringify(params[below]); } },
-        h("span", { class: "key" }, `${part}: `), JSON.stringify(params[below]));
+      const text = [h("span", { class: "key" }, `${part}: `), JSON.stringify(params[below])];
+      return h("li", { class: changed.has(below) ? "changed" : "" }, control ? h("button", { class: "plain", title: "Edit", onclick: () => edit(below) }, text) : text);
     }));
   }
 

@@ -7,6 +7,8 @@ import uPlot from "../vendor/uPlot.js";
 
 const COLOURS = ["#2f6fb3", "#c0392b", "#1a7f37", "#9a6700", "#7d4cdb", "#00838f", "#ad1457", "#5d6d7e"];
 const KEPT_POINTS = 50000;
+// How a time axis is labelled, by the seconds between two labels: 24 hours, as logs have it.
+const TIMES = [[3600, "{HH}:{mm}", null, null, null, null, null, null, 1], [60, "{HH}:{mm}", null, null, null, null, null, null, 1], [1, ":{ss}", "\n{HH}:{mm}", null, null, null, "\n{HH}:{mm}", null, 1], [0.001, ":{ss}.{fff}", "\n{HH}:{mm}", null, null, null, "\n{HH}:{mm}", null, 1]];
 
 export function open(view, argument) {
   const curves = new Map(); // field to {field, times, values, close, colour, lost}
@@ -82,6 +84,7 @@ export function open(view, argument) {
     plot?.destroy();
     plot = null;
     hint.hidden = curves.size > 0;
+    replace(legend);
     if (!curves.size) { replace(legend); return; }
     const style = getComputedStyle(document.body);
     const ink = style.getPropertyValue("--ink");
@@ -91,20 +94,20 @@ export function open(view, argument) {
     plot = new uPlot({
       ...size(),
       series: [{}, ...[...curves.values()].map((curve) => ({ label: curve.field, stroke: curve.colour, width: 1.5, spanGaps: false }))],
-      axes: [axis, { ...axis, size: 64 }],
+      axes: [{ ...axis, values: TIMES }, { ...axis, size: 64 }],
       scales: { x: { time: true }, y: { range: (_, min, max) => {
         const spread = max > min ? (max - min) * .05 : Math.abs(max) * .05 || 1;
         return [limit(low) ?? min - spread, limit(high) ?? max + spread];
       } } },
-      legend: { show: true },
+      legend: { show: false },
       cursor: { drag: { x: true, y: false } },
-      hooks: { setSelect: [(own) => { isZoomed = own.select.width > 0; }] },
+      hooks: { setSelect: [(own) => { isZoomed = own.select.width > 0; }], setCursor: [() => drawLegend()] },
     }, data(), chart);
     chart.ondblclick = () => { isZoomed = false; needsDraw = true; };
     needsDraw = true;
   }
 
-  const size = () => ({ width: Math.max(200, chart.clientWidth - 8), height: Math.max(160, chart.clientHeight - 44) });
+  const size = () => ({ width: Math.max(200, chart.clientWidth - 8), height: Math.max(160, chart.clientHeight - 10) });
 
   function data() {
     const all = [...curves.values()];
@@ -115,16 +118,32 @@ export function open(view, argument) {
   function draw() {
     if (!plot) return;
     needsDraw = false;
-    replace(legend, [...curves.values()].map((curve) => h("span", { class: "curve" },
-      h("b", { class: "swatch" }), `${curve.field}: ${curve.values.at(-1) ?? "–"}${curve.lost ? ` (${curve.lost} not shown)` : ""} ${curve.problem}`,
-      h("button", { "aria-label": `Remove ${curve.field}`, onclick: () => remove(curve.field) }, "×"))));
-    [...legend.querySelectorAll(".swatch")].forEach((swatch, index) => { swatch.style.background = [...curves.values()][index].colour; });
+    drawLegend();
     replace(error, "");
     plot.setData(data(), false);
     if (!isZoomed) {
       const end = Math.max(...[...curves.values()].map((curve) => curve.times.at(-1) ?? 0));
       if (end) plot.setScale("x", { min: end - Number(seconds.value), max: end });
     } else plot.redraw();
+  }
+
+  // The values at the cursor, or the newest ones.
+  function drawLegend() {
+    if (!plot || legend.childElementCount !== curves.size + 1) {
+      replace(legend, [...curves.values()].map((curve) => {
+        const swatch = h("b", { class: "swatch" });
+        swatch.style.background = curve.colour;
+        return h("span", { class: "curve" }, swatch, h("span", {}), h("button", { class: "plain", "aria-label": `Remove ${curve.field}`, onclick: () => remove(curve.field) }, "×"));
+      }), h("span", { class: "key at" }));
+    }
+    const at = plot?.cursor.idx ?? null;
+    [...curves.values()].forEach((curve, index) => {
+      const value = at === null ? curve.values.at(-1) : plot.data[index + 1][at];
+      const text = `${curve.field}: ${number(value)}${curve.lost ? ` (${curve.lost} not shown)` : ""} ${curve.problem}`;
+      const label = legend.children[index].children[1];
+      if (label.textContent !== text) label.textContent = text;
+    });
+    legend.lastChild.textContent = at === null ? "" : `at ${clock(plot.data[0][at])}`;
   }
 
   function saveCsv() {
@@ -147,3 +166,6 @@ export function open(view, argument) {
     plot?.destroy();
   };
 }
+
+const number = (value) => (value === null || value === undefined ? "–" : String(Number(value.toPrecision(7))));
+const clock = (seconds) => new Date(seconds * 1000).toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit", fractionalSecondDigits: 2 });

@@ -10,7 +10,7 @@ export function open(view, argument, { control }) {
   const error = h("div", { class: "error", role: "alert" });
   const body = h("tbody", {});
   const side = h("aside", { hidden: true, "aria-label": "Service" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter), error, h("div", { class: "scroll" }, h("table", {}, h("thead", {}, h("tr", {}, h("th", {}, "Service"), h("th", {}, "Node"))), body))), side);
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter), error, h("div", { class: "scroll" }, h("table", { role: "grid", "aria-label": "Services" }, h("thead", {}, h("tr", {}, h("th", {}, "Service"), h("th", {}, "Node"))), body))), side);
   let services = [];
   let selected = "";
 

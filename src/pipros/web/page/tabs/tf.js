@@ -3,6 +3,8 @@
 import { live } from "../live.js";
 import { h, hertz, replace, s } from "../dom.js";
 
+const LARGEST_SCALE = 1.3;
+
 export function open(view) {
   const error = h("div", { class: "error", role: "alert" });
   const canvas = s("svg", { class: "canvas", role: "img", "aria-label": "Tree of frames" });
@@ -19,7 +21,9 @@ export function open(view) {
 }
 
 function draw(canvas, scene) {
-  canvas.setAttribute("viewBox", `0 0 ${scene.width} ${scene.height}`);
+  const width = Math.max(scene.width, canvas.clientWidth / LARGEST_SCALE);
+  const height = Math.max(scene.height, canvas.clientHeight / LARGEST_SCALE);
+  canvas.setAttribute("viewBox", `${(scene.width - width) / 2} ${(scene.height - height) / 2} ${width} ${height}`);
   canvas.replaceChildren(
     s("defs", {}, s("marker", { id: "head", viewBox: "0 0 8 8", refX: 7.5, refY: 4, markerWidth: 8, markerHeight: 8, orient: "auto" }, s("path", { class: "head", d: "M0,0.5 L8,4 L0,7.5 Z" }))),
     ...scene.arrows.map((arrow) => s("path", { class: "arrow", d: arrow.path, "marker-end": "url(#head)" })),

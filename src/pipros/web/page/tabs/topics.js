@@ -12,7 +12,7 @@ export function open(view, argument) {
   const side = h("aside", { hidden: true, "aria-label": "Topic" });
   view.append(
     h("div", { class: "column" }, h("div", { class: "bar" }, filter), error, h("div", { class: "scroll" },
-      h("table", {}, h("thead", {}, h("tr", {}, ["Topic", "Type", "Publishers", "Subscribers"].map((title) => h("th", {}, title)), h("th", { class: "number" }, "Rate"))), body))),
+      h("table", { role: "grid", "aria-label": "Topics" }, h("thead", {}, h("tr", {}, ["Topic", "Type", "Publishers", "Subscribers"].map((title) => h("th", {}, title)), h("th", { class: "number" }, "Rate"))), body))),
     side);
   let topics = [];
   let selected = "";
@@ -25,8 +25,8 @@ export function open(view, argument) {
     replace(body, shown.map((topic) => h("tr", {
       tabindex: 0, "data-name": topic.name, "aria-selected": String(topic.name === selected),
       onclick: () => select(topic.name), onkeydown: (event) => { if (event.key === "Enter") select(topic.name); },
-    }, h("td", {}, topic.name), h("td", { class: "mono" }, topic.type), h("td", {}, topic.publishers.join(", ")),
-    h("td", {}, topic.subscribers.join(", ")), h("td", { class: "number" }, hertz(topic.rate)))));
+    }, h("td", {}, topic.name), h("td", { class: "mono" }, topic.type), h("td", { class: "long" }, topic.publishers.join(", ")),
+    h("td", { class: "long" }, topic.subscribers.join(", ")), h("td", { class: "number" }, hertz(topic.rate)))));
     if (focused) body.querySelector(`[data-name="${CSS.escape(focused)}"]`)?.focus();
     if (!topics.length) replace(body, h("tr", {}, h("td", { colspan: 5, class: "note" }, "There are no topics.")));
   }

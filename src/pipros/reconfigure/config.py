@@ -1,0 +1,207 @@
+"""Configurations and their descriptions, as the messages of a server tell them. Values in, values out.
+
+A message here is anything with the fields of `dynamic_reconfigure/Config` or `ConfigDescription`.
+"""
+
+from __future__ import annotations
+
+from ast import literal_eval
+from collections.abc import Mapping
+from copy import deepcopy
+from typing import Any
+
+from pipros.errors import PiprosError
+from pipros.reconfigure.generator import TYPES
+
+_TRUE = ("yes", "true", "t", "1")
+_LISTS = {"bool": "bools", "int": "ints", "str": "strs", "double": "doubles"}
+
+
+class BadValue(PiprosError):
+    """A parameter does not exist, or cannot have that value."""
+
+
+class Config(dict[str, Any]):
+    """A dictionary whose values are attributes, too."""
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self[name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self[name] = value
+
+    def copy(self) -> Config:
+        return Config(self)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Config:
+        return type(self)({key: deepcopy(value, memo) for key, value in self.items()})
+
+
+def group_dict(group: Any) -> Config:
+    """A group or the state of one, without what is in it."""
+    return Config(
+        id=group.id,
+        parent=group.parent,
+        name=group.name,
+        type=getattr(group, "type", ""),
+        state=getattr(group, "state", True),
+        groups=Config(),
+        parameters=Config(),
+    )
+
+
+def get_tree(message: Any, group: Any = None) -> Config:
+    """The groups of a message as a tree: the root, or what is in `group`; of groups with one id the first."""
+    placed = {0} if group is None else {0, group.id}
+    if group is not None:
+        return _below(message, group, placed)
+    root = next((each for each in message.groups if each.id == 0), None)
+    if root is None:
+        return Config()
+    tree = group_dict(root)
+    tree["groups"] = _below(message, root, placed)
+    return tree
+
+
+def _below(message: Any, group: Any, placed: set[int]) -> Config:
+    children = Config()
+    for each in message.groups:
+        if each.parent == group.id and each.id not in placed:
+            placed.add(each.id)  # a peer may have written a circle
+            child = group_dict(each)
+            child["groups"] = _below(message, each, placed)
+            children[child["name"]] = child
+    return children
+
+
+def values(message: Any) -> Config:
+    """The parameters of a configuration by their names."""
+    lists = (message.bools, message.ints, message.strs, message.doubles)
+    return Config({each.name: each.value for each in (part for some in lists for part in some)})
+
+
+def decode_config(message: Any, description: Any = None) -> Config:
+    """The configuration of a message; with a decoded description, values are in their groups, too."""
+    config = values(message)
+    if message.groups and description is not None:
+        config["groups"] = get_tree(message)
+        _fill_groups(config, config["groups"], description)
+    return config
+
+
+def _fill_groups(config: Config, group: Any, described: Any) -> None:
+    for parameter in described["parameters"]:
+        if parameter["name"] in config:
+            group[parameter["name"]] = config[parameter["name"]]
+    known = described["groups"]
+    inner = {each["name"]: each for each in (known.values() if isinstance(known, dict) else known)}
+    for each in group.get("groups", {}).values():
+        if each["name"] in inner:
+            _fill_groups(config, each, inner[each["name"]])
+
+
+def decode_description(message: Any) -> Config:
+    """The tree of groups with their parameters that a message describes.
+
+    Raises:
+        KeyError: bounds or a default are missing.
+    """
+    low, high, standard = (values(part) for part in (message.min, message.max, message.dflt))
+    by_id = {group.id: group for group in message.groups}
+    tree = get_tree(message)
+
+    def fill(group: Any) -> None:
+        group["parameters"] = [
+            {
+                "name": each.name,
+                "min": low[each.name],
+                "max": high[each.name],
+                "default": standard[each.name],
+                "type": each.type,
+                "level": each.level,
+                "description": each.description,
+                "edit_method": each.edit_method,
+            }
+            for each in by_id[group["id"]].parameters
+        ]
+        for inner in group["groups"].values():
+            fill(inner)
+
+    if tree:
+        fill(tree)
+    return tree
+
+
+def constants(edit_method: str) -> list[dict[str, Any]]:
+    """The constants of an enum, which a peer wrote: only literals are read."""
+    if not edit_method:
+        return []
+    try:
+        found = literal_eval(edit_method)["enum"]
+        return [each for each in found if {"name", "type", "value"} <= each.keys() and each["type"] in TYPES]
+    except (ValueError, SyntaxError, KeyError, TypeError, AttributeError, MemoryError, RecursionError):
+        return []
+
+
+def converted(described: Any, value: Any) -> Any:
+    """A value of a parameter as its type has it; for enums also by the name of a constant.
+
+    Args:
+        described: the parameter, as `decode_description` gives it.
+
+    Raises:
+        BadValue: the parameter cannot have this value.
+    """
+    wanted = TYPES.get(described["type"], str)
+    if isinstance(value, str):
+        if wanted is bool:
+            return value.lower() in _TRUE
+        for constant in constants(described["edit_method"]):
+            if value.lower() == constant["name"].lower():
+                return TYPES[constant["type"]](constant["value"])
+    try:
+        return wanted(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise BadValue(f"can't set parameter '{described['name']}' of {wanted}: {error}") from error
+
+
+def change_fields(
+    description: Any, changes: Mapping[str, Any], states: Mapping[str, bool] | None = None
+) -> dict[str, list[dict[str, Any]]]:
+    """The fields of the `dynamic_reconfigure/Config` that asks for changes.
+
+    Args:
+        description: as `decode_description` gives it.
+        changes: values by the names of parameters.
+        states: states of groups by the groups' names; the other groups keep theirs.
+
+    Raises:
+        BadValue: a parameter or a group does not exist, or cannot have this value.
+    """
+    fields: dict[str, list[dict[str, Any]]] = {name: [] for name in (*_LISTS.values(), "groups")}
+    groups = list(all_groups(description))
+    described = {each["name"]: each for group in groups for each in group["parameters"]}
+    for name, value in changes.items():
+        if name not in described:
+            raise BadValue(f"don't know parameter: {name}")
+        kind = described[name]["type"]
+        entry = {"name": name, "value": converted(described[name], value)}
+        fields[_LISTS.get(kind, "strs")].append(entry)
+    by_name = {group["name"]: group for group in groups}
+    for name, state in (states or {}).items():
+        if name not in by_name:
+            raise BadValue(f"don't know group: {name}")
+        group = by_name[name]
+        entry = {"name": name, "state": bool(state), "id": group["id"], "parent": group["parent"]}
+        fields["groups"].append(entry)
+    return fields
+
+
+def all_groups(group: Any) -> list[Any]:
+    """A decoded group and all that are in it."""
+    inner = group.get("groups", {})
+    below = inner.values() if isinstance(inner, dict) else inner
+    return [group, *(found for each in below for found in all_groups(each))] if group else []

@@ -1,0 +1,147 @@
+"""Parameters that change while a node runs, of servers of dynamic_reconfigure: `rqt_reconfigure`."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from collections.abc import AsyncIterator, Mapping
+from contextlib import ExitStack
+from typing import Any
+
+from pipros.graph.service_call import ServiceCaller
+from pipros.reconfigure.config import (
+    all_groups,
+    change_fields,
+    constants,
+    decode_config,
+    decode_description,
+    values,
+)
+from pipros.web.server import RequestRefused
+from pipros.web.system import System
+from pipros.web.topic_watch import TopicWatch
+from pipros.web.views.topics import topic_name
+
+LOOK_INTERVAL_S = 0.1
+ANSWER_S = 10.0
+DESCRIPTIONS, UPDATES, SERVICE = "/parameter_descriptions", "/parameter_updates", "/set_parameters"
+WHOLE = 2**31 - 1
+"""The bound of an int that has none."""
+
+
+class ReconfigureViews:
+    """The views of the reconfigurable servers in the Parameters tab."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    async def reconfigurable(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """The names of all servers."""
+        async for observation in self._system.observations():
+            services, publishers = observation.state.services, observation.state.publishers
+            names = (name.removesuffix(SERVICE) for name in services if name.endswith(SERVICE))
+            yield {
+                "servers": sorted(name for name in names if name + DESCRIPTIONS in publishers),
+                "error": observation.error,
+            }
+
+    async def reconfigure(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """One server: its groups with their parameters, and the values whenever they change."""
+        name = topic_name(arguments)
+        shown: tuple[int, int] = 0, 0
+        with ExitStack() as stack:
+            described = stack.enter_context(self._system.topics.watch(name + DESCRIPTIONS))
+            updates = stack.enter_context(self._system.topics.watch(name + UPDATES))
+            while True:
+                numbers = _number(described), _number(updates)
+                if numbers != shown and all(numbers):
+                    groups, current = _decoded(described), _message(updates)
+                    if numbers[0] != shown[0]:
+                        yield {"groups": shown_group(groups)}
+                    yield {"values": shown_values(values(current)), "states": _states(current, groups)}
+                    shown = numbers
+                await asyncio.sleep(LOOK_INTERVAL_S)
+
+    async def set_reconfigured(self, arguments: Mapping[str, Any]) -> Any:
+        """Asks the server for `changes` of parameters and `states` of groups; answers what holds then."""
+        name = topic_name(arguments)
+        changes, states = arguments.get("changes", {}), arguments.get("states", {})
+        if not isinstance(changes, dict) or not isinstance(states, dict):
+            raise RequestRefused("changes and states must be objects: values by names")
+        with self._system.topics.watch(name + DESCRIPTIONS) as described:
+            end_s = time.monotonic() + ANSWER_S
+            while described.newest is None:
+                if time.monotonic() > end_s:
+                    raise RequestRefused(f"{name} does not describe its parameters")
+                await asyncio.sleep(LOOK_INTERVAL_S)
+            groups = _decoded(described)
+        fields = change_fields(groups, changes, states)
+
+        def call() -> Any:
+            caller = ServiceCaller(self._system.graph.master, name + SERVICE)
+            return caller.call(caller.request([{"config": fields}])).config
+
+        answer = await asyncio.to_thread(call)
+        return {"values": shown_values(values(answer)), "states": _states(answer, groups)}
+
+
+def shown_group(group: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A decoded group for the page: parameters with their bounds, where they have some, and constants."""
+    return {
+        "name": group.get("name", ""),
+        "type": group.get("type", ""),
+        "parameters": [_shown_parameter(each) for each in group.get("parameters", ())],
+        "groups": [shown_group(each) for each in group.get("groups", {}).values()],
+    }
+
+
+def _shown_parameter(described: Mapping[str, Any]) -> Mapping[str, Any]:
+    low, high = described["min"], described["max"]
+    is_number = described["type"] in ("int", "double")
+    has_bounds = is_number and math.isfinite(low) and math.isfinite(high) and high - low < WHOLE
+    return {
+        "name": described["name"],
+        "type": described["type"],
+        "description": described["description"],
+        "default": _plain(described["default"]),
+        "bounds": [low, high] if has_bounds else None,
+        "constants": [
+            {
+                "name": str(each["name"]),
+                "value": _plain(each["value"]),
+                "text": str(each.get("description", "")),
+            }
+            for each in constants(described["edit_method"])
+        ],
+    }
+
+
+def shown_values(config: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The values of a configuration; numbers that JSON lacks are texts."""
+    return {name: _plain(value) for name, value in config.items()}
+
+
+def _plain(value: Any) -> Any:
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _states(message: Any, description: Mapping[str, Any]) -> Mapping[str, bool]:
+    tree = decode_config(message, description).get("groups", {})
+    return {group["name"]: bool(group["state"]) for group in all_groups(tree)}
+
+
+def _number(watch: TopicWatch) -> int:
+    return watch.newest.number if watch.newest is not None else 0
+
+
+def _message(watch: TopicWatch) -> Any:
+    return watch.decode(watch.newest.message) if watch.newest is not None else None
+
+
+def _decoded(watch: TopicWatch) -> Mapping[str, Any]:
+    try:
+        return decode_description(_message(watch))
+    except (AttributeError, KeyError, RecursionError) as error:
+        what = f"{watch.topic} must describe parameters with bounds and defaults"
+        raise RequestRefused(f"{what}, and lacks {error}") from None

@@ -1,0 +1,90 @@
+"""What the messages of a dynamic_reconfigure server say, and what asks for changes."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from pipros.reconfigure.config import BadValue, change_fields, constants, decode_description, get_tree
+
+PARAMETER: dict[str, Any] = {"min": "", "max": "", "default": "", "level": 0, "description": ""}
+ENUM = (
+    "{'enum': [{'name': 'Small', 'type': 'int', 'value': 1}, {'name': 'Large', 'type': 'int', 'value': 2}]}"
+)
+DESCRIPTION = {
+    "name": "Default",
+    "id": 0,
+    "parent": 0,
+    "parameters": [
+        PARAMETER | {"name": "gain", "type": "double", "edit_method": ""},
+        PARAMETER | {"name": "size", "type": "int", "edit_method": ENUM},
+    ],
+    "groups": {
+        "Inner": {
+            "name": "Inner",
+            "id": 1,
+            "parent": 0,
+            "parameters": [PARAMETER | {"name": "on", "type": "bool", "edit_method": ""}],
+            "groups": {},
+        }
+    },
+}
+
+
+def group(number: int, parent: int) -> Any:
+    return SimpleNamespace(id=number, parent=parent, name=f"g{number}", type="", parameters=[])
+
+
+def test_changes_are_asked_for_by_type() -> None:
+    fields = change_fields(DESCRIPTION, {"gain": 3, "size": "large", "on": "yes"}, {"Inner": False})
+    assert fields == {
+        "bools": [{"name": "on", "value": True}],
+        "ints": [{"name": "size", "value": 2}],
+        "strs": [],
+        "doubles": [{"name": "gain", "value": 3.0}],
+        "groups": [{"name": "Inner", "state": False, "id": 1, "parent": 0}],
+    }
+
+
+@pytest.mark.parametrize(
+    ("changes", "states", "words"),
+    [
+        ({"nothing": 1}, {}, "don't know parameter: nothing"),
+        ({"gain": "much"}, {}, "can't set parameter 'gain'"),
+        ({"size": float("inf")}, {}, "can't set parameter 'size'"),
+        ({}, {"Nowhere": True}, "don't know group: Nowhere"),
+    ],
+)
+def test_what_cannot_be_asked_for_is_told(changes: Any, states: Any, words: str) -> None:
+    with pytest.raises(BadValue, match=words):
+        change_fields(DESCRIPTION, changes, states)
+
+
+def test_groups_that_a_peer_wrote_in_a_circle_end() -> None:
+    message = SimpleNamespace(groups=[group(0, 0), group(1, 1), group(2, 3), group(3, 2), group(4, 0)])
+    assert list(get_tree(message)["groups"]) == ["g4"]
+    layers = [group(number, number - 1) for number in range(1, 30) for _ in range(2)]
+    tree = get_tree(SimpleNamespace(groups=[group(0, 0), *layers]))
+    depth = 0
+    while tree["groups"]:
+        assert len(tree["groups"]) == 1
+        (tree,) = tree["groups"].values()
+        depth += 1
+    assert depth == 29
+
+
+def test_a_description_needs_bounds() -> None:
+    nothing = SimpleNamespace(bools=[], ints=[], strs=[], doubles=[])
+    root = group(0, 0)
+    root.parameters = [SimpleNamespace(name="x", type="int", level=0, description="", edit_method="")]
+    with pytest.raises(KeyError, match="x"):
+        decode_description(SimpleNamespace(groups=[root], min=nothing, max=nothing, dflt=nothing))
+
+
+@pytest.mark.parametrize(
+    "text", ["", "x", "{", "{'enum': 5}", "{'enum': [1]}", "__import__('os')", "(" * 10_000]
+)
+def test_an_edit_method_is_only_read(text: str) -> None:
+    assert constants(text) == []
