@@ -28,7 +28,7 @@ LAYERS: list[list[set[str]]] = [
     [{"msg"}],
     [{"startup", "net", "workspace"}],
     [{"master", "node"}],
-    [{"launch", "graph", "transforms", "filters", "actions", "diagnostics", "bag"}],
+    [{"launch", "graph", "transforms", "filters", "actions", "diagnostics", "bag", "vision"}],
     [{"testing", "web", "health"}],
     [{"cli"}],
 ]

@@ -1,0 +1,7 @@
+"""cv_bridge, as Noetic has it, on numpy: images of messages as arrays, and back."""
+
+from cv_bridge.boost.cv_bridge_boost import cvtColor2 as cvtColor2
+from cv_bridge.boost.cv_bridge_boost import cvtColorForDisplay as cvtColorForDisplay
+from cv_bridge.boost.cv_bridge_boost import getCvType as getCvType
+from cv_bridge.core import CvBridge as CvBridge
+from cv_bridge.core import CvBridgeError as CvBridgeError

@@ -1,0 +1,1 @@
+"""What genuine cv_bridge has in C++."""

@@ -1,0 +1,131 @@
+"""Colours of images in another arrangement, with the whole-number arithmetic of OpenCV's cvtColor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.vision.encodings import Color
+from pipros.vision.extras import numpy as np
+
+_PLACES = {Color.RGB: (0, 1, 2), Color.BGR: (2, 1, 0), Color.RGBA: (0, 1, 2, 3), Color.BGRA: (2, 1, 0, 3)}
+"""Where each channel of an image is in red, green, blue, alpha."""
+
+# Weights of red, green and blue in a grey value, in parts of 2**15 (ITU-R BT.601).
+_GRAY = (9798, 19235, 3735)
+_GRAY_SHIFT = 15
+
+# The same in parts of 2**14, which OpenCV uses for Bayer patterns.
+_BAYER_GRAY = (4899, 9617, 1868)
+_BAYER_GRAY_SHIFT = 14
+
+# Of YUV, in parts of 2**20 (ITU-R BT.601, luma from 16 to 235).
+_YUV_SHIFT = 20
+_LUMA, _U_TO_BLUE, _U_TO_GREEN, _V_TO_GREEN, _V_TO_RED = 1220542, 2116026, -409993, -852492, 1673527
+
+_BAYER = {
+    # Column and row of a red pixel, modulo 2.
+    Color.BAYER_RGGB: (0, 0),
+    Color.BAYER_BGGR: (1, 1),
+    Color.BAYER_GBRG: (0, 1),
+    Color.BAYER_GRBG: (1, 0),
+}
+
+
+def is_supported(color: Color, target: Color) -> bool:
+    """Whether images of `color` can be made ones of `target`."""
+    if color is target:
+        return True
+    if color in _BAYER:
+        return target in (Color.GRAY, Color.RGB, Color.BGR)
+    return target is Color.GRAY or target in _PLACES
+
+
+def converted(image: Any, color: Color, target: Color) -> Any:
+    """An image (height, width[, channels]) of 8 or 16 bits without sign in another arrangement of colours.
+
+    Raises:
+        ValueError: `is_supported` denies it.
+    """
+    if color is target:
+        return image
+    if not is_supported(color, target):
+        raise ValueError(f"images of {color.value} cannot be made ones of {target.value}")
+    if color in _BAYER:
+        return _from_bayer(image, color, target)
+    if color is Color.YUV422:
+        return np.ascontiguousarray(image[:, :, 1]) if target is Color.GRAY else _from_yuv(image, target)
+    if color is Color.GRAY:
+        return _arranged((image, image, image, _opaque(image)), target)
+    red, green, blue = (image[:, :, _PLACES[color].index(place)] for place in range(3))
+    if target is Color.GRAY:
+        total = sum(
+            weight * part.astype(np.int64) for weight, part in zip(_GRAY, (red, green, blue), strict=True)
+        )
+        return _descaled(total, _GRAY_SHIFT).astype(image.dtype)
+    alpha = image[:, :, 3] if len(_PLACES[color]) == 4 else _opaque(red)
+    return _arranged((red, green, blue, alpha), target)
+
+
+def _descaled(values: Any, shift: int) -> Any:
+    return (values + (1 << (shift - 1))) >> shift
+
+
+def _opaque(channel: Any) -> Any:
+    return np.full(channel.shape, np.iinfo(channel.dtype).max, channel.dtype)
+
+
+def _arranged(parts: tuple[Any, Any, Any, Any], target: Color) -> Any:
+    """One image of red, green, blue and alpha."""
+    return np.stack([parts[place] for place in _PLACES[target]], axis=-1)
+
+
+def _from_yuv(image: Any, target: Color) -> Any:
+    """Of U, Y, V, Y for each two pixels."""
+    luma = np.maximum(image[:, :, 1].astype(np.int64) - 16, 0) * _LUMA
+    half = 1 << (_YUV_SHIFT - 1)
+    u, v = (np.repeat(image[:, start::2, 0].astype(np.int64) - 128, 2, axis=1) for start in (0, 1))
+    parts = (
+        luma + half + _V_TO_RED * v,
+        luma + half + _U_TO_GREEN * u + _V_TO_GREEN * v,
+        luma + half + _U_TO_BLUE * u,
+    )
+    red, green, blue = (np.clip(part >> _YUV_SHIFT, 0, 255).astype(np.uint8) for part in parts)
+    return _arranged((red, green, blue, _opaque(red)), target)
+
+
+def _from_bayer(image: Any, color: Color, target: Color) -> Any:
+    """Bilinear; the outermost pixels are copies of their neighbours, as OpenCV leaves them."""
+    height, width = image.shape
+    channels = 1 if target is Color.GRAY else 3
+    result = np.zeros((height, width, channels), image.dtype)
+    if height > 2 and width > 2:
+        inside = _demosaiced(image.astype(np.int64), _BAYER[color], target is Color.GRAY)
+        order = (0,) if target is Color.GRAY else _PLACES[target]
+        for place, part in enumerate(order):
+            result[1:-1, 1:-1, place] = inside[part]
+        result[1:-1, 0], result[1:-1, -1] = result[1:-1, 1], result[1:-1, -2]
+        result[0], result[-1] = result[1], result[-2]
+    return result[:, :, 0] if target is Color.GRAY else result
+
+
+def _demosaiced(image: Any, red_at: tuple[int, int], gray: bool) -> list[Any]:
+    """Red, green and blue of the pixels that have eight neighbours; or one grey part."""
+    middle = image[1:-1, 1:-1]
+    beside, above = image[1:-1, :-2] + image[1:-1, 2:], image[:-2, 1:-1] + image[2:, 1:-1]
+    corners = image[:-2, :-2] + image[:-2, 2:] + image[2:, :-2] + image[2:, 2:]
+    rows, columns = np.indices(middle.shape) + 1
+    in_red_row, in_red_column = rows % 2 == red_at[1], columns % 2 == red_at[0]
+    is_red, is_blue = in_red_row & in_red_column, ~in_red_row & ~in_red_column
+    is_green = ~(is_red | is_blue)
+    # Four times each colour; on green pixels two neighbours of a colour count twice.
+    green = np.where(is_green, 4 * middle, beside + above)
+    beside, above = 2 * beside, 2 * above
+    red = np.where(in_red_row, beside, above)
+    red = np.where(is_red, 4 * middle, np.where(is_blue, corners, red))
+    blue = np.where(in_red_row, above, beside)
+    blue = np.where(is_blue, 4 * middle, np.where(is_red, corners, blue))
+    if not gray:
+        return [_descaled(part, 2) for part in (red, green, blue)]
+    # OpenCV cuts digits off where it works on many pixels at once, so its values are at most 1 less.
+    total = sum(weight * part for weight, part in zip(_BAYER_GRAY, (red, green, blue), strict=True))
+    return [_descaled(total, _BAYER_GRAY_SHIFT + 2)]

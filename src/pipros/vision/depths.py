@@ -1,0 +1,43 @@
+"""Values of pixels in another type, rounded and limited as OpenCV does it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.vision.extras import numpy as np
+
+_INT32 = np.iinfo(np.int32)
+
+
+def saturated(values: Any, dtype: str) -> Any:
+    """`values` as `dtype`: rounded half to even, and limited to what the type holds.
+
+    What is not a number, or beyond 32 bits, becomes the least whole number of 32 bits first, as with OpenCV.
+    """
+    target = np.dtype(dtype)
+    if target.kind == "f":
+        with np.errstate(over="ignore"):
+            return values.astype(target)
+    if values.dtype.kind == "f":
+        with np.errstate(invalid="ignore"):
+            rounded = np.rint(values.astype(np.float64))
+            fits = (rounded >= _INT32.min) & (rounded <= _INT32.max)
+        values = np.where(fits, rounded, _INT32.min).astype(np.int32)
+    limits = np.iinfo(target)
+    return np.clip(values.astype(np.int64), limits.min, limits.max).astype(target)
+
+
+def scaled(values: Any, dtype: str, factor: float) -> Any:
+    """`values` times `factor`, as `saturated` has it. Single precision is enough for OpenCV up to 16 bits."""
+    wide = values.dtype in (np.int32, np.float64) or dtype in ("int32", "float64")
+    real = np.float64 if wide else np.float32
+    return saturated(values.astype(real) * real(factor), dtype)
+
+
+def with_depth(image: Any, bits: int, target_bits: int, dtype: str) -> Any:
+    """An image of `bits` per value as one of `target_bits`; between 8 and 16, white stays white."""
+    if (bits, target_bits) == (8, 16):
+        return scaled(image, dtype, 65535 / 255)
+    if (bits, target_bits) == (16, 8):
+        return scaled(image, dtype, 255 / 65535)
+    return image.copy() if image.dtype == dtype else saturated(image, dtype)

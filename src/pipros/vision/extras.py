@@ -1,0 +1,29 @@
+"""What comes with the extras `numpy` and `vision`, or an error that names them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+try:
+    import numpy as numpy
+except ImportError as error:
+    raise ImportError(
+        "images and cameras need numpy, which is not installed. Try: pip install 'pipros[numpy]'",
+        name=error.name,
+    ) from error
+
+
+def opencv(purpose: str) -> Any:
+    """The module `cv2`.
+
+    Raises:
+        ImportError: OpenCV is not installed; the text says what it is needed for and how to get it.
+    """
+    try:
+        import cv2
+    except ImportError as error:
+        raise ImportError(
+            f"{purpose} needs OpenCV, which is not installed. Try: pip install 'pipros[vision]'",
+            name=error.name,
+        ) from error
+    return cv2
