@@ -12,7 +12,11 @@ from pathlib import Path
 from tests.support.environments import EXAMPLES, REPOSITORY, genuine_environment
 from tests.support.once import machine_folder, make_once
 
-_PACKAGES = (EXAMPLES / "composiv_tryouts", REPOSITORY / "tests" / "interop" / "cpp_battery")
+_PACKAGES = (
+    EXAMPLES / "composiv_tryouts",
+    EXAMPLES / "vehicle_battery",
+    REPOSITORY / "tests" / "interop" / "cpp_battery",
+)
 _ROSCPP = Path("/usr/share/roscpp/package.xml")  # with its version
 _BUILD_TIMEOUT_S = 300
 

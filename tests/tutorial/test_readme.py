@@ -17,10 +17,10 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
 
 
-def commands() -> dict[str, str]:
-    """The lines of the console example by their first two words, without what is said beside them."""
+def commands(block: int = 0) -> dict[str, str]:
+    """The lines of a console example by their first two words, without the comments beside them."""
     lines = [
-        line.removeprefix("$ ").partition("  #")[0].strip() for line in blocks("console")[0].splitlines()
+        line.removeprefix("$ ").partition("  #")[0].strip() for line in blocks("console")[block].splitlines()
     ]
     return {" ".join(line.split()[:2]): line for line in lines}
 
@@ -55,6 +55,24 @@ def test_each_command_does_what_it_should_in_a_terminal_of_its_own(ros: RosSyste
         f"$ rosrun composiv_tryouts {name}" in README
         for name in ("composiv_talker.py", "composiv_listener.py", "test_talker.py")
     )
+
+
+def test_the_battery_monitor_warns_is_drawn_and_acknowledged(ros: RosSystem) -> None:
+    typed = commands(1)
+    ros.pipros.start_master()
+
+    def run(words: str, expected: str) -> None:
+        terminal = ros.pipros.open_terminal()
+        terminal.type(typed[words])
+        terminal.wait_for(expected)
+
+    run("roslaunch vehicle_battery", r"battery low: \d+ %")
+    run("rqt_plot /battery_state/percentage", r"http://localhost:\d+/")
+    run("rosservice call", "success: True")
+    terminal = ros.pipros.open_terminal()
+    assert terminal.run(typed["rosrun dynamic_reconfigure"])[0] == 0
+    assert ros.pipros.run("rosparam", "get", "/battery_monitor/low").stdout == ["0.4"]
+    assert len(typed) == 4
 
 
 def test_the_first_python_example_publishes(ros: RosSystem) -> None:

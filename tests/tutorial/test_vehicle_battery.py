@@ -1,0 +1,80 @@
+"""The battery monitor of `examples/`, as its README shows it; its own tests; its bag."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.support.environments import EXAMPLES, VENV_BIN
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+PACKAGE = EXAMPLES / "vehicle_battery"
+
+
+def test_its_own_tests_pass_in_pytest(ros: RosSystem, tmp_path: Path) -> None:
+    tests = tmp_path / "vehicle_battery_tests"  # where the settings of pipros' own tests do not count
+    shutil.copytree(PACKAGE / "test", tests)
+
+    ended = ros.pipros.run(VENV_BIN / "python", "-m", "pytest", "-q", tests, timeout_s=140)
+
+    assert ended.returncode == 0, ended.output
+    counted = re.search(r"(\d+) passed", ended.output)
+    assert counted, ended.output
+    assert int(counted[1]) >= 24, ended.output  # those of battery.test among them
+
+
+def test_the_rostest_passes(ros: RosSystem) -> None:
+    ended = ros.pipros.run("rostest", "vehicle_battery", "battery.test", timeout_s=140)
+
+    assert ended.returncode == 0, ended.output
+    assert " * TESTS: 3" in ended.output
+
+
+def test_a_simulated_battery_warns_and_is_acknowledged(ros: RosSystem) -> None:
+    arguments = ("source:=simulated", "speed:=10", "percentage:=0.2")
+    launched = ros.pipros.start(
+        "roslaunch", "vehicle_battery", "battery.launch", *arguments, "-p", str(ros.port)
+    )
+    launched.wait_for(r"battery low: 20 %")
+
+    wait_until(lambda: ros.publishers("/battery_warning"), 30, "a publisher of warnings")
+    warning = ros.pipros.run("rostopic", "echo", "-n", "1", "/battery_warning")
+    called = ros.pipros.run("rosservice", "call", "/battery_monitor/acknowledge")
+    level = ros.pipros.run("rostopic", "echo", "-n", "1", "/battery_topic")
+    changed = ros.pipros.run(
+        "rosrun", "dynamic_reconfigure", "dynparam", "set", "battery_monitor", "critical", "0.5"
+    )
+    after = ros.pipros.run("rosparam", "get", "/battery_monitor/critical")
+
+    assert "level: 1" in warning.stdout, warning.output
+    assert "success: True" in called.stdout, called.output
+    assert re.fullmatch(r'battery: "%\d+"', level.stdout[0]), level.output
+    assert changed.returncode == 0, changed.output
+    assert after.stdout == ["0.25"]  # not above `low`
+
+
+def test_the_driver_says_which_batteries_there_are(ros: RosSystem) -> None:
+    ros.pipros.start_bare_master()
+
+    ended = ros.pipros.run("rosrun", "vehicle_battery", "battery_driver", "_source:=BAT77")
+
+    assert ended.returncode == 1
+    assert "BAT77 is not a battery of this computer" in ended.output
+
+
+@pytest.mark.parametrize("words", [(), ("a.bag", "b.bag")])
+def test_record_discharge_says_how_it_is_called(ros: RosSystem, words: tuple[str, ...]) -> None:
+    ended = ros.pipros.run("rosrun", "vehicle_battery", "record_discharge", *words)
+
+    assert (ended.returncode, ended.stderr) == (2, ["usage: record_discharge FILE.bag"])
+
+
+def test_the_bag_is_what_record_discharge_writes(ros: RosSystem) -> None:
+    ended = ros.pipros.run("rosrun", "vehicle_battery", "record_discharge", "again.bag")
+
+    assert ended.stdout == ["again.bag: 120 minutes from full to empty"], ended.output
+    assert (ros.home / "again.bag").read_bytes() == (PACKAGE / "bags" / "discharge.bag").read_bytes()
