@@ -148,10 +148,14 @@ class World:
 
 def commands(world: World) -> dict[str, float]:
     with world.master():
+        world.run("rosparam", "set", "/rate", "10")
+        world.run("rosparam", "set", "/robot", "{name: r1, wheels: [1.5, 2.5], base: {width: 0.4}}")
         return {
             "rostopic list": world.run("rostopic", "list"),
             "rosnode list": world.run("rosnode", "list"),
-            "rosparam get /rosversion": world.run("rosparam", "get", "/rosversion"),
+            "rosparam get, a number": world.run("rosparam", "get", "/rate"),
+            "rosparam get, a text of two lines": world.run("rosparam", "get", "/rosversion"),
+            "rosparam get, a dictionary": world.run("rosparam", "get", "/robot"),
             "rosmsg show sensor_msgs/JointState": world.run("rosmsg", "show", "sensor_msgs/JointState"),
         }
 

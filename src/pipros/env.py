@@ -7,17 +7,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pipros.errors import PiprosError
+from pipros.graph_variables import (
+    DEFAULT_MASTER_PORT,
+    DEFAULT_MASTER_URI,
+    InvalidEnvironment,
+    master_uri_of,
+    namespace_of,
+    split_master_uri,
+)
 from pipros.home import expanded
-from pipros.wire.uri import split_uri
 
-DEFAULT_MASTER_PORT = 11311
-DEFAULT_MASTER_URI = f"http://localhost:{DEFAULT_MASTER_PORT}"
-
-
-class InvalidEnvironment(PiprosError, ValueError):
-    """An environment variable has an invalid value."""
-
+__all__ = [
+    "DEFAULT_MASTER_PORT",
+    "DEFAULT_MASTER_URI",
+    "DISTRIBUTION",
+    "Environment",
+    "InvalidEnvironment",
+    "split_master_uri",
+]
 
 DISTRIBUTION: Mapping[str, str] = {"ROS_DISTRO": "noetic", "ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3"}
 """The variables that the setup files of Noetic set to the same values everywhere."""
@@ -56,15 +63,15 @@ class Environment:
     @classmethod
     def from_os(cls, variables: Mapping[str, str] | None = None) -> Environment:
         """Reads `variables`, by default those of this process at the time of the call."""
-        get = (os.environ if variables is None else variables).get
+        variables = os.environ if variables is None else variables
+        get = variables.get
         home = Path(expanded(get("ROS_HOME") or "~/.ros"))
-        namespace = (get("ROS_NAMESPACE") or "").strip("/")
         return cls(
-            master_uri=get("ROS_MASTER_URI") or DEFAULT_MASTER_URI,
+            master_uri=master_uri_of(variables),
             hostname=get("ROS_HOSTNAME") or None,
             ip=get("ROS_IP") or None,
             ipv6=get("ROS_IPV6") == "on",
-            namespace=f"/{namespace}/" if namespace else "/",
+            namespace=namespace_of(variables),
             package_path=tuple(
                 Path(folder) for folder in (get("ROS_PACKAGE_PATH") or "").split(os.pathsep) if folder
             ),
@@ -78,20 +85,3 @@ class Environment:
 
 def _path(text: str | None) -> Path | None:
     return Path(expanded(text)) if text else None
-
-
-def split_master_uri(uri: str) -> tuple[str, int]:
-    """Host and port of a master URI.
-
-    Raises:
-        InvalidEnvironment: for another scheme than http, or without a host or a port.
-    """
-    try:
-        host, port, _ = split_uri(uri)
-    except ValueError:
-        host, port = "", 0
-    if not host or not port:
-        raise InvalidEnvironment(
-            f"ROS_MASTER_URI [{uri}] must have the form http://HOST:PORT, for example {DEFAULT_MASTER_URI}"
-        )
-    return host, port

@@ -4,11 +4,9 @@
 may pass a `Limits` to `Node` and `Master`. docs/reliability.md says what happens at each limit.
 """
 
-from __future__ import annotations
-
 import os
-from dataclasses import dataclass, fields, replace
 from functools import cache
+from typing import NamedTuple
 
 from pipros.errors import PiprosError
 
@@ -22,9 +20,10 @@ class InvalidLimits(PiprosError, ValueError):
     """`PIPROS_LIMITS` names an unknown limit, or has an invalid value for one."""
 
 
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """The limits of one process, one node or one master.
+# Every command imports this: dataclasses would take longer than a call of the master, and so would
+# annotations that are kept as texts, which a NamedTuple compiles one by one.
+class Limits(NamedTuple):
+    """The limits of one process, one node or one master. `limits._replace(stall_s=1.0)` changes some.
 
     Attributes:
         header_bytes: a TCPROS connection header.
@@ -150,7 +149,7 @@ class Limits:
     expression_work: int = 2_000_000
 
     @classmethod
-    def parse(cls, text: str) -> Limits:
+    def parse(cls, text: str) -> "Limits":
         """Reads `name=value` pairs, separated by commas; all other limits keep their defaults.
 
         Raises:
@@ -160,13 +159,13 @@ class Limits:
         >>> Limits.parse("frame_bytes=1000, stall_s=0.5").stall_s
         0.5
         """
-        known = {field.name: field for field in fields(cls)}
+        known = cls._field_defaults
         changed: dict[str, float] = {}
         for pair in filter(None, map(str.strip, text.split(","))):
             name, _, value = (part.strip() for part in pair.partition("="))
             if name not in known:
                 raise InvalidLimits(f"{VARIABLE}: unknown limit [{name}]; the limits are {', '.join(known)}")
-            default = known[name].default
+            default = known[name]
             kind = int if isinstance(default, int) else float
             try:
                 changed[name] = kind(value)
@@ -176,7 +175,7 @@ class Limits:
             if not is_valid:
                 wanted = "a whole number" if kind is int else "a number"
                 raise InvalidLimits(f"{VARIABLE}: {name} must be {wanted} greater than zero, got [{value}]")
-        return replace(cls(), **changed)  # type: ignore[arg-type]  # each has its field's type
+        return cls(**changed)  # type: ignore[arg-type]  # each has its field's type
 
 
 def limit_text(name: str, value: float) -> str:

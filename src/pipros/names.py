@@ -10,13 +10,10 @@ import os
 import re
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from pipros.errors import InvalidName
-
-TYPE_CHECKING = False  # true for type checkers; most commands do without `typing` otherwise
-if TYPE_CHECKING:
-    from typing import Any
 
 _LEGAL = re.compile(r"[~/A-Za-z][\w/]*", re.ASCII)
 _LEGAL_KEY = re.compile(r"[~/A-Za-z_][\w/]*", re.ASCII)
@@ -159,8 +156,10 @@ def anonymous(base: str) -> str:
     return _ILLEGAL_IN_ANONYMOUS.sub("_", f"{base}_{os.getpid()}_{int(time.time() * 1000)}")
 
 
-@dataclass(frozen=True, slots=True)
-class Arguments:
+_NOTHING: Mapping[str, str] = MappingProxyType({})
+
+
+class Arguments(NamedTuple):
     """The arguments of a command line, sorted by the ROS rules.
 
     Attributes:
@@ -172,9 +171,9 @@ class Arguments:
         malformed: arguments with a key and more than one `:=`, which have no effect.
     """
 
-    remappings: Mapping[str, str] = field(default_factory=dict)
-    params: Mapping[str, str] = field(default_factory=dict)
-    special: Mapping[str, str] = field(default_factory=dict)
+    remappings: Mapping[str, str] = _NOTHING
+    params: Mapping[str, str] = _NOTHING
+    special: Mapping[str, str] = _NOTHING
     rest: Sequence[str] = ()
     malformed: Sequence[str] = ()
 

@@ -21,7 +21,7 @@ LAYERS: list[list[set[str]]] = [
         {"errors"},
         {"limits", "warn_once"},
         {"cache_files", "home", "input_file", "log_file"},
-        {"names", "env", "wire", "safe"},
+        {"names", "env", "graph_variables", "wire", "safe"},
         {"log_folders"},
     ],
     [{"packages", "cmake", "reconfigure"}],
@@ -33,7 +33,7 @@ LAYERS: list[list[set[str]]] = [
     [{"cli"}],
 ]
 # Small packages that may know each other.
-NEIGHBOURS = {"names", "env", "wire", "safe"}
+NEIGHBOURS = {"names", "env", "graph_variables", "wire", "safe"}
 LAYER = {package: layer for layer, steps in enumerate(LAYERS) for packages in steps for package in packages}
 STEPS = [packages for steps in LAYERS for packages in steps]
 STEP = {package: step for step, packages in enumerate(STEPS) for package in packages}

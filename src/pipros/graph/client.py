@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING
 
 from pipros import names
-from pipros.env import Environment, split_master_uri
+from pipros.graph_variables import master_uri_of, namespace_of, split_master_uri
 
 if TYPE_CHECKING:
+    from pipros.env import Environment
     from pipros.net.master_client import MasterClient
 
 
@@ -19,10 +21,21 @@ class GraphClient:
 
     def __init__(self, tool: str, environment: Environment | None = None) -> None:
         """`tool` is the name below which private names are resolved: `rostopic`."""
-        self.environment = environment or Environment.from_os()
+        self._environment = environment
+        self.master_uri = environment.master_uri if environment else master_uri_of(os.environ)
+        namespace = environment.namespace if environment else namespace_of(os.environ)
         self.caller_id = f"/{tool}"
-        self._node_name = names.join(self.environment.namespace, tool)
+        self._node_name = names.join(namespace, tool)
         self._master: MasterClient | None = None
+
+    @property
+    def environment(self) -> Environment:
+        """All `ROS_*` variables; only few tools need them."""
+        if self._environment is None:
+            from pipros.env import Environment
+
+            self._environment = Environment.from_os()
+        return self._environment
 
     def resolve(self, name: str) -> str:
         """The global name of an argument."""
@@ -38,8 +51,8 @@ class GraphClient:
         if self._master is None:
             from pipros.net.master_client import MasterClient
 
-            split_master_uri(self.environment.master_uri)
-            self._master = MasterClient(self.environment.master_uri, self.caller_id)
+            split_master_uri(self.master_uri)
+            self._master = MasterClient(self.master_uri, self.caller_id)
         return self._master
 
     def __enter__(self) -> GraphClient:

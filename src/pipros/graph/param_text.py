@@ -2,35 +2,26 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
+from pipros.graph.plain_yaml import NotPlain, plain_document
 from pipros.printable import listed, printable_lines
 
 END_OF_SCALAR = "...\n"
 """The end of a YAML document that is a single plain scalar."""
 
 
-_PLAIN_WORD = re.compile(r"[A-Za-z/][A-Za-z0-9_./-]{0,59}")
-_RESERVED_WORDS = frozenset(("y", "n", "yes", "no", "true", "false", "on", "off", "null"))
-
-
 def as_document(value: Any) -> str:
     """The value as a YAML document, in block style and with sorted keys."""
-    if isinstance(value, bool):
-        return f"{str(value).lower()}\n{END_OF_SCALAR}"
-    if isinstance(value, int) or (isinstance(value, str) and _is_plain(value)):
-        return f"{value}\n{END_OF_SCALAR}"
-    import yaml
+    try:
+        text = plain_document(value)
+    except NotPlain:
+        import yaml
 
-    text: str = yaml.safe_dump(value)
-    return text
-
-
-def _is_plain(text: str) -> bool:
-    """True for words that YAML writes without quotes; doubtful ones are left to PyYAML."""
-    return _PLAIN_WORD.fullmatch(text) is not None and text.lower() not in _RESERVED_WORDS
+        return str(yaml.safe_dump(value))
+    is_plain_scalar = not isinstance(value, (dict, list)) and not text.startswith("'")
+    return text + END_OF_SCALAR if is_plain_scalar else text
 
 
 def as_shown(value: Any) -> str:

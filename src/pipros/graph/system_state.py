@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 Registrations = Mapping[str, Sequence[str]]
 """The nodes of each topic or service, both in the order of their registration."""
 
 
-@dataclass(frozen=True, slots=True)
-class SystemState:
+class SystemState(NamedTuple):
     """A snapshot of the graph.
 
     Attributes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypedDict
 
@@ -87,4 +87,4 @@ def limits_with_timeout(timeout_s: float | None) -> Limits:
     limits = process_limits()
     if timeout_s is None or math.isnan(timeout_s) or timeout_s <= 0:
         return limits
-    return replace(limits, notice_s=timeout_s)
+    return limits._replace(notice_s=timeout_s)

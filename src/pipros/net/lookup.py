@@ -190,7 +190,9 @@ def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list
     """
     wanted = {**wanted, "flags": wanted.get("flags", 0) | socket.AI_NUMERICHOST}
     try:
-        found: list[Any] = socket.getaddrinfo(host, port, **wanted)
+        # Python would import a codec of host names for a text.
+        name = host.encode("ascii") if host.isascii() else host
+        found: list[Any] = socket.getaddrinfo(name, port, **wanted)
         return found
     except UnicodeError as error:
         raise OSError(str(error)) from None

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
 from pipros.limits import Limits
@@ -76,7 +75,7 @@ class RunningNode:
             methods,
             host=bind_host,
             port=ports[0],
-            limits=replace(limits, rpc_connections=rpc_connections),
+            limits=limits._replace(rpc_connections=rpc_connections),
             on_bad_arity=on_bad_arity,
         )
         await self._rpc.start()

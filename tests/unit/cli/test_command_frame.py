@@ -17,6 +17,7 @@ HEAVY = {
     "asyncio",
     "catkin_pkg",
     "concurrent.futures",
+    "dataclasses",
     "email",
     "http.client",
     "logging",

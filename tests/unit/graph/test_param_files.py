@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -86,6 +87,51 @@ def test_numbers_are_written_as_yaml_would(value: object) -> None:
 )
 def test_texts_are_written_as_yaml_would(text: str) -> None:
     assert as_document(text) == yaml.safe_dump(text)
+
+
+SCALARS = (
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.text("abyN10_./-: #'~é\n", max_size=90)
+    | st.sampled_from(
+        ["/robot/scan", "http://host:11311/", "two words", "1.16.0\n", "a\n\nb's\n", "x: y", "é"]
+    )
+)
+KEYS = st.text("abyN10_/: ", max_size=12) | st.sampled_from(["null", "host_a__1", "x" * 130])
+
+
+@given(
+    st.recursive(
+        SCALARS,
+        lambda part: st.lists(part, max_size=4) | st.dictionaries(KEYS, part, max_size=4),
+        max_leaves=30,
+    )
+)
+def test_values_are_written_as_yaml_would(value: object) -> None:
+    assert as_document(value) == yaml.safe_dump(value)
+
+
+def test_a_list_that_comes_twice_is_written_as_yaml_would() -> None:
+    twice = [1]
+    assert as_document({"a": twice, "b": twice}) == "a: &id001\n- 1\nb: *id001\n"
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        1.5,
+        "1.16.0\n",
+        "noetic\n",
+        {"rate": 10.0, "names": ["a", "b c"], "on_boot": None, "x": {}},
+        [[1], [2]],
+    ],
+)
+def test_everyday_values_do_without_pyyaml(value: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    expected = yaml.safe_dump(value)
+    monkeypatch.setitem(sys.modules, "yaml", None)
+    assert as_document(value) == expected
 
 
 def test_pretty_text_leaves_quotes_out() -> None:

@@ -43,7 +43,7 @@ def with_publisher(**changes: Any) -> System:
 
 UNCONNECTED = replace(HEALTHY, nodes={name: replace(node, connections=()) for name, node in NODES.items()})
 TRIED = replace(UNCONNECTED, tried_back=frozenset({(TOPIC, LISTENER)}))
-WITH_CLOCK = replace(HEALTHY.state, publishers={TOPIC: [TALKER], "/clock": [TALKER]})
+WITH_CLOCK = HEALTHY.state._replace(publishers={TOPIC: [TALKER], "/clock": [TALKER]})
 
 FAULTS: dict[str, System] = {
     "ghost-node": with_node(LISTENER, failure=Failure("Connection refused", is_refused=True)),
@@ -60,7 +60,7 @@ FAULTS: dict[str, System] = {
     "unknown-type": replace(HEALTHY, installed={"std_msgs/String": None}),
     "definition-differs": replace(HEALTHY, installed={"std_msgs/String": "other"}),
     "no-publishers": replace(
-        HEALTHY, state=replace(HEALTHY.state, subscribers={TOPIC: [LISTENER], "/chater": [LISTENER]})
+        HEALTHY, state=HEALTHY.state._replace(subscribers={TOPIC: [LISTENER], "/chater": [LISTENER]})
     ),
     "service-failed": replace(
         HEALTHY, services={"/reset": ServiceReport(TALKER, "rosrpc://10.0.0.1:8", Failure("refused"))}
@@ -84,7 +84,7 @@ def test_the_fault_is_found_and_no_other(rule: str) -> None:
 
 
 def test_two_clocks_are_found() -> None:
-    state = replace(HEALTHY.state, publishers={TOPIC: [TALKER], "/clock": [TALKER, LISTENER]})
+    state = HEALTHY.state._replace(publishers={TOPIC: [TALKER], "/clock": [TALKER, LISTENER]})
     rules = [finding.rule for finding in check_graph(replace(HEALTHY, state=state, is_time_simulated=True))]
     assert rules == ["two-clocks"]
 
@@ -93,7 +93,7 @@ def test_publishers_of_different_definitions_are_named() -> None:
     other = PublisherReport("10.0.0.2:9", None, "std_msgs/String", "beef")
     system = replace(
         HEALTHY,
-        state=replace(HEALTHY.state, publishers={TOPIC: [TALKER, LISTENER]}, subscribers={}),
+        state=HEALTHY.state._replace(publishers={TOPIC: [TALKER, LISTENER]}, subscribers={}),
         publishers={**HEALTHY.publishers, (TOPIC, LISTENER): other},
     )
     findings = {finding.rule: finding for finding in check_graph(system)}

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -53,9 +52,7 @@ def following(publishers: Publishers, **limits: Any) -> tuple[PublisherConnector
     log, lines = listening_log()
     loop: Any = type("Loop", (), {"asyncio": asyncio.get_running_loop()})
     connections: Any = None
-    context = NodeContext(
-        "/node", loop, log, lambda: 1, replace(Limits(), **limits), connections, Attempts(100)
-    )
+    context = NodeContext("/node", loop, log, lambda: 1, Limits(**limits), connections, Attempts(100))
     return PublisherConnector("/chatter", context, publishers.connect), lines
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 from pipros.cli.program import CommandError, option_parser
 from pipros.cli.rosparam.arguments import add_verbose_option, parse_name
@@ -55,6 +54,8 @@ def dump_parameters(argv: Sequence[str]) -> int:
     if not arguments:
         print(as_document(tree), end="")
         return 0
+    from pathlib import Path
+
     file = arguments[0]
     if options.verbose:
         print(f"dumping namespace [{ns}] to file [{file}]")

@@ -1,0 +1,126 @@
+"""Everyday values as YAML, written as PyYAML's `safe_dump` writes them but without importing it.
+
+Most of the time of `rosparam get` would be that import. Whatever is not certain to come out the same, such as
+long texts that PyYAML wraps, or texts that look like other values, is left to PyYAML.
+"""
+
+from __future__ import annotations
+
+import re
+
+_WORD = re.compile(r"[A-Za-z/_][A-Za-z0-9_./:+=@()<>-]*(?<!:)")
+_PLAIN = re.compile(rf"{_WORD.pattern}(?: [A-Za-z0-9_/.]+)*")
+_LINE = re.compile(r"[!-~]+(?: [!-~]+)*")
+_RESERVED = frozenset(("y", "n", "yes", "no", "true", "false", "on", "off", "null"))
+_WIDTH = 70
+"""PyYAML breaks lines at blanks beyond 80 columns."""
+_KEY_CHARACTERS = 60
+_DEEPEST = 30
+"""Columns of indentation; PyYAML moves deeply nested text."""
+
+
+class NotPlain(Exception):
+    """The value has a part that only PyYAML can write."""
+
+
+def plain_document(value: object) -> str:
+    """The text of `yaml.safe_dump(value)`, except for the `...` line after a plain scalar.
+
+    Raises:
+        NotPlain: PyYAML is needed.
+    """
+    if isinstance(value, (dict, list)) and value:
+        return "\n".join(_lines(value, 0, set())) + "\n"
+    return _scalar(value, 0, 2) + "\n"
+
+
+def _lines(value: dict[object, object] | list[object], indent: int, seen: set[int]) -> list[str]:
+    """The lines of a dictionary or list that is not empty; `seen` has the ids of those before it."""
+    if id(value) in seen or indent > _DEEPEST:  # PyYAML writes an alias for what comes again
+        raise NotPlain
+    seen.add(id(value))
+    if isinstance(value, dict):
+        return _mapping(value, indent, seen)
+    return _sequence(value, indent, seen)
+
+
+def _mapping(value: dict[object, object], indent: int, seen: set[int]) -> list[str]:
+    keys = [key for key in value if isinstance(key, str) and _is_key(key)]
+    if len(keys) < len(value):
+        raise NotPlain
+    lines = []
+    for key in sorted(keys):
+        part, head = value[key], " " * indent + f"{key}:"
+        if isinstance(part, (dict, list)) and part:
+            lines.append(head)
+            lines += _lines(part, indent + 2 * isinstance(part, dict), seen)
+        else:
+            lines.append(f"{head} {_scalar(part, len(head) + 1, indent + 2)}")
+    return lines
+
+
+def _sequence(value: list[object], indent: int, seen: set[int]) -> list[str]:
+    lines = []
+    dash = " " * indent + "- "
+    for part in value:
+        if isinstance(part, (dict, list)) and part:
+            first, *others = _lines(part, indent + 2, seen)
+            lines += [dash + first[indent + 2 :], *others]
+        else:
+            lines.append(dash + _scalar(part, indent + 2, indent + 2))
+    return lines
+
+
+def _scalar(value: object, column: int, indent: int) -> str:
+    """A scalar or an empty container that begins in a column; its further lines have an indentation."""
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if type(value) is int:
+        return str(value)
+    if type(value) is float:
+        return _number(value)
+    if type(value) is str:
+        return _text(value, column, indent)
+    if value == {} and type(value) is dict:
+        return "{}"
+    if value == [] and type(value) is list:
+        return "[]"
+    raise NotPlain
+
+
+def _number(value: float) -> str:
+    text = repr(value)
+    if text in ("inf", "-inf", "nan"):
+        return text.replace("inf", ".inf").replace("nan", ".nan")
+    return text.replace("e", ".0e") if "e" in text and "." not in text else text
+
+
+def _text(text: str, column: int, indent: int) -> str:
+    if not text:
+        return "''"
+    if _PLAIN.fullmatch(text) and text.lower() not in _RESERVED and column + len(text) < _WIDTH:
+        return text
+    lines = text.split("\n")
+    if len(lines) < 2 or not lines[0] or len(lines) > _WIDTH:
+        raise NotPlain
+    if not all(not line or (_LINE.fullmatch(line) and column + len(line) < _WIDTH // 2) for line in lines):
+        raise NotPlain
+    escaped = [line.replace("'", "''") for line in lines]
+    return "'" + _broken(escaped, " " * indent) + "'"
+
+
+def _broken(lines: list[str], indent: str) -> str:
+    """Lines as a quoted scalar has them: each run of line breaks is one longer than it means."""
+    text, breaks = lines[0], 0
+    for line in lines[1:]:
+        breaks += 1
+        if line:
+            text += "\n" * (breaks + 1) + indent + line
+            breaks = 0
+    return text + ("\n" * (breaks + 1) + indent if breaks else "")
+
+
+def _is_key(text: str) -> bool:
+    return len(text) < _KEY_CHARACTERS and _WORD.fullmatch(text) is not None and text.lower() not in _RESERVED

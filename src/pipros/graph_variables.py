@@ -1,0 +1,45 @@
+"""The two variables that every tool reads: `ROS_MASTER_URI` and `ROS_NAMESPACE`. `env.py` has them all.
+
+A tool that lists something is done in the time that the imports of `env.py` take.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pipros.errors import PiprosError
+from pipros.wire.uri import split_uri
+
+DEFAULT_MASTER_PORT = 11311
+DEFAULT_MASTER_URI = f"http://localhost:{DEFAULT_MASTER_PORT}"
+
+
+class InvalidEnvironment(PiprosError, ValueError):
+    """An environment variable has an invalid value."""
+
+
+def master_uri_of(variables: Mapping[str, str]) -> str:
+    return variables.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
+
+
+def namespace_of(variables: Mapping[str, str]) -> str:
+    """`ROS_NAMESPACE` with a leading and trailing slash; `/` when unset."""
+    namespace = (variables.get("ROS_NAMESPACE") or "").strip("/")
+    return f"/{namespace}/" if namespace else "/"
+
+
+def split_master_uri(uri: str) -> tuple[str, int]:
+    """Host and port of a master URI.
+
+    Raises:
+        InvalidEnvironment: for another scheme than http, or without a host or a port.
+    """
+    try:
+        host, port, _ = split_uri(uri)
+    except ValueError:
+        host, port = "", 0
+    if not host or not port:
+        raise InvalidEnvironment(
+            f"ROS_MASTER_URI [{uri}] must have the form http://HOST:PORT, for example {DEFAULT_MASTER_URI}"
+        )
+    return host, port
