@@ -10,14 +10,15 @@ from typing import Any
 
 import pytest
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Int32, String
+from std_msgs.msg import Empty, Int32, String
+from std_srvs.srv import Trigger
 
 from pipros.bag import BagReader
 from pipros.bag.player import Player, PlayOptions
 from pipros.master.master import Master
 from pipros.node import Node
 from tests.support.bags import bag_bytes, rows_of
-from tests.support.nodes import Inbox, MakeNode
+from tests.support.nodes import Inbox, MakeNode, wait_until_connected
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -83,6 +84,39 @@ def test_a_limit_ends_the_recording(ros: RosSystem, master: Master, talker: Node
     assert record.wait() == 0
     assert recorded(ros.home / "few.bag") == [("/number", 0), ("/number", 1), ("/number", 2)]
     assert record.stdout == []
+
+
+def test_snapshots_are_written_when_asked_for(ros: RosSystem, master: Master, talker: Node) -> None:
+    words = ("--snapshot", "--repeat-latched", "-O", "snap", "/number", "/text", "__name:=recorder")
+    record = start(ros, master, "record", *words)
+    number = talker.advertise("/number", Int32, queue_size=None)
+    texts = talker.advertise("/text", String, latch=True)
+    texts.publish(String("latched"))
+    trigger = talker.advertise("/snapshot_trigger", Empty, queue_size=None)
+    record.wait_for("Waiting for a message on snapshot_trigger")
+    for publisher in (number, texts, trigger):
+        wait_until_connected(publisher)
+    take = talker.client("/recorder/trigger_snapshot", Trigger)
+    found: list[list[tuple[str, Any]]] = []
+
+    def ask_until(newest: int) -> None:
+        """Takes snapshots until this number is in one."""
+        number.publish(Int32(newest))
+        while not any(("/number", newest) in rows for rows in found):
+            answer = take.call(Trigger._request_class(), timeout_s=30)
+            if answer.success:
+                found.append(recorded(ros.home / answer.message))
+
+    ask_until(1)
+    ask_until(2)
+    trigger.publish(Empty())
+    record.wait_for(rf"Wrote a snapshot of 1 messages to 'snap_{len(found)}.bag'")
+    record.press_ctrl_c()
+
+    assert record.wait() == 0
+    assert not list(ros.home.glob("*.active"))
+    assert [value for rows in found for topic, value in rows if topic == "/number"] == [1, 2]
+    assert ("/text", "latched") in found[-1]
 
 
 def test_expressions_choose_topics_that_appear_later(ros: RosSystem, master: Master, talker: Node) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections import deque
 from collections.abc import Mapping
@@ -47,13 +48,22 @@ class RecordFiles:
     Args:
         say: is told the names of files.
         on_open: is called with the name of each file that is begun.
+        avoid_existing: add a number to a name that there is already.
 
     Attributes:
         lost: messages that were written and given up again, so that a full disk has place for an index.
     """
 
-    def __init__(self, options: FileOptions, say: Say, on_open: Say = lambda _: None) -> None:
+    def __init__(
+        self,
+        options: FileOptions,
+        say: Say,
+        on_open: Say = lambda _: None,
+        *,
+        avoid_existing: bool = False,
+    ) -> None:
         self._options = options
+        self._avoids_existing = avoid_existing
         self._say = say
         self._on_open = on_open
         self._count = 0
@@ -186,7 +196,10 @@ class RecordFiles:
             parts = [part for part in (options.prefix, time.strftime("%Y-%m-%d-%H-%M-%S")) if part]
         if options.split:
             parts.append(str(self._count))
-        return "_".join(parts) + suffix
+        name, number = "_".join(parts), 0
+        while self._avoids_existing and os.path.exists(name + (f"_{number}" if number else "") + suffix):
+            number += 1
+        return name + (f"_{number}" if number else "") + suffix
 
     def _active(self) -> Path:
         return self._path.with_name(self._path.name + ".active")

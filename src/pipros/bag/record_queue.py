@@ -7,6 +7,8 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from pipros.msg.time import NS_PER_S
+
 
 @dataclass(frozen=True, slots=True)
 class Received:
@@ -24,13 +26,15 @@ class RecordQueue:
 
     Args:
         limit_bytes: beyond it the oldest messages are dropped, and counted; 0 is without end.
+        limit_ns: so are those that are older than the newest by more; 0 is without end.
 
     Attributes:
         dropped: how many messages were dropped.
     """
 
-    def __init__(self, limit_bytes: int) -> None:
+    def __init__(self, limit_bytes: int, limit_ns: int = 0) -> None:
         self._limit = limit_bytes
+        self._limit_ns = limit_ns
         self._waiting: deque[Received] = deque()
         self._bytes = 0
         self._changed = threading.Condition()
@@ -44,11 +48,18 @@ class RecordQueue:
                 return
             self._waiting.append(message)
             self._bytes += len(message.data)
-            while self._limit and self._bytes > self._limit and len(self._waiting) > 1:
+            while len(self._waiting) > 1 and self._is_over(message):
                 self._bytes -= len(self._waiting.popleft().data)
                 self.dropped += 1
             if len(self._waiting) == 1:
                 self._changed.notify()
+
+    def _is_over(self, newest: Received) -> bool:
+        if self._limit and self._bytes > self._limit:
+            return True
+        oldest = self._waiting[0]
+        age = (newest.seconds - oldest.seconds) * NS_PER_S + newest.nanoseconds - oldest.nanoseconds
+        return bool(self._limit_ns) and age > self._limit_ns
 
     def get_all(self, timeout_s: float) -> list[Received]:
         """All messages that wait. Waits for one; an empty list after `timeout_s`, or when it is closed."""

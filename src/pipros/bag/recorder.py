@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pipros.bag.errors import BagError
 from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.record_queue import Received, RecordQueue
+from pipros.bag.snapshots import Snapshots
 from pipros.errors import PiprosError
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
@@ -42,6 +43,9 @@ class RecordOptions:
         buffer_bytes: what may wait to be written; 0 is without end.
         min_space_bytes: nothing is written while the disk has less.
         publish: tell the name of each file on `/begin_write`.
+        snapshot: write nothing but what is kept in memory, when `snapshot_trigger` or the service
+            `~trigger_snapshot` asks for it; see `Snapshots`. Kept are `buffer_bytes`, and at most the
+            `duration_s` of the files.
     """
 
     topics: Sequence[str] = ()
@@ -54,6 +58,7 @@ class RecordOptions:
     min_space_bytes: int = 1024**3
     tcp_nodelay: bool = False
     publish: bool = False
+    snapshot: bool = False
     files: FileOptions = field(default_factory=FileOptions)
 
 
@@ -72,7 +77,9 @@ class Recorder:
         self._options = options
         self._say = say
         self._warn = warn
-        self._queue = RecordQueue(options.buffer_bytes)
+        kept_ns = round(options.files.duration_s * NS_PER_S) if options.snapshot else 0
+        self._queue = RecordQueue(options.buffer_bytes, kept_ns)
+        self._snapshots = Snapshots(options.files, self._queue, say)
         self._subscribers: dict[str, Any] = {}
         self._left: dict[str, int] = {}
         self._finds_topics = options.all or options.is_regex or bool(options.of_node)
@@ -91,12 +98,14 @@ class Recorder:
         Raises:
             OSError: the first file cannot be made.
         """
+        if self._options.snapshot:
+            self._run_snapshots()
+            return True
         files = RecordFiles(self._options.files, self._say, self._announcer())
         files.open(self._now())
         self._node.on_shutdown(self._queue.close)
         try:
-            for topic in () if self._options.is_regex else self._options.topics:
-                self._subscribe(self._node.resolve(topic))
+            self._subscribe_to_named()
             while not self._node.is_shutdown and not self._is_complete():
                 self._look_around(files)
                 if not self._write_all(files, self._queue.get_all(_WAIT_S)):
@@ -109,6 +118,35 @@ class Recorder:
             is_complete = self._close(files)
             self._tell_dropped()
         return is_complete
+
+    def _subscribe_to_named(self) -> None:
+        for topic in () if self._options.is_regex else self._options.topics:
+            self._subscribe(self._node.resolve(topic))
+
+    def _run_snapshots(self) -> None:
+        from pipros.msg import load_message_class, load_service_class
+
+        announce = self._announcer()
+        answer = load_service_class("std_srvs/Trigger")
+
+        def write(_: object) -> Any:
+            try:
+                path, count = self._snapshots.write(self._now())
+            except (OSError, BagError) as error:
+                self._warn(f"no snapshot was written: {error}")
+                return answer._response_class(False, str(error))
+            self._say(f"Wrote a snapshot of {count} messages to '{path}'.")
+            announce(str(path))
+            return answer._response_class(True, str(path))
+
+        self._subscribe_to_named()
+        self._node.subscribe("snapshot_trigger", load_message_class("std_msgs/Empty"), write)
+        self._node.serve("~trigger_snapshot", answer, write)
+        self._say("Waiting for a message on snapshot_trigger, or a call of ~trigger_snapshot.")
+        while not self._node.is_shutdown:
+            if self._finds_topics:
+                self._poll_master()
+            self._node.wait_for_shutdown(_POLL_PERIOD_S)
 
     def _close(self, files: RecordFiles) -> bool:
         before = files.lost
@@ -143,10 +181,7 @@ class Recorder:
         now = time.monotonic()
         if self._finds_topics and now >= self._next_poll:
             self._next_poll = now + _POLL_PERIOD_S
-            try:
-                self._find_topics()
-            except (PiprosError, OSError) as error:
-                self._warn(f"the master does not answer: {error}")
+            self._poll_master()
         if now >= self._next_disk_check:
             self._next_disk_check = now + _DISK_PERIOD_S
             self._check_disk(files)
@@ -158,6 +193,12 @@ class Recorder:
                 files.flush()
             except OSError as error:
                 self._pause(files, error)
+
+    def _poll_master(self) -> None:
+        try:
+            self._find_topics()
+        except (PiprosError, OSError) as error:
+            self._warn(f"the master does not answer: {error}")
 
     def _pause(self, files: RecordFiles, error: OSError) -> None:
         self._has_space = False
@@ -187,7 +228,8 @@ class Recorder:
         )
 
     def _callback_for(self, topic: str) -> Callable[[RawMessage], None]:
-        now_ns, put = self._node.clock.now_ns, self._queue.put
+        now_ns = self._node.clock.now_ns
+        put = self._snapshots.put if self._options.snapshot else self._queue.put
 
         def put_received(message: RawMessage) -> None:
             put(Received(topic, message.header, message.body, *divmod(now_ns(), NS_PER_S)))

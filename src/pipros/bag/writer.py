@@ -113,7 +113,6 @@ class BagWriter:
         self._is_finished = False
         if layout is None:
             self.layout = Layout(Version(2, 0), end=len(MAGIC))
-            self._file.write(MAGIC)
             self._write_file_header(0)
         else:
             self.layout = layout
@@ -299,6 +298,6 @@ class BagWriter:
     def _write_file_header(self, index_position: int) -> None:
         counts = len(self.layout.connections), len(self.layout.chunks)
         header = file_header(index_position, *counts if index_position else (0, 0))
-        self._file.seek(len(MAGIC))
-        self._file.write(header)
+        self._file.seek(0)
+        self._file.write(MAGIC + header)  # at once, so that a kill leaves no half of it
         self.layout.end = max(self.layout.end, len(MAGIC) + len(header))

@@ -6,11 +6,12 @@ from typing import Any
 import pytest
 from std_msgs.msg import Int32
 
-from pipros.bag import BagReader
+from pipros.bag import BagError, BagReader
 from pipros.bag.merge import merged
 from pipros.bag.playback_clock import PlaybackClock
 from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.record_queue import Received, RecordQueue
+from pipros.bag.snapshots import Snapshots
 from tests.support.bags import bag_bytes, rows_of
 
 HEADER = {"type": "std_msgs/Int32", "md5sum": Int32._md5sum, "message_definition": Int32._full_text}
@@ -39,6 +40,30 @@ def test_a_queue_without_end_drops_nothing() -> None:
     for value in range(200):
         queue.put(received(value))
     assert (len(queue.get_all(0)), queue.dropped) == (200, 0)
+
+
+def test_a_queue_may_keep_a_part_of_the_time() -> None:
+    queue = RecordQueue(limit_bytes=0, limit_ns=5 * 10**9)
+    for seconds in (1, 3, 6, 9, 14):
+        queue.put(received(seconds, seconds))
+    assert [message.seconds for message in queue.get_all(0)] == [9, 14]
+
+
+def test_a_snapshot_has_what_is_kept_and_the_latched_messages_that_are_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    snapshots = Snapshots(FileOptions(name="snap", repeat_latched=True), RecordQueue(12), lambda _: None)
+    with pytest.raises(BagError, match="no messages"):
+        snapshots.write((0, 0))
+    snapshots.put(received(1, 1, latching="1", callerid="/one"))
+    for value in range(2, 6):
+        snapshots.put(received(value, value))
+
+    assert snapshots.write((9, 0)) == (Path("snap.bag"), 4)
+    assert snapshots.write((9, 0)) == (Path("snap_1.bag"), 1)
+    with BagReader("snap.bag") as bag:
+        assert sorted(rows_of(bag)) == [("/a", 1, 3, 0), ("/a", 3, 3, 0), ("/a", 4, 4, 0), ("/a", 5, 5, 0)]
 
 
 def files(folder: Path, monkeypatch: pytest.MonkeyPatch, reports: list[str], **options: Any) -> RecordFiles:

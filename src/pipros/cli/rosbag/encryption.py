@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from optparse import OptionParser
 
 from pipros.bag.reader import BagReader
-from pipros.cli.program import CommandError, option_parser
+from pipros.cli.program import CommandError
+from pipros.cli.rosbag.rewriting import bag_parser
 
 _CURE = "Use genuine rosbag with GnuPG for it, and keep the result on an encrypted disk or encrypt the file"
 
 
 def decrypt(argv: Sequence[str]) -> int:
-    return _refuse("decrypt", "Decrypt one or more bag files.", argv)
+    return _refuse(bag_parser("decrypt", "Decrypt one or more bag files."), argv, "decrypt")
 
 
 def encrypt(argv: Sequence[str]) -> int:
-    return _refuse("encrypt", "Encrypt one or more bag files.", argv)
+    parser = bag_parser("encrypt", "Encrypt one or more bag files.")
+    parser.add_option("-p", "--plugin", dest="plugin", default="", help="encryptor name; there is none")
+    parser.add_option("-r", "--param", dest="param", default="", help="parameter of the encryptor")
+    return _refuse(parser, argv, "encrypt")
 
 
-def _refuse(name: str, description: str, argv: Sequence[str]) -> int:
-    parser = option_parser("rosbag", "", description)
-    parser.usage = f"rosbag {name} [options] BAGFILE1 [BAGFILE2 ...]"
-    _, paths = parser.parse_args(
-        [argument for argument in argv if not argument.startswith("-") or argument in ("-h", "--help")]
-    )
+def _refuse(parser: OptionParser, argv: Sequence[str], name: str) -> int:
+    parser.add_option("-j", "--bz2", action="store_true", dest="is_bz2", help="use BZ2 compression")
+    parser.add_option("--lz4", action="store_true", dest="is_lz4", help="use lz4 compression")
+    _, paths = parser.parse_args(list(argv))
     if not paths:
         parser.error("You must specify at least one bag file.")
     for path in paths:

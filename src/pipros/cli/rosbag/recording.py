@@ -37,6 +37,7 @@ def record(argv: Sequence[str]) -> int:
         min_space_bytes=_bytes(parser, options.min_space),
         tcp_nodelay=options.tcpnodelay,
         publish=options.publish,
+        snapshot=options.snapshot,
         files=FileOptions(
             prefix=options.prefix or "",
             name=options.name or "",
@@ -165,6 +166,13 @@ def _parser() -> OptionParser:
         dest="repeat_latched",
         text="Repeat latched msgs at the start of each new bag file.",
     )
+    flag(
+        "--snapshot",
+        dest="snapshot",
+        text="keep the last messages in memory, and write them to a file when a std_msgs/Empty comes on"
+        " snapshot_trigger or the service ~trigger_snapshot is called. --buffsize and --duration bound"
+        " what is kept.",
+    )
     return parser
 
 
@@ -175,6 +183,8 @@ def _check(parser: OptionParser, options: Values, topics: Sequence[str]) -> None
         parser.error("Can't set both prefix and name.")
     if options.split and not options.size and not options.duration:
         parser.error("Split specified without giving a maximum duration or size")
+    if options.snapshot and (options.split or options.size or options.num):
+        parser.error("--snapshot cannot be combined with --split, --size or --limit")
     if options.max_splits is not None and not options.split:
         parser.error("--max-splits needs --split")
     for name in ("max_splits", "size", "num"):

@@ -22,7 +22,7 @@ Work = Callable[[Path, Path, Values], None]
 
 
 def compress(argv: Sequence[str]) -> int:
-    parser = _parser("compress", "Compress one or more bag files.")
+    parser = bag_parser("compress", "Compress one or more bag files.")
     parser.add_option(
         "-j",
         "--bz2",
@@ -39,16 +39,17 @@ def compress(argv: Sequence[str]) -> int:
 
 
 def decompress(argv: Sequence[str]) -> int:
-    parser = _parser("decompress", "Decompress one or more bag files.")
+    parser = bag_parser("decompress", "Decompress one or more bag files.")
     parser.set_defaults(compression=NONE)
     return _for_each(parser, argv, _recompress)
 
 
 def reindex(argv: Sequence[str]) -> int:
-    return _for_each(_parser("reindex", "Reindexes one or more bag files."), argv, _reindex)
+    return _for_each(bag_parser("reindex", "Reindexes one or more bag files."), argv, _reindex)
 
 
-def _parser(name: str, description: str) -> OptionParser:
+def bag_parser(name: str, description: str) -> OptionParser:
+    """The options that all subcommands have which write bags anew."""
     parser = option_parser("rosbag", "", description)
     parser.usage = f"rosbag {name} [options] BAGFILE1 [BAGFILE2 ...]"
     parser.add_option("--output-dir", dest="output_dir", metavar="DIR", help="write to directory DIR")

@@ -1,0 +1,66 @@
+"""Snapshots: what came lately is kept in memory, and written to a file each time that is asked for."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pipros.bag.errors import BagError
+from pipros.bag.record_files import FileOptions, RecordFiles
+from pipros.bag.record_queue import Received, RecordQueue
+
+if TYPE_CHECKING:
+    from pipros.printable import Say
+
+
+class Snapshots:
+    """Writes what a queue holds; what is written is no longer in the queue. May be used by many threads.
+
+    Args:
+        options: how files are made. With `repeat_latched` a file begins with the latched messages that the
+            queue has lost meanwhile. A file never takes the place of another: the name gets a number.
+        say: is told the names of files.
+    """
+
+    def __init__(self, options: FileOptions, queue: RecordQueue, say: Say) -> None:
+        self._options = replace(options, split=False, size_bytes=0, duration_s=0.0, repeat_latched=False)
+        self._keeps_latched = options.repeat_latched
+        self._queue = queue
+        self._say = say
+        self._latched: dict[tuple[str, str], Received] = {}
+        self._lock = threading.Lock()
+
+    def put(self, message: Received) -> None:
+        """Adds a message to the queue."""
+        if self._keeps_latched and message.header.get("latching") == "1":
+            self._latched[message.topic, message.header.get("callerid", "")] = message
+        self._queue.put(message)
+
+    def write(self, now: tuple[int, int]) -> tuple[Path, int]:
+        """Writes a file; returns its path and how many messages are in it.
+
+        Raises:
+            BagError: there are no messages.
+            OSError: the file cannot be written. The messages are lost.
+        """
+        with self._lock:
+            messages = self._queue.get_all(0.0)
+            kept = {id(message) for message in messages}
+            start = (messages[0].seconds, messages[0].nanoseconds) if messages else now
+            first = [
+                replace(message, seconds=start[0], nanoseconds=start[1])
+                for message in list(self._latched.values())
+                if id(message) not in kept
+            ]
+            if not messages and not first:
+                raise BagError("there are no messages for a snapshot")
+            files = RecordFiles(self._options, self._say, avoid_existing=True)
+            files.open(start)
+            try:
+                for message in (*first, *messages):
+                    files.write(message)
+            finally:
+                files.close()
+        return files.path, len(first) + len(messages) - files.lost
