@@ -12,7 +12,7 @@ from pipros.env import Environment
 from pipros.launch.command import CannotLaunch
 from pipros.launch.console import Console
 from pipros.launch.model import LaunchError
-from pipros.launch.run import Run, RunOptions
+from pipros.launch.run import LaunchRun, RunOptions
 from pipros.launch.session import LaunchSession, SessionOptions
 from pipros.master.options import MasterOptions, limits_with_timeout
 from roslaunch.core import (
@@ -322,7 +322,7 @@ class ROSLaunchRunner:
         for node in self.config.nodes:
             node.process_name = process_names.get(names.join(node.namespace, node.name or ""))
 
-    def _run(self) -> Run:
+    def _run(self) -> LaunchRun:
         try:
             return self.session.run
         except RuntimeError as error:

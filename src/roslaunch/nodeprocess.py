@@ -18,7 +18,7 @@ from pipros.launch.guardian import Guardian
 from pipros.launch.logs import LogFolder
 from pipros.launch.managed_node import ManagedNode
 from pipros.launch.process import NodeProcess
-from pipros.launch.run import Run
+from pipros.launch.run import LaunchRun
 from pipros.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S, end
 from pipros.workspace.index import PackageIndex
 from roslaunch.core import (
@@ -223,7 +223,7 @@ class LocalProcess(Process):
 class RunProcess(LocalProcess):
     """A node of a launch: over its restarts the same process, as in Noetic."""
 
-    def __init__(self, run: Run, run_id: str, managed: ManagedNode) -> None:
+    def __init__(self, run: LaunchRun, run_id: str, managed: ManagedNode) -> None:
         self._run = run
         self._managed = managed
         node = managed.node
@@ -298,7 +298,7 @@ class RunProcess(LocalProcess):
 class RunProcesses:
     """The nodes of a launch, as a `ProcessMonitor` watches them."""
 
-    def __init__(self, run: Run, run_id: str, stop: Callable[[], None]) -> None:
+    def __init__(self, run: LaunchRun, run_id: str, stop: Callable[[], None]) -> None:
         """`stop` ends all of them."""
         self._run = run
         self._run_id = run_id

@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from pipros.testing import graph, program
+from pipros.testing import graph, script_runner
 from pipros.testing.result_paths import XML_OUTPUT_FLAG
 
 __all__ = [
@@ -26,17 +26,19 @@ __all__ = [
 _TOOL = "script"
 
 
-def rosrun(package: str, test_name: str, test: program.Tests, sysargs: Sequence[str] | None = None) -> None:
+def rosrun(
+    package: str, test_name: str, test: script_runner.Tests, sysargs: Sequence[str] | None = None
+) -> None:
     """Runs tests of nodes and topics; `test_name` names the result file and starts nothing.
 
     The node that the tests made is shut down afterwards, and the process ends with 1 when they did not pass.
     """
-    passed = program.run_program(package, test_name, test, sys.argv if sysargs is None else sysargs)
+    passed = script_runner.run_program(package, test_name, test, sys.argv if sysargs is None else sysargs)
     # Late: a test program that never asked for a node does not need to load what makes one.
     import rospy
 
     rospy.signal_shutdown("test complete")
-    program.exit_unless(passed)
+    script_runner.exit_unless(passed)
 
 
 run = rosrun

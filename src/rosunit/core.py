@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.env import Environment
-from pipros.testing import program, result_paths
+from pipros.testing import result_paths, script_runner
 from pipros.testing.result_paths import XML_OUTPUT_FLAG
 from pipros.testing.runner import XmlRunner
 from rosunit.xmlrunner import XMLTestRunner
@@ -92,4 +92,4 @@ def create_xml_runner(
     test_pkg: str, test_name: str, results_file: str | None = None, is_rostest: bool = False
 ) -> XmlRunner:
     """A unittest runner that leaves a result file."""
-    return program.make_xml_runner(test_pkg, test_name, results_file, is_rostest=is_rostest)
+    return script_runner.make_xml_runner(test_pkg, test_name, results_file, is_rostest=is_rostest)

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from pipros.testing import program
+from pipros.testing import script_runner
 from pipros.testing.result_paths import XML_OUTPUT_FLAG
 from rosunit.baretest import print_unittest_summary
 from rosunit.core import create_xml_runner
@@ -24,7 +24,7 @@ __all__ = [
 def unitrun(
     package: str,
     test_name: str,
-    test: program.Tests,
+    test: script_runner.Tests,
     sysargs: Sequence[str] | None = None,
     coverage_packages: Sequence[str] | None = None,
 ) -> None:
@@ -39,10 +39,10 @@ def unitrun(
     is_measured = "--cov" in argv or "--covhtml" in argv
     if is_measured:
         start_coverage(packages)
-    passed = program.run_program(package, test_name, test, argv)
+    passed = script_runner.run_program(package, test_name, test, argv)
     if is_measured:
         stop_coverage(packages, html="covhtml" if "--covhtml" in argv else None)
-    program.exit_unless(passed)
+    script_runner.exit_unless(passed)
 
 
 _measuring: list[Any] = []

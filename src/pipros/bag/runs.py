@@ -28,7 +28,7 @@ class Span:
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class EntryRun:
     """Messages of one chunk that follow each other in time: `entries[begin:end]`.
 
     `is_last` says that nothing else of the chunk will come.
@@ -64,7 +64,7 @@ def sorted_entries(
 _AFTER_ALL = 1 << 40  # above every rank
 
 
-def runs_in_time_order(spans: Sequence[Span], load: Callable[[int], list[Entry]]) -> Iterator[Run]:
+def runs_in_time_order(spans: Sequence[Span], load: Callable[[int], list[Entry]]) -> Iterator[EntryRun]:
     """All messages of the chunks, as runs.
 
     Args:
@@ -100,4 +100,4 @@ def runs_in_time_order(spans: Sequence[Span], load: Callable[[int], list[Entry]]
             del entries_of[number]
         else:
             heapreplace(active, ((*entries[end][:3], number), end))
-        yield Run(number, entries, begin, end, is_last)
+        yield EntryRun(number, entries, begin, end, is_last)

@@ -7,7 +7,7 @@ from argparse import ArgumentParser
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.program import run
+from pipros.cli.command import run
 from pipros.cli.streams import command
 
 if TYPE_CHECKING:

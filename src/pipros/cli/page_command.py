@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from typing import Any
 
-from pipros.cli.program import CommandError, option_parser
+from pipros.cli.command import CommandError, option_parser
 from pipros.names import is_legal_remapping
 
 
@@ -28,7 +28,7 @@ def without_remappings(argv: Sequence[str]) -> list[str]:
 
 def show(tool: str, tab: str, options: Any) -> int:
     """Serves the page, opened at a tab, until Ctrl-C."""
-    from pipros.web.program import PageOptions, serve_page
+    from pipros.web.serve_page import PageOptions, serve_page
 
     host, port = _bind_address(options.bind)
     return serve_page(

@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 
 import pipros
+from pipros.cli.command import USAGE_ERROR, dispatch, run
 from pipros.cli.command_map import command_map
-from pipros.cli.program import USAGE_ERROR, dispatch, run
 from pipros.cli.streams import command
 
 OVERVIEW = f"""\

@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Sequence
 
-from pipros.cli.program import run
+from pipros.cli.command import run
 from pipros.cli.streams import command
 from pipros.errors import Unreachable
 from pipros.graph.client import GraphClient

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from pathlib import Path
 
-from pipros.cli.program import run
+from pipros.cli.command import run
 from pipros.cli.streams import command
 from pipros.errors import NotFound
 from pipros.launch.check import mistakes

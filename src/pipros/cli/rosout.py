@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from pipros import names
+from pipros.cli.command import run
 from pipros.cli.command_node import ended_by_signals
-from pipros.cli.program import run
 from pipros.cli.streams import command
 from pipros.env import Environment
 from pipros.node.rosout import RosoutAggregator

@@ -22,10 +22,10 @@ from pipros.launch.load_context import LoadContext
 from pipros.launch.logs import LogFolder
 from pipros.launch.xml import load
 from pipros.testing.fixture import LaunchFixture
-from pipros.testing.program import make_xml_runner
 from pipros.testing.result_paths import NoPlaceForResults, results_file, rostest_name
 from pipros.testing.results import Suite, Totals
 from pipros.testing.rostest import Plan, Rostest
+from pipros.testing.script_runner import make_xml_runner
 from pipros.testing.summary import runner_summary
 from pipros.workspace.index import Package, PackageIndex
 

@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from pathlib import Path
 
-from pipros.cli.program import run
+from pipros.cli.command import run
 from pipros.cli.streams import command
 from pipros.interrupts import accept_ctrl_c
 from pipros.testing.bare import BareTest
-from pipros.testing.program import make_xml_runner
 from pipros.testing.result_paths import results_file
 from pipros.testing.results import Suite, Totals
+from pipros.testing.script_runner import make_xml_runner
 from pipros.testing.summary import runner_summary
 from pipros.workspace.index import PackageIndex
 

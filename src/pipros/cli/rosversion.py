@@ -7,7 +7,7 @@ import sys
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 
-from pipros.cli.program import run
+from pipros.cli.command import run
 from pipros.cli.streams import command
 from pipros.packages.crawl import STACKS
 from pipros.workspace.index import Package, PackageIndex

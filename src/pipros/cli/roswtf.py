@@ -8,7 +8,7 @@ from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.program import run
+from pipros.cli.command import run
 from pipros.cli.streams import command
 from pipros.errors import PiprosError
 from pipros.names import parse_arguments

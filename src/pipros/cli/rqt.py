@@ -6,8 +6,8 @@ import sys
 from collections.abc import Callable, Sequence
 from urllib.parse import quote
 
+from pipros.cli.command import run
 from pipros.cli.page_command import page_parser, show, without_remappings
-from pipros.cli.program import run
 from pipros.cli.streams import command
 from pipros.graph.client import GraphClient
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipros.cli.command import CommandError, run
 from pipros.cli.page_command import page_parser, show, without_remappings
-from pipros.cli.program import CommandError, run
 from pipros.cli.streams import command
 
 if TYPE_CHECKING:
@@ -63,13 +63,13 @@ def _write_pictures(options: Any) -> int:
 def _graph_now(options: Any) -> NodeGraph:
     from pipros.graph.client import GraphClient
     from pipros.graph.drawing.node_graph import GraphOptions, node_graph
-    from pipros.graph.observer import Observer
+    from pipros.graph.observer import SystemObserver
 
     hides = not options.all
     shown = GraphOptions(options.mode, hide_dead_sinks=hides, hide_leaf_topics=hides, hide_debug=hides)
     with GraphClient("rqt_graph") as client:
         client.master.get_pid()
-        observer = Observer(client.master)
+        observer = SystemObserver(client.master)
         try:
             found = observer.look()
         finally:

@@ -8,7 +8,7 @@ from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.cli.program import CommandError, run
+from pipros.cli.command import CommandError, run
 from pipros.cli.streams import command
 
 SHELLS = ("sh", "fish", "powershell")

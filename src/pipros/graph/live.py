@@ -14,6 +14,7 @@ from threading import Lock
 from typing import Any, Protocol
 
 from pipros.errors import PiprosError
+from pipros.graph.bus_info import BusConnection, read_row, rows_of
 from pipros.graph.edges import EdgeList
 from pipros.graph.system_state import SystemState
 from pipros.net.rpc_client import RpcClient
@@ -189,10 +190,11 @@ class LiveGraph:
         with self.bad_nodes_lock:
             self.bad_nodes.pop(node, None)
         changed = False
-        for _, peer, direction, _, topic, *is_connected in connections:
-            if is_connected[:1] == [False] or not topic.startswith(self.topic_ns):
+        for connection in connections:
+            direction, topic = connection.direction, connection.topic
+            if not connection.is_established or not topic.startswith(self.topic_ns):
                 continue
-            name = self._name_of(peer)
+            name = self._name_of(connection.peer)
             changed |= self.nt_edges.add_edges(node, topic_node(topic), direction)
             if name is not None and name.startswith(self.node_ns):
                 changed |= self.nn_edges.add_edges(node, name, direction, topic)
@@ -200,14 +202,15 @@ class LiveGraph:
                 changed |= self.nt_edges.add_edges(name, topic_node(topic), opposite)
         return changed
 
-    def _bus_info(self, node: str) -> list[Any]:
-        """The rows of a node's answer. Raises `PiprosError`, or ValueError for a malformed answer."""
-        answer = self._ask(self._api_of(node))
-        if not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1:
-            raise ValueError(f"getBusInfo of {node} must answer [1, text, rows], got {printable(answer)}")
-        if not isinstance(answer[2], list) or not all(_is_row(row) for row in answer[2]):
-            raise ValueError(f"getBusInfo of {node} must give rows of 5 values, got {printable(answer[2])}")
-        return list(answer[2])
+    def _bus_info(self, node: str) -> list[BusConnection]:
+        """The connections of a node. Raises `PiprosError`, or ValueError for a malformed answer or row."""
+        connections = []
+        for row in rows_of(self._ask(self._api_of(node)), f"getBusInfo of {node}"):
+            connection = read_row(row)
+            if connection is None:
+                raise ValueError(f"getBusInfo of {node} must give rows of 5 values, got {printable(row)}")
+            connections.append(connection)
+        return connections
 
     def _api_of(self, node: str) -> str:
         api = self._master.lookup_node(node)
@@ -226,8 +229,3 @@ class LiveGraph:
                 except PiprosError as error:
                     logger.debug("the master no longer knows %s: %s", node, error)
         return self.uri_node_map.get(peer) or self.uri_node_map.get(peer.rstrip("/") + "/")
-
-
-def _is_row(row: object) -> bool:
-    """True for `[id, peer, direction, transport, topic, …]`."""
-    return isinstance(row, list) and len(row) >= 5 and all(isinstance(row[at], str) for at in (1, 2, 4))

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pipros.errors import Refused, Unreachable
+from pipros.graph.bus_info import BusConnection, established
 from pipros.graph.errors import GraphError
 from pipros.graph.nodes import api_of
 from pipros.graph.output import bullets, to_stderr, to_stdout
@@ -81,7 +82,7 @@ def describe_connections(master: MasterClient, api: str) -> str:
     if connections and isinstance(connections, list):
         lines.append("Connections:")
         peers = _Peers(master)
-        for connection in connections:
+        for connection in established(connections):
             lines += _describe_connection(connection, peers)
     return "\n".join(lines) + "\n"
 
@@ -93,26 +94,15 @@ def _value(answer: Any) -> Any:
     return value
 
 
-def _describe_connection(connection: Any, peers: _Peers) -> list[str]:
-    """The lines for one entry of `getBusInfo`; empty for a connection that is not established.
-
-    An entry is (id, destination, direction, transport, topic[, is connected[, remark]]); old
-    clients omit the last two. The destination is a node's name or the URI of its API.
-    """
-    if not isinstance(connection, list) or len(connection) < 5:
-        return []
-    destination, direction, transport, topic = map(str, connection[1:5])
-    state = connection[5:]
-    if state and not state[0]:
-        return []
-    heading = _DIRECTIONS.get(direction, "unknown")
-    if remark := _SOCKET.search(str(state[1])) if len(state) > 1 else None:
-        heading += f" ({remark['port']} - {remark['peer']}) [{remark['socket']}]"
+def _describe_connection(connection: BusConnection, peers: _Peers) -> list[str]:
+    heading = _DIRECTIONS.get(connection.direction, "unknown")
+    if socket := _SOCKET.search(connection.remark):
+        heading += f" ({socket['port']} - {socket['peer']}) [{socket['socket']}]"
     return [
-        f" * topic: {listed(topic)}",
-        f"    * to: {listed(peers.describe(destination, topic))}",
+        f" * topic: {listed(connection.topic)}",
+        f"    * to: {listed(peers.describe(connection.peer, connection.topic))}",
         f"    * direction: {listed(heading)}",
-        f"    * transport: {listed(transport)}",
+        f"    * transport: {listed(connection.transport)}",
     ]
 
 

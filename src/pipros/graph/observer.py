@@ -9,12 +9,13 @@ from __future__ import annotations
 import concurrent.futures
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 from pipros.errors import PiprosError
-from pipros.graph.system_state import Connection, SystemState
+from pipros.graph.bus_info import BusConnection, SentCount, established, rows_of, sent_counts
+from pipros.graph.system_state import SystemState, TopicConnection
 from pipros.net.rpc_client import RpcClient
 
 Ask = Callable[[str], tuple[Any, Any]]
@@ -77,29 +78,13 @@ class Observation:
     state: SystemState = field(default_factory=lambda: SystemState({}, {}, {}))
     types: Mapping[str, str] = field(default_factory=dict)
     nodes: Mapping[str, NodeState] = field(default_factory=dict)
-    connections: Mapping[Connection, Traffic | None] = field(default_factory=dict)
+    connections: Mapping[TopicConnection, Traffic | None] = field(default_factory=dict)
     error: str = ""
 
     @property
     def unreachable(self) -> set[str]:
         """The nodes that did not answer."""
         return {name for name, node in self.nodes.items() if node.error}
-
-
-class Link(NamedTuple):
-    """A row of `getBusInfo`: a connection as one of its ends tells of it."""
-
-    id: str
-    peer: str
-    direction: str
-    topic: str
-
-
-class Count(NamedTuple):
-    """What a node says to have sent over a connection so far."""
-
-    messages: float
-    size: float
 
 
 @dataclass(slots=True)
@@ -110,8 +95,8 @@ class _Node:
     error: str = ""
     asked_s: float = float("-inf")
     failures: int = 0
-    links: Sequence[Link] = ()
-    counts: deque[tuple[float, Mapping[str, Count]]] = field(
+    links: Sequence[BusConnection] = ()
+    counts: deque[tuple[float, Mapping[str, SentCount]]] = field(
         default_factory=lambda: deque(maxlen=RATE_ANSWERS)
     )
 
@@ -124,14 +109,14 @@ class _Node:
         if end_s <= begin_s or last.messages < first.messages:
             return None
         elapsed_s = end_s - begin_s
-        return Traffic((last.messages - first.messages) / elapsed_s, (last.size - first.size) / elapsed_s)
+        return Traffic((last.messages - first.messages) / elapsed_s, (last.bytes - first.bytes) / elapsed_s)
 
     def is_due(self, now_s: float) -> bool:
         wait = min(NODE_INTERVAL_S * 2**self.failures, SLOWEST_RETRY_S) if self.failures else NODE_INTERVAL_S
         return now_s - self.asked_s >= wait
 
 
-class Observer:
+class SystemObserver:
     """Looks at a running system again and again. Call `look` from one thread."""
 
     def __init__(
@@ -182,7 +167,8 @@ class Observer:
             if not node.uri or node.failures:
                 node.uri = self._master.lookup_node(name)
             info, statistics = self._ask_node(node.uri)
-            links, counts = list(links_in(info)), dict(counts_in(statistics))
+            links = list(established(rows_of(info, "getBusInfo")))
+            counts = dict(sent_counts(rows_of(statistics, "getBusStats")))
         except (PiprosError, ValueError, OSError) as error:
             node.failures += 1
             node.error = str(error)
@@ -198,53 +184,16 @@ class Observer:
             caller_id = self._master.caller_id
             return api.call("getBusInfo", caller_id), api.call("getBusStats", caller_id)
 
-    def _connections(self) -> dict[Connection, Traffic | None]:
+    def _connections(self) -> dict[TopicConnection, Traffic | None]:
         names = {node.uri.rstrip("/"): name for name, node in self._nodes.items() if node.uri}
-        connections: dict[Connection, Traffic | None] = {}
+        connections: dict[TopicConnection, Traffic | None] = {}
         for name, node in self._nodes.items():
             for link in node.links:
                 peer = names.get(link.peer.rstrip("/"), link.peer)
                 if peer not in self._nodes:
                     continue
-                if link.direction == "o":
-                    connections[Connection(name, link.topic, peer)] = node.traffic(link.id)
-                else:
-                    connections.setdefault(Connection(peer, link.topic, name), None)
+                if link.direction in ("o", "b"):
+                    connections[TopicConnection(name, link.topic, peer)] = node.traffic(link.id)
+                elif link.direction == "i":
+                    connections.setdefault(TopicConnection(peer, link.topic, name), None)
         return connections
-
-
-def links_in(answer: Any) -> Iterator[Link]:
-    """The connections of a `getBusInfo` answer that are up. Malformed rows are left out.
-
-    Raises:
-        ValueError: the answer is not of the form `[1, text, rows]`.
-    """
-    for row in _rows(answer, "getBusInfo"):
-        if isinstance(row, list) and len(row) >= 5 and row[5:6] != [False] and row[2] in ("i", "o", "b"):
-            yield Link(str(row[0]), str(row[1]), "i" if row[2] == "i" else "o", str(row[4]))
-
-
-def counts_in(answer: Any) -> Iterator[tuple[str, Count]]:
-    """What a `getBusStats` answer says of each outgoing connection, by its id. Malformed rows are left out.
-
-    A publisher's row is `[topic, bytes, [[id, bytes, messages, …], …]]`.
-
-    Raises:
-        ValueError: the answer is not of the form `[1, text, [publishers, subscribers, …]]`.
-    """
-    publishers = _rows(answer, "getBusStats")[:1]
-    for row in publishers[0] if publishers and isinstance(publishers[0], list) else ():
-        links = row[-1] if isinstance(row, list) and row else None
-        for link in links if isinstance(links, list) else ():
-            if isinstance(link, list) and len(link) >= 3 and _are_numbers(link[1:3]):
-                yield str(link[0]), Count(link[2], link[1])
-
-
-def _rows(answer: Any, method: str) -> list[Any]:
-    if not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1 or not isinstance(answer[2], list):
-        raise ValueError(f"{method} must answer [1, text, list], got {str(answer)[:80]}")
-    return answer[2]
-
-
-def _are_numbers(values: Sequence[object]) -> bool:
-    return all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in values)

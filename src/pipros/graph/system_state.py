@@ -38,7 +38,7 @@ class SystemState(NamedTuple):
         return sorted({node for kind in kinds for nodes in kind.values() for node in nodes})
 
 
-class Connection(NamedTuple):
+class TopicConnection(NamedTuple):
     """A link that a node told of: messages of `topic` go from `publisher` to `subscriber`."""
 
     publisher: str

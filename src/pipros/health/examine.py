@@ -11,7 +11,7 @@ from pipros.health.gather_machine import gather_machine
 from pipros.health.gather_system import gather_system
 from pipros.health.graph_checks import check_graph
 from pipros.health.machine_checks import check_machine
-from pipros.health.system import System
+from pipros.health.system_report import SystemReport
 
 CONNECTION_RULES = {"not-connected", "one-sided-connection"}
 
@@ -28,7 +28,7 @@ class Examination:
 
     master_uri: str
     findings: tuple[Finding, ...]
-    system: System | None = None
+    system: SystemReport | None = None
 
     @property
     def is_healthy(self) -> bool:
@@ -75,7 +75,7 @@ def examine(
     return Examination(environment.master_uri, (*findings, *check_graph(system)), system)
 
 
-def _settled_system(environment: Environment, timeout_s: float) -> System:
+def _settled_system(environment: Environment, timeout_s: float) -> SystemReport:
     """The system; gathered once more when nodes may just be connecting."""
     system = gather_system(environment.master_uri, timeout_s=timeout_s)
     if any(finding.rule in CONNECTION_RULES for finding in check_graph(system)):
@@ -83,7 +83,7 @@ def _settled_system(environment: Environment, timeout_s: float) -> System:
     return system
 
 
-def _to_try_back(system: System, *, both_ways: bool) -> frozenset[tuple[str, str]]:
+def _to_try_back(system: SystemReport, *, both_ways: bool) -> frozenset[tuple[str, str]]:
     if both_ways:
         subscribers = system.state.subscribers.items()
         return frozenset(

@@ -11,10 +11,11 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from pipros.errors import PiprosError, Refused, Unreachable
+from pipros.graph.bus_info import established
 from pipros.graph.errors import GraphError
 from pipros.graph.services import header_of
 from pipros.graph.system_state import SystemState
-from pipros.health.system import Connection, Failure, NodeReport, PublisherReport, ServiceReport, System
+from pipros.health.system_report import Failure, NodeReport, PublisherReport, ServiceReport, SystemReport
 from pipros.net.connect import Connector
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient, reason_of
@@ -38,7 +39,7 @@ _Key = TypeVar("_Key")
 _Value = TypeVar("_Value")
 
 
-def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> System:
+def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
     """What the system at a master looks like now.
 
     Takes `timeout_s` for each node that does not answer, for many of them at a time.
@@ -50,7 +51,7 @@ def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> System:
     try:
         state = SystemState.from_state(master.get_system_state())
         types = dict(master.get_topic_types())
-        system = System(master_uri, state, types, is_time_simulated=_is_simulated(master))
+        system = SystemReport(master_uri, state, types, is_time_simulated=_is_simulated(master))
         nodes = _in_parallel(state.nodes(), lambda node: _ask_node(master, node, timeout_s))
         ends = [
             (topic, node)
@@ -102,7 +103,7 @@ def _ask_node(master: MasterClient, node: str, timeout_s: float) -> NodeReport:
             return NodeReport(
                 api,
                 master_uri=_text(_value(client, "getMasterUri")),
-                connections=_connections(_value(client, "getBusInfo")),
+                connections=tuple(established(_value(client, "getBusInfo"))),
                 subscriptions=_pairs(_value(client, "getSubscriptions")),
                 publications=_pairs(_value(client, "getPublications")),
             )
@@ -129,15 +130,6 @@ def _text(value: Any) -> str:
 def _pairs(value: Any) -> dict[str, str]:
     rows = value if isinstance(value, list) else []
     return {str(row[0]): str(row[1]) for row in rows if isinstance(row, list) and len(row) == 2}
-
-
-def _connections(value: Any) -> tuple[Connection, ...]:
-    rows = value if isinstance(value, list) else []
-    return tuple(
-        Connection(peer=str(row[1]), direction=str(row[2]), topic=str(row[4]))
-        for row in rows
-        if isinstance(row, list) and len(row) >= 5 and row[5:6] != [False] and row[5:6] != [0]
-    )
 
 
 def failure_of(problem: Exception) -> Failure:

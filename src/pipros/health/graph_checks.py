@@ -1,4 +1,4 @@
-"""What is wrong with a running system. Pure: a `System` in, findings out."""
+"""What is wrong with a running system. Pure: a `SystemReport` in, findings out."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Callable, Iterator
 
 from pipros.health.finding import Finding, error, warning
-from pipros.health.system import Failure, System
+from pipros.health.system_report import Failure, SystemReport
 from pipros.net.address import is_loopback
 from pipros.printable import listed
 from pipros.wire.uri import split_uri
@@ -20,12 +20,12 @@ STAMP_TOLERANCE_S = 10.0
 _CLOSE_NAMES = 0.75  # how much alike two names must be for one to be taken for a misspelling of the other
 
 
-def check_graph(system: System) -> list[Finding]:
+def check_graph(system: SystemReport) -> list[Finding]:
     """All findings, errors and warnings, in the order of the checks."""
     return [finding for check in CHECKS for finding in check(system)]
 
 
-def unreachable_nodes(system: System) -> Findings:
+def unreachable_nodes(system: SystemReport) -> Findings:
     """Nodes that are registered and do not answer."""
     for node, report in sorted(system.nodes.items()):
         failure = report.failure
@@ -65,7 +65,7 @@ def _why_node(api: str, failure: Failure) -> tuple[str, str]:
     )
 
 
-def nodes_of_other_masters(system: System) -> Findings:
+def nodes_of_other_masters(system: SystemReport) -> Findings:
     """Nodes that are registered here and believe in another master."""
     port = _port(system.master_uri)
     for node, report in sorted(system.nodes.items()):
@@ -81,7 +81,7 @@ def nodes_of_other_masters(system: System) -> Findings:
             )
 
 
-def unreachable_publishers(system: System) -> Findings:
+def unreachable_publishers(system: SystemReport) -> Findings:
     """Publishers whose node answers, but whose data cannot be had."""
     for (topic, node), report in sorted(system.publishers.items()):
         failure = report.failure
@@ -115,7 +115,7 @@ def unreachable_publishers(system: System) -> Findings:
         )
 
 
-def connections(system: System) -> Findings:
+def connections(system: SystemReport) -> Findings:
     """Pairs that should be connected, and are not, or only by what one of them says."""
     for topic, publisher, subscriber in system.pairs():
         by_publisher, by_subscriber = system.is_connected(topic, publisher, subscriber)
@@ -138,7 +138,7 @@ def connections(system: System) -> Findings:
             yield _not_connected(system, topic, publisher, subscriber)
 
 
-def _not_connected(system: System, topic: str, publisher: str, subscriber: str) -> Finding:
+def _not_connected(system: SystemReport, topic: str, publisher: str, subscriber: str) -> Finding:
     summary = (
         f"[{listed(subscriber)}] does not receive [{listed(topic)}] from [{listed(publisher)}], though "
         "both answer"
@@ -178,7 +178,7 @@ def _not_connected(system: System, topic: str, publisher: str, subscriber: str) 
     )
 
 
-def type_mismatches(system: System) -> Findings:
+def type_mismatches(system: SystemReport) -> Findings:
     """Ends of one topic that have different types, or definitions."""
     for topic, publisher, subscriber in system.pairs():
         differ = _types_differ(system, topic, publisher, subscriber)
@@ -211,7 +211,9 @@ def type_mismatches(system: System) -> Findings:
             )
 
 
-def _types_differ(system: System, topic: str, publisher: str, subscriber: str) -> tuple[str, str] | None:
+def _types_differ(
+    system: SystemReport, topic: str, publisher: str, subscriber: str
+) -> tuple[str, str] | None:
     """The types of the two ends, when they are known and differ."""
     report = system.publishers.get((topic, publisher))
     sent = (report.type if report else "") or system.nodes[publisher].publications.get(topic, "")
@@ -219,7 +221,7 @@ def _types_differ(system: System, topic: str, publisher: str, subscriber: str) -
     return None if not sent or not wanted or "*" in (sent, wanted) or sent == wanted else (sent, wanted)
 
 
-def definitions(system: System) -> Findings:
+def definitions(system: SystemReport) -> Findings:
     """Types that this machine does not have, or has in another version."""
     users: dict[str, list[str]] = {}
     for topic, type_name in system.types.items():
@@ -254,7 +256,7 @@ def definitions(system: System) -> Findings:
             )
 
 
-def topics_without_publishers(system: System) -> Findings:
+def topics_without_publishers(system: SystemReport) -> Findings:
     """Topics that are subscribed, and nobody publishes."""
     for topic, subscribers in sorted(system.state.subscribers.items()):
         alive = [node for node in subscribers if system.is_alive(node)]
@@ -277,7 +279,7 @@ def topics_without_publishers(system: System) -> Findings:
         )
 
 
-def services(system: System) -> Findings:
+def services(system: SystemReport) -> Findings:
     """Services that are registered and do not answer, unless their node is gone altogether."""
     for service, report in sorted(system.services.items()):
         if report.failure is not None and system.is_alive(report.node):
@@ -293,7 +295,7 @@ def services(system: System) -> Findings:
             )
 
 
-def clocks(system: System) -> Findings:
+def clocks(system: SystemReport) -> Findings:
     """Clocks that differ, or simulated time that does not run."""
     publishers = [node for node in system.state.publishers.get("/clock", ()) if system.is_alive(node)]
     if system.is_time_simulated and not publishers:
@@ -368,7 +370,7 @@ def _port(uri: str) -> int:
         return 0
 
 
-CHECKS: tuple[Callable[[System], Findings], ...] = (
+CHECKS: tuple[Callable[[SystemReport], Findings], ...] = (
     unreachable_nodes,
     nodes_of_other_masters,
     unreachable_publishers,

@@ -26,7 +26,7 @@ from pipros.launch.logs import LauncherLog
 from pipros.launch.managed_node import ProcessInfo
 from pipros.launch.model import LaunchError
 from pipros.launch.parent_link import ParentLink
-from pipros.launch.run import Run, RunOptions
+from pipros.launch.run import LaunchRun, RunOptions
 from pipros.launch.run_id import is_run_id, new_run_id, run_id_problem
 from pipros.launch.server import LaunchServer
 from pipros.launch.xml import load
@@ -76,7 +76,7 @@ class Child:
         self._is_stop_requested = False
         self._log: LauncherLog | None = None
         self._server: LaunchServer | None = None
-        self._run: Run | None = None
+        self._run: LaunchRun | None = None
 
     def start(self) -> None:
         """Opens log file and server, and registers with the parent.
@@ -136,7 +136,7 @@ class Child:
             return
         self._console.say("launching nodes...")
         self._console.say(f"ROS_MASTER_URI={self._environment.master_uri}")
-        run = Run(
+        run = LaunchRun(
             launch,
             CommandMaker.for_launcher(self._environment, self._index, log.file),
             master_uri=self._environment.master_uri,

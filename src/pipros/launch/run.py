@@ -64,10 +64,10 @@ class _StopRequest:
     """Stands in the queue for a request to stop."""
 
 
-class Run:
+class LaunchRun:
     """The execution of one launch. One thread watches it; `start`, `end_one` and `request_stop` are for any.
 
-    >>> run = Run(launch, maker, master_uri=uri, logs=logs, console=console)    # doctest: +SKIP
+    >>> run = LaunchRun(launch, maker, master_uri=uri, logs=logs, console=console)    # doctest: +SKIP
     >>> run.set_parameters()                                                    # doctest: +SKIP
     >>> run.start_nodes()                                                       # doctest: +SKIP
     >>> run.wait()                                                              # doctest: +SKIP

@@ -26,7 +26,7 @@ from pipros.launch.model import Launch
 from pipros.launch.param_upload import CALLER_ID
 from pipros.launch.placement import Placement
 from pipros.launch.roscore import ROS_COMM_VERSION, STANDARD_PARAMETERS
-from pipros.launch.run import Run, RunOptions
+from pipros.launch.run import LaunchRun, RunOptions
 from pipros.launch.server import LaunchServer
 from pipros.launch.session_master import SessionMaster, choose_run_id
 from pipros.launch.xml import load
@@ -83,7 +83,7 @@ class LaunchSession:
 
         Args:
             load_launch: gives the launch, when it does not simply come from the files.
-            on_end: as of `Run`.
+            on_end: as of `LaunchRun`.
         """
         environment = environment or Environment.from_os()
         self._files = list(files)
@@ -105,11 +105,11 @@ class LaunchSession:
         self._is_stop_requested = False
         self._is_interruptible = False
         self._server: LaunchServer | None = None
-        self._run: Run | None = None
+        self._run: LaunchRun | None = None
         self._failed: list[str] = []
 
     @property
-    def run(self) -> Run:
+    def run(self) -> LaunchRun:
         """The nodes. Valid from `start` on."""
         if self._run is None:
             raise RuntimeError("the session is not running; call start() first")
@@ -262,7 +262,7 @@ class LaunchSession:
         numbers = self._options.numbers or itertools.count(1)
         if self.owns_master:
             next(numbers)  # as in Noetic, `/rosout` counts as the first process
-        run = Run(
+        run = LaunchRun(
             launch,
             CommandMaker.for_launcher(self._environment, self._index, log.file),
             master_uri=self._master.uri,

@@ -49,7 +49,7 @@ class AsyncRpcClient:
         self.uri = uri
         self._answer_limit_bytes = answer_limit_bytes or process_limits().body_bytes
         self._host, self._port, self._path = split_uri(uri)
-        self._connection: _Connection | None = None
+        self._connection: _AsyncConnection | None = None
 
     async def call(self, method: str, *params: Any, timeout_s: float | None) -> Any:
         """Calls `method` and returns its value. Raises what `RpcClient.call` raises."""
@@ -96,14 +96,14 @@ class AsyncRpcClient:
                 if kept.has_answer_begun:
                     raise
         connecting = loop.create_connection(
-            lambda: _Connection(loop, self._answer_limit_bytes), self._host, self._port
+            lambda: _AsyncConnection(loop, self._answer_limit_bytes), self._host, self._port
         )
         _, connection = await asyncio.wait_for(connecting, timeout_s)
         self._connection = connection
         return await connection.exchange(head, document, deadline)
 
 
-class _Connection(asyncio.Protocol):
+class _AsyncConnection(asyncio.Protocol):
     def __init__(self, loop: asyncio.AbstractEventLoop, answer_limit_bytes: int) -> None:
         self._loop = loop
         self._reader = ResponseReader(body_limit=answer_limit_bytes)

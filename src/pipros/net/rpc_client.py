@@ -64,14 +64,14 @@ class RpcClient:
         Raises:
             ValueError: `uri` is malformed.
         """
-        self._idle: list[_Connection] = []
+        self._idle: list[_ClientConnection] = []
         self.server_addresses: tuple[str, ...] = ()
         self.uri = uri
         self.timeout_s = timeout_s
         self._answer_limit_bytes = answer_limit_bytes or process_limits().answer_bytes
         self._host, self._port, self._path = split_uri(uri)
         self._lock = threading.Lock()
-        self._busy: set[_Connection] = set()
+        self._busy: set[_ClientConnection] = set()
         self._interruptions = 0
         self._is_closed = False
 
@@ -130,7 +130,7 @@ class RpcClient:
             if connection := self._pop_idle():
                 with contextlib.suppress(_ClosedBeforeAnswer):
                     return self._use(connection, request, deadline, interruptions)
-            connection = _Connection(self._host, self._port, self._answer_limit_bytes)
+            connection = _ClientConnection(self._host, self._port, self._answer_limit_bytes)
             return self._use(connection, request, deadline, interruptions)
         except (OSError, HttpError) as error:
             raise self._explain(error) from error
@@ -141,7 +141,7 @@ class RpcClient:
             self.server_addresses = (found, *others)[:_KEPT_ADDRESSES]
 
     def _use(
-        self, connection: _Connection, request: bytes, deadline: float | None, interruptions: int
+        self, connection: _ClientConnection, request: bytes, deadline: float | None, interruptions: int
     ) -> Response:
         """One exchange. The connection is closed when it fails or is interrupted by Ctrl-C."""
         with self._lock:
@@ -164,7 +164,7 @@ class RpcClient:
         self._keep_or_close(connection, response)
         return response
 
-    def _pop_idle(self) -> _Connection | None:
+    def _pop_idle(self) -> _ClientConnection | None:
         while True:
             with self._lock:
                 if not self._idle:
@@ -174,7 +174,7 @@ class RpcClient:
                 return connection
             connection.close()
 
-    def _keep_or_close(self, connection: _Connection, response: Response) -> None:
+    def _keep_or_close(self, connection: _ClientConnection, response: Response) -> None:
         with self._lock:
             if response.keep_alive and not self._is_closed and len(self._idle) < KEPT_CONNECTIONS:
                 self._idle.append(connection)
@@ -202,7 +202,7 @@ class _ClosedBeforeAnswer(ConnectionError):
     """The server closed, or had closed, the connection before the first byte of an answer."""
 
 
-class _Connection:
+class _ClientConnection:
     """One connection, which is kept open; used by one thread at a time."""
 
     __slots__ = ("_address", "_connector", "_is_open", "_reader", "_receiver", "_socket")

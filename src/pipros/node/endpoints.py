@@ -32,7 +32,7 @@ from pipros.node.service_server import ServiceClass, ServiceServer
 from pipros.node.subscriber import (
     NO_ARGS,
     Callback,
-    Observer,
+    MessageObserver,
     Subscriber,
     SubscriberCallback,
     Subscription,
@@ -83,7 +83,7 @@ class Endpoints:
         self._workers = Workers(f"service of {node_name}", limits.service_threads)
         self._waiting_threads = Slots(WAITING_THREADS)
         self._unread = HeldBytes(limit_bytes=limits.bodies_bytes, refusals=connections.refusals)
-        self._observer: Observer | None = None
+        self._observer: MessageObserver | None = None
         self._lock = threading.RLock()
 
     # -- what there is ----------------------------------------------------------
@@ -210,7 +210,7 @@ class Endpoints:
             give_latched()
         return Subscriber(subscription, listener, self._release_subscription)
 
-    def observe(self, observer: Observer) -> None:
+    def observe(self, observer: MessageObserver) -> None:
         """Calls `observer` for each message of each topic from now on, before the callbacks."""
         with self._lock:
             self._observer = observer

@@ -31,7 +31,7 @@ REQUEST_DEADLINE_S = 10.0
 Callback = Callable[..., object]
 
 #: Called for every message that arrives: topic, connection header, size in bytes, message.
-Observer = Callable[[str, Mapping[str, str], int, Any], None]
+MessageObserver = Callable[[str, Mapping[str, str], int, Any], None]
 
 #: Stands for "no callback_args": None is a value that a callback may be given.
 NO_ARGS = object()
@@ -75,7 +75,7 @@ class Subscription:
         self.listeners: tuple[SubscriberCallback, ...] = ()
         self.received = 0
         self.handles = 0
-        self.observe: Observer | None = None
+        self.observe: MessageObserver | None = None
         self._context = context
         self._decode = decoder(message_class)
         self._turn = DeliveryLock()

@@ -15,7 +15,7 @@ from pipros.launch.console import Console
 from pipros.launch.logs import LogFolder
 from pipros.launch.model import Launch, Output, Test
 from pipros.launch.roscore import STANDARD_PARAMETERS, Core
-from pipros.launch.run import Run
+from pipros.launch.run import LaunchRun
 from pipros.launch.run_id import is_run_id, new_run_id, run_id_problem
 from pipros.net.master_client import MasterClient
 from pipros.testing.rostest import TestProgramTimedOut
@@ -73,7 +73,7 @@ class LaunchFixture:
         self.master_uri = environment.master_uri
         self._console = console
         self._core: Core | None = None
-        self._run: Run | None = None
+        self._run: LaunchRun | None = None
 
     def set_up(self) -> None:
         """Starts or finds the master, and prints what will run.
@@ -91,7 +91,7 @@ class LaunchFixture:
             self._core.start()
             self.master_uri = self._core.uri
         self._console.say(summary({**STANDARD_PARAMETERS, **self._launch.params}, self._launch.nodes))
-        self._run = Run(
+        self._run = LaunchRun(
             self._launch,
             CommandMaker.for_launcher(self._environment, self._index),
             master_uri=self.master_uri,
@@ -144,11 +144,11 @@ class LaunchFixture:
         self._console.say("... shutting down processing monitor complete")
 
     @property
-    def run(self) -> Run:
+    def run(self) -> LaunchRun:
         """The nodes. Valid from `set_up` on."""
         return self._running()
 
-    def _running(self) -> Run:
+    def _running(self) -> LaunchRun:
         if self._run is None:
             raise RuntimeError("set_up must be called first")
         return self._run

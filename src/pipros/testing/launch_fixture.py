@@ -15,7 +15,7 @@ from pipros.launch.console import Console
 from pipros.launch.find_launch_files import resolve_files
 from pipros.launch.load_context import LoadContext
 from pipros.launch.logs import LogFolder
-from pipros.launch.run import Run
+from pipros.launch.run import LaunchRun
 from pipros.launch.run_id import new_run_id
 from pipros.launch.xml import load
 from pipros.workspace.index import PackageIndex
@@ -60,7 +60,7 @@ class Launched:
         # Nothing is logged there; the guardian finds the nodes of this launch by the name of the file.
         log = logs.file_of_launcher(f"pytest-{run_id}")
         self.exit_codes: dict[str, int] = {}
-        self._run = Run(
+        self._run = LaunchRun(
             launch,
             CommandMaker.for_launcher(environment, index, log),
             master_uri=master_uri,

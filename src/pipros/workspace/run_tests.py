@@ -94,7 +94,7 @@ def _command(test: TestEntry, project: Project, layout: Layout, results: str) ->
     output = os.path.join(results, project.name, f"nosetests-{label(test)}.xml")
     if importlib.util.find_spec("pytest"):
         return [sys.executable, "-m", "pytest", test.path, f"--junitxml={output}"]
-    return [sys.executable, "-m", "pipros.testing.program", test.path, output]
+    return [sys.executable, "-m", "pipros.testing.script_runner", test.path, output]
 
 
 def _environment(layout: Layout) -> dict[str, str]:

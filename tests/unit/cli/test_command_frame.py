@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from pipros.cli.program import CommandError, dispatch, run
+from pipros.cli.command import CommandError, dispatch, run
 from pipros.cli.yaml_args import documents_of, value_of
 from pipros.errors import Unreachable
 from pipros.graph.output import bullets

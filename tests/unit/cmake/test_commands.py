@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from pipros.cmake.cmake_command import script_interpreter
 from pipros.cmake.language import CMakeError
-from pipros.cmake.program import script_interpreter
 from tests.support.cmake_cases import MISTAKES, TOPICS, Case, line_of_mistake, read_cases
 
 

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from pipros.errors import Unreachable
-from pipros.graph.observer import CALLS_A_LOOK, Observer, Traffic, counts_in, links_in
-from pipros.graph.system_state import Connection
+from pipros.graph.observer import CALLS_A_LOOK, SystemObserver, Traffic
+from pipros.graph.system_state import TopicConnection
 
-LEVEL = Connection("/talker", "/level", "/listener")
+LEVEL = TopicConnection("/talker", "/level", "/listener")
 
 
 class Nodes:
@@ -67,13 +67,13 @@ def nodes() -> Nodes:
 
 
 @pytest.fixture
-def observer(nodes: Nodes) -> Iterator[Observer]:
-    observer = Observer(nodes, ask=nodes.ask, now_s=lambda: nodes.now_s)
+def observer(nodes: Nodes) -> Iterator[SystemObserver]:
+    observer = SystemObserver(nodes, ask=nodes.ask, now_s=lambda: nodes.now_s)
     yield observer
     observer.close()
 
 
-def test_connections_are_told_by_either_end(nodes: Nodes, observer: Observer) -> None:
+def test_connections_are_told_by_either_end(nodes: Nodes, observer: SystemObserver) -> None:
     assert dict(observer.look().connections) == {LEVEL: None}
     nodes.silent = {"/talker"}
     nodes.now_s += 10
@@ -82,7 +82,7 @@ def test_connections_are_told_by_either_end(nodes: Nodes, observer: Observer) ->
     assert found.unreachable == {"/talker"}
 
 
-def test_rates_are_differences_over_several_answers(nodes: Nodes, observer: Observer) -> None:
+def test_rates_are_differences_over_several_answers(nodes: Nodes, observer: SystemObserver) -> None:
     observer.look()
     for _ in range(3):
         nodes.now_s += 2
@@ -91,7 +91,7 @@ def test_rates_are_differences_over_several_answers(nodes: Nodes, observer: Obse
     assert found.connections[LEVEL] == Traffic(20.0, 200.0)
 
 
-def test_a_node_that_began_anew_has_no_rate(nodes: Nodes, observer: Observer) -> None:
+def test_a_node_that_began_anew_has_no_rate(nodes: Nodes, observer: SystemObserver) -> None:
     nodes.messages = 1000
     observer.look()
     nodes.messages = 3
@@ -99,7 +99,7 @@ def test_a_node_that_began_anew_has_no_rate(nodes: Nodes, observer: Observer) ->
     assert observer.look().connections[LEVEL] is None
 
 
-def test_an_answer_is_used_for_a_second(nodes: Nodes, observer: Observer) -> None:
+def test_an_answer_is_used_for_a_second(nodes: Nodes, observer: SystemObserver) -> None:
     observer.look()
     nodes.now_s += 0.5
     observer.look()
@@ -110,7 +110,7 @@ def test_an_answer_is_used_for_a_second(nodes: Nodes, observer: Observer) -> Non
 
 
 def test_a_silent_node_is_asked_more_and_more_rarely_and_found_again(
-    nodes: Nodes, observer: Observer
+    nodes: Nodes, observer: SystemObserver
 ) -> None:
     nodes.silent = {"/talker"}
     for _ in range(60):
@@ -123,7 +123,7 @@ def test_a_silent_node_is_asked_more_and_more_rarely_and_found_again(
     assert observer.look().unreachable == set()
 
 
-def test_many_nodes_are_asked_by_turns(nodes: Nodes, observer: Observer) -> None:
+def test_many_nodes_are_asked_by_turns(nodes: Nodes, observer: SystemObserver) -> None:
     nodes.more = [f"/node{number}" for number in range(150)]
     observer.look()
     assert len(nodes.asked) == CALLS_A_LOOK
@@ -132,7 +132,7 @@ def test_many_nodes_are_asked_by_turns(nodes: Nodes, observer: Observer) -> None
     assert sorted(nodes.asked) == sorted(["/talker", "/listener", *nodes.more])
 
 
-def test_without_its_master_the_last_state_stays(nodes: Nodes, observer: Observer) -> None:
+def test_without_its_master_the_last_state_stays(nodes: Nodes, observer: SystemObserver) -> None:
     before = observer.look()
     nodes.is_up = False
     found = observer.look()
@@ -142,19 +142,8 @@ def test_without_its_master_the_last_state_stays(nodes: Nodes, observer: Observe
 
 
 @pytest.mark.parametrize("answer", [None, [], [0, "no", []], [1, "", "x"], [1, "", []] * 2])
-def test_a_malformed_answer_is_an_error_of_that_node(nodes: Nodes, observer: Observer, answer: Any) -> None:
+def test_a_malformed_answer_is_an_error_of_that_node(
+    nodes: Nodes, observer: SystemObserver, answer: Any
+) -> None:
     nodes.answers["/talker"] = answer, [1, "", [[], [], []]]
     assert "getBusInfo must answer" in observer.look().nodes["/talker"].error
-
-
-def test_malformed_rows_are_left_out() -> None:
-    rows = [
-        None,
-        [],
-        [1, "/x", "?", "TCPROS", "/t"],
-        [1, "/x", "o", "TCPROS", "/t", False],
-        [1, "/x", "o", "", "/t"],
-    ]
-    assert [link.topic for link in links_in([1, "", rows])] == ["/t"]
-    statistics = [[["/t", 0, [[1, 10, 2], [2, "x", 3], None]], None, [], ["/u", 0, None]], 5]
-    assert dict(counts_in([1, "", statistics])) == {"1": (2, 10)}

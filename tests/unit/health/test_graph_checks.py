@@ -7,20 +7,21 @@ from typing import Any
 
 import pytest
 
+from pipros.graph.bus_info import BusConnection
 from pipros.graph.system_state import SystemState
 from pipros.health.graph_checks import check_graph
-from pipros.health.system import Connection, Failure, NodeReport, PublisherReport, ServiceReport, System
+from pipros.health.system_report import Failure, NodeReport, PublisherReport, ServiceReport, SystemReport
 
 TALKER, LISTENER, TOPIC = "/talker", "/listener", "/chatter"
 TALKER_API, LISTENER_API = "http://10.0.0.1:1001/", "http://10.0.0.2:1002/"
-SENT, RECEIVED = Connection(LISTENER, "o", TOPIC), Connection(TALKER_API, "i", TOPIC)
+SENT, RECEIVED = BusConnection(LISTENER, "o", TOPIC), BusConnection(TALKER_API, "i", TOPIC)
 
 NODES = {
     TALKER: NodeReport(TALKER_API, connections=(SENT,), publications={TOPIC: "std_msgs/String"}),
     LISTENER: NodeReport(LISTENER_API, connections=(RECEIVED,), subscriptions={TOPIC: "std_msgs/String"}),
 }
 
-HEALTHY = System(
+HEALTHY = SystemReport(
     "http://10.0.0.1:11311",
     SystemState({TOPIC: [TALKER]}, {TOPIC: [LISTENER], "/rosout": [LISTENER]}, {"/reset": [TALKER]}),
     types={TOPIC: "std_msgs/String"},
@@ -32,11 +33,11 @@ HEALTHY = System(
 )
 
 
-def with_node(name: str, **changes: Any) -> System:
+def with_node(name: str, **changes: Any) -> SystemReport:
     return replace(HEALTHY, nodes={**NODES, name: replace(NODES[name], **changes)})
 
 
-def with_publisher(**changes: Any) -> System:
+def with_publisher(**changes: Any) -> SystemReport:
     report = HEALTHY.publishers[TOPIC, TALKER]
     return replace(HEALTHY, publishers={(TOPIC, TALKER): replace(report, **changes)})
 
@@ -45,8 +46,8 @@ UNCONNECTED = replace(HEALTHY, nodes={name: replace(node, connections=()) for na
 TRIED = replace(UNCONNECTED, tried_back=frozenset({(TOPIC, LISTENER)}))
 WITH_CLOCK = HEALTHY.state._replace(publishers={TOPIC: [TALKER], "/clock": [TALKER]})
 
-FAULTS: dict[str, System] = {
-    "ghost-node": with_node(LISTENER, failure=Failure("Connection refused", is_refused=True)),
+FAULTS: dict[str, SystemReport] = {
+    "ghost-node": with_node(LISTENER, failure=Failure("BusConnection refused", is_refused=True)),
     "unknown-host": with_node(LISTENER, failure=Failure("Name not known", is_unknown_host=True)),
     "silent-node": with_node(LISTENER, failure=Failure("no answer in time")),
     "other-master": with_node(LISTENER, master_uri="http://10.0.0.1:11400/"),
@@ -105,7 +106,7 @@ def test_publishers_of_different_definitions_are_named() -> None:
 
 
 def test_services_of_a_node_that_is_gone_are_not_reported_again() -> None:
-    gone = Failure("Connection refused", is_refused=True)
+    gone = Failure("BusConnection refused", is_refused=True)
     system = replace(
         HEALTHY,
         nodes={**NODES, TALKER: replace(NODES[TALKER], failure=gone)},

@@ -18,13 +18,13 @@ import roswtf.plugins
 import roswtf.roslaunchwtf
 import roswtf.rules
 from pipros.cli.roswtf import main
-from pipros.health.system import System
+from pipros.health.system_report import SystemReport
 from tests.unit.health.test_graph_checks import HEALTHY, UNCONNECTED
 
 RULE = (lambda _: None, "about %(pkg)s:")
 
 
-def context(system: System | None = None) -> roswtf.context.WtfContext:
+def context(system: SystemReport | None = None) -> roswtf.context.WtfContext:
     found = roswtf.context.WtfContext.from_env({"ROS_HOME": "/not/there"})
     if system is not None:
         found.set_system(system)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cmake import program
+from pipros.cmake import cmake_command
 from pipros.workspace.hooks import find_hooks
 from pipros.workspace.make_targets import label, names, results_label
 from tests.support.workspaces import Workspace
@@ -315,5 +315,5 @@ def test_the_stand_in_for_cmake(
 ) -> None:
     (tmp_path / "a.txt").write_text("a")
     monkeypatch.chdir(tmp_path)
-    assert program.main(words) == code
+    assert cmake_command.main(words) == code
     assert capsys.readouterr().out == printed

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import partial
 from importlib import import_module
 
-from pipros.cli.program import Subcommand, run
+from pipros.cli.command import Subcommand, run
 from pipros.cli.streams import command
 
 _DESCRIPTIONS = {

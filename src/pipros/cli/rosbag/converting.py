@@ -9,7 +9,7 @@ from pathlib import Path
 from pipros.bag.errors import BagError
 from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.rewrite import copy_chosen, replaced_file
-from pipros.cli.program import option_parser
+from pipros.cli.command import option_parser
 from pipros.cli.rosbag.progress import Progress
 
 _USAGE = """rosbag convert [options] IN OUT

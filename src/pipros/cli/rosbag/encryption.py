@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from optparse import OptionParser
 
 from pipros.bag.reader import BagReader
-from pipros.cli.program import CommandError
+from pipros.cli.command import CommandError
 from pipros.cli.rosbag.rewriting import bag_parser
 
 _CURE = "Use genuine rosbag with GnuPG for it, and keep the result on an encrypted disk or encrypt the file"

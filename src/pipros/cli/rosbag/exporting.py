@@ -12,7 +12,7 @@ from pipros.bag.errors import BagError
 from pipros.bag.images import IMAGE_TYPES, image_file
 from pipros.bag.opening import open_bag
 from pipros.bag.reader import BagReader
-from pipros.cli.program import CommandError, option_parser
+from pipros.cli.command import CommandError, option_parser
 from pipros.graph.message_path import Part
 from pipros.graph.plot import Plot
 from pipros.msg.base import Message

@@ -11,7 +11,7 @@ from pipros.bag.connection import Connection
 from pipros.bag.filter_expression import MessageExpression
 from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.rewrite import copy_chosen, replaced_file
-from pipros.cli.program import CommandError, option_parser
+from pipros.cli.command import CommandError, option_parser
 from pipros.cli.rosbag.progress import Progress
 from pipros.msg.time import Time
 from pipros.safe.expr import ExpressionError

@@ -12,7 +12,7 @@ from pipros.bag.migration_rules import parse_rules
 from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.reader import BagReader
 from pipros.bag.rewrite import replaced_file
-from pipros.cli.program import option_parser
+from pipros.cli.command import option_parser
 from pipros.input_file import read_text
 
 

@@ -13,8 +13,8 @@ from typing import Any
 
 from pipros.bag.errors import BagError
 from pipros.bag.player import Player, PlayOptions, opened_bags
+from pipros.cli.command import CommandError, option_parser
 from pipros.cli.command_node import command_node
-from pipros.cli.program import CommandError, option_parser
 from pipros.names import parse_arguments
 
 _SHOW_PERIOD_S = 0.1

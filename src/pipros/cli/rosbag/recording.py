@@ -11,8 +11,8 @@ from optparse import OptionParser, Values
 from pipros.bag.compression import BZ2, LZ4, NONE, has_lz4
 from pipros.bag.record_files import FileOptions
 from pipros.bag.recorder import Recorder, RecordOptions
+from pipros.cli.command import CommandError, option_parser
 from pipros.cli.command_node import command_node
-from pipros.cli.program import CommandError, option_parser
 from pipros.names import parse_arguments
 
 _MIB = 1024 * 1024

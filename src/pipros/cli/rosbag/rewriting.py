@@ -13,7 +13,7 @@ from pipros.bag.errors import BagError, NotIndexed
 from pipros.bag.reader import BagReader
 from pipros.bag.repair import reindex as reindex_file
 from pipros.bag.rewrite import recompress, replaced_file
-from pipros.cli.program import option_parser
+from pipros.cli.command import option_parser
 from pipros.cli.rosbag.progress import Progress
 from pipros.limits import process_limits
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.program import option_parser
+from pipros.cli.command import option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import GraphError
 from pipros.graph.loggers import LEVELS, levels_of, set_level

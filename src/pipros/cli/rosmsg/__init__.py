@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from pipros.cli.program import USAGE_ERROR, run
+from pipros.cli.command import USAGE_ERROR, run
 from pipros.cli.streams import command
 from pipros.workspace.type_catalogue import MESSAGES, TypeCatalogue
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.program import USAGE_ERROR, option_parser, single_argument
+from pipros.cli.command import USAGE_ERROR, option_parser, single_argument
 from pipros.errors import NotFound
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.type_catalogue import TypeCatalogue

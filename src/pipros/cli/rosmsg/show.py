@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from pathlib import Path
 
-from pipros.cli.program import option_parser
+from pipros.cli.command import option_parser
 from pipros.cli.rosmsg.bag import bag_definitions
 from pipros.errors import NotFound
 from pipros.msg.language.full_text import specs_from_text

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.program import option_parser
+from pipros.cli.command import option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import kill, node_names
 from pipros.graph.output import bullets

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from optparse import OptionParser
 
-from pipros.cli.program import option_parser
+from pipros.cli.command import option_parser
 from pipros.errors import PiprosError
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import node_names

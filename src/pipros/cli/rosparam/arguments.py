@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from optparse import OptionParser, Values
 
-from pipros.cli.program import single_argument
+from pipros.cli.command import single_argument
 
 
 def add_verbose_option(parser: OptionParser) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pipros.cli.program import CommandError, option_parser
+from pipros.cli.command import CommandError, option_parser
 from pipros.cli.rosparam.arguments import add_verbose_option, parse_name
 from pipros.graph.client import GraphClient
 from pipros.graph.param_files import parse_value

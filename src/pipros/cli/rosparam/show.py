@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from pipros.cli.program import CommandError, option_parser
+from pipros.cli.command import CommandError, option_parser
 from pipros.cli.rosparam.arguments import add_verbose_option, parse_name
 from pipros.graph.client import GraphClient
 from pipros.graph.param_text import as_document, as_pretty_text, as_shown

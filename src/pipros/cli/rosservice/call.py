@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from pipros.cli.program import option_parser
+from pipros.cli.command import option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.service_call import ServiceCaller, wait_for_service
 from pipros.names import parse_arguments

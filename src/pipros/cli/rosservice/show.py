@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.program import option_parser, single_argument
+from pipros.cli.command import option_parser, single_argument
 from pipros.cli.terminal import CYAN, table
 from pipros.graph.client import GraphClient
 from pipros.graph.services import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.program import USAGE_ERROR, dispatch, run
+from pipros.cli.command import USAGE_ERROR, dispatch, run
 from pipros.cli.streams import command
 from pipros.interrupts import accept_ctrl_c
 

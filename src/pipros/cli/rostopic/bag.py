@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from pipros.bag.errors import BagError, NotIndexed
 from pipros.bag.index import Stamp
 from pipros.bag.reader import BagReader
-from pipros.cli.program import CommandError
+from pipros.cli.command import CommandError
 from pipros.graph.listening import TopicPart
 from pipros.graph.message_path import parse_path
 from pipros.graph.system_state import is_below

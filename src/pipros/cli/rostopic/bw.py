@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from pipros.cli.program import option_parser
+from pipros.cli.command import option_parser
 from pipros.cli.rostopic.window_option import add_window_option, window_of
 from pipros.cli.terminal import LiveBlock, is_terminal
 from pipros.graph.client import GraphClient

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from pipros.cli.program import option_parser
+from pipros.cli.command import option_parser
 from pipros.cli.rostopic.window_option import add_window_option, window_of
 from pipros.cli.terminal import LiveBlock
 from pipros.graph.client import GraphClient

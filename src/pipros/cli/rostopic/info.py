@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.program import option_parser, single_argument
+from pipros.cli.command import option_parser, single_argument
 from pipros.errors import NotFound
 from pipros.graph.client import GraphClient
 from pipros.graph.topics import describe_topic, field_type, topic_type, topics_of_type

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from pipros.cli.program import option_parser
+from pipros.cli.command import option_parser
 from pipros.cli.terminal import CYAN, DIM, table
 from pipros.errors import Refused
 from pipros.graph.client import GraphClient

@@ -11,7 +11,7 @@ from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.program import CommandError, option_parser
+from pipros.cli.command import CommandError, option_parser
 from pipros.graph.client import GraphClient
 from pipros.names import parse_arguments
 
@@ -73,7 +73,7 @@ def publish(argv: Sequence[str]) -> int:
     template = Template(message_class)
     with command_node("rostopic", argv) as node:
         now_ns = node.clock.now_ns if options.ros_time else time.time_ns
-        run = _Run(node, options, message_class)
+        run = _Publishing(node, options, message_class)
         if values is not None:
             run.publish_values(lambda: template.fill(values, now_ns()))
         else:
@@ -83,7 +83,7 @@ def publish(argv: Sequence[str]) -> int:
     return 0
 
 
-class _Run:
+class _Publishing:
     """Publishes the messages of one command."""
 
     def __init__(self, node: Node, options: PubOptions, message_class: type[Message]) -> None:

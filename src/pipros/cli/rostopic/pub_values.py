@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from typing import Any
 
-from pipros.cli.program import CommandError
+from pipros.cli.command import CommandError
 from pipros.cli.yaml_args import value_of
 from pipros.errors import PiprosError
 from pipros.graph.errors import GraphError

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from pipros.graph.system_state import Connection, SystemState
+from pipros.graph.system_state import SystemState, TopicConnection
 
 Mode = Literal["nodes", "active", "all"]
 """Nodes only with topics as labels; nodes and topics with a connection; nodes and all topics."""
@@ -129,7 +129,7 @@ class _Pattern:
 
 def node_graph(
     state: SystemState,
-    connections: Iterable[Connection],
+    connections: Iterable[TopicConnection],
     unreachable: Collection[str] = (),
     options: GraphOptions | None = None,
 ) -> NodeGraph:
@@ -146,7 +146,7 @@ class _Builder:
     def __init__(
         self,
         state: SystemState,
-        connections: frozenset[Connection],
+        connections: frozenset[TopicConnection],
         unreachable: frozenset[str],
         options: GraphOptions,
     ) -> None:
@@ -166,7 +166,7 @@ class _Builder:
                 for topic, (publishers, subscribers) in topics.items()
                 for publisher in publishers
                 for subscriber in subscribers
-                if self._is_connected(Connection(publisher, topic, subscriber))
+                if self._is_connected(TopicConnection(publisher, topic, subscriber))
             ]
             shown_topics: list[str] = []
         else:
@@ -235,14 +235,14 @@ class _Builder:
             (publisher, subscriber)
             for publisher in publishers
             for subscriber in subscribers
-            if self._is_connected(Connection(publisher, topic, subscriber))
+            if self._is_connected(TopicConnection(publisher, topic, subscriber))
         ]
         sending, receiving = {pair[0] for pair in pairs}, {pair[1] for pair in pairs}
         return [node for node in publishers if node in sending], [
             node for node in subscribers if node in receiving
         ]
 
-    def _is_connected(self, connection: Connection) -> bool:
+    def _is_connected(self, connection: TopicConnection) -> bool:
         """True also when neither end can tell."""
         return (
             connection in self._connections

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.env import Environment
 from pipros.errors import NotFound, PiprosError
-from pipros.health.system import System
+from pipros.health.system_report import SystemReport
 from pipros.workspace.index import PackageIndex
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ class WtfContext:
         self.rosstack: Any = None
         self.launch: Launch | None = None
         self.index: PackageIndex | None = None
-        self.system: System | None = None
+        self.system: SystemReport | None = None
 
     def as_dictionary(self) -> dict[str, Any]:
         """Attribute to value, for the texts of rules."""
@@ -159,7 +159,7 @@ class WtfContext:
         self.pkg, self.pkg_dir = name, str(package.path)
         self.manifest_file = str(package.path / "package.xml")
 
-    def set_system(self, system: System) -> None:
+    def set_system(self, system: SystemReport) -> None:
         """Sets the attributes that tell of the running system."""
         state = system.state
         self.system = system
@@ -187,7 +187,7 @@ class WtfContext:
                     self.unconnected_subscriptions.setdefault(node, []).append(topic)
 
 
-def _actual_edges(system: System) -> set[tuple[str, str, str]]:
+def _actual_edges(system: SystemReport) -> set[tuple[str, str, str]]:
     services = set(system.state.services)
     edges = set()
     for node, report in system.nodes.items():

@@ -11,7 +11,7 @@ from pipros.errors import PiprosError
 from pipros.node import Node
 from pipros.node.service_client import ServiceLink
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
-from pipros.testing.nodes.program import run_checks
+from pipros.testing.nodes.run_checks import run_checks
 from pipros.wire.handshake import WireType
 
 # unittest leaves the frames of modules with this variable out of its reports.

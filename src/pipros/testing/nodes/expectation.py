@@ -8,7 +8,7 @@ from typing import Any
 
 from pipros.node import Node
 from pipros.node.clock import Clock
-from pipros.testing.nodes.program import parameter, poll
+from pipros.testing.nodes.run_checks import parameter, poll
 
 # unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True

@@ -14,7 +14,7 @@ from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
 from pipros.node.clock import WallClock
-from pipros.testing.nodes.program import number, parameter, poll, run_checks
+from pipros.testing.nodes.run_checks import number, parameter, poll, run_checks
 
 # unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True

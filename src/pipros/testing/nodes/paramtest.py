@@ -7,7 +7,7 @@ set, `test_duration` (5 s) for it to have the value after that.
 from __future__ import annotations
 
 from pipros.node import Node
-from pipros.testing.nodes.program import number, parameter, poll, run_checks
+from pipros.testing.nodes.run_checks import number, parameter, poll, run_checks
 
 # unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pipros.node import Node
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
-from pipros.testing.nodes.program import run_checks
+from pipros.testing.nodes.run_checks import run_checks
 
 # unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True

@@ -15,8 +15,8 @@ from pipros.msg import load_message_class
 from pipros.safe.yaml import load
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
-from pipros.web.system import System
 from pipros.web.views.topics import topic_name
+from pipros.web.watched_system import WatchedSystem
 
 FASTEST_HZ = 1000.0
 TELL_INTERVAL_S = 0.5
@@ -25,7 +25,7 @@ TELL_INTERVAL_S = 0.5
 class CallViews:
     """The views of the Services and Publish tabs."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
     async def services(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:

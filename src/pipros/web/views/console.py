@@ -10,9 +10,9 @@ from pipros.errors import PiprosError
 from pipros.graph.service_call import ServiceCaller
 from pipros.node.any_msg import RawMessage
 from pipros.web.server import RequestRefused
-from pipros.web.system import System
 from pipros.web.topic_watch import NewSamples, TopicWatch
 from pipros.web.views.topics import topic_name
+from pipros.web.watched_system import WatchedSystem
 
 LOG_TOPIC = "/rosout_agg"
 SEND_INTERVAL_S = 0.2
@@ -25,7 +25,7 @@ LEVELS = ("debug", "info", "warn", "error", "fatal")
 class ConsoleViews:
     """The views of the Console tab."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
     async def console(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:

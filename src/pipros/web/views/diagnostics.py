@@ -13,8 +13,8 @@ from typing import Any
 
 from pipros.errors import PiprosError
 from pipros.node.any_msg import RawMessage
-from pipros.web.system import System
 from pipros.web.topic_watch import TopicWatch
+from pipros.web.watched_system import WatchedSystem
 
 TOPICS = ("/diagnostics_agg", "/diagnostics")
 SEND_INTERVAL_S = 0.5
@@ -84,7 +84,7 @@ class Statuses:
 class DiagnosticViews:
     """The view of the Diagnostics tab."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
     async def diagnostics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:

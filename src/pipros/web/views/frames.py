@@ -14,9 +14,9 @@ from pipros.errors import PiprosError
 from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
 from pipros.graph.drawing.scene import draw
 from pipros.node.any_msg import RawMessage
-from pipros.web.system import System
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.graph import scene_values
+from pipros.web.watched_system import WatchedSystem
 
 SEND_INTERVAL_S = 1.0
 MOST_FRAMES = 2000
@@ -97,7 +97,7 @@ class FrameTree:
 class FrameViews:
     """The view of the TF tab."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
     async def frames(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:

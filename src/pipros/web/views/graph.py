@@ -14,7 +14,7 @@ from pipros.graph.drawing.svg import middle_of, path, to_svg
 from pipros.graph.observer import Observation
 from pipros.graph.system_state import of_node
 from pipros.web.server import RequestRefused
-from pipros.web.system import System
+from pipros.web.watched_system import WatchedSystem
 
 LONGEST_FILTER = 1000
 
@@ -44,7 +44,7 @@ def graph_of(observation: Observation, options: GraphOptions) -> NodeGraph:
 class GraphViews:
     """The views of the Graph tab."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
     async def graph(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:

@@ -8,8 +8,8 @@ from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
 from pipros.web.server import RequestRefused
-from pipros.web.system import System
 from pipros.web.views.topics import topic_name
+from pipros.web.watched_system import WatchedSystem
 
 SEND_INTERVAL_S = 0.1
 LARGEST_BYTES = 2_000_000
@@ -27,7 +27,7 @@ BYTES_PER_PIXEL = {
 class ImageViews:
     """The view of the Images tab."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
     async def image(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:

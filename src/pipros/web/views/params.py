@@ -11,8 +11,8 @@ from pipros.graph import params
 from pipros.safe.yaml import load
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
-from pipros.web.system import System
 from pipros.web.views.topics import topic_name
+from pipros.web.watched_system import WatchedSystem
 
 LOOK_INTERVAL_S = 2.0
 MOST_PARAMETERS = 20_000
@@ -21,7 +21,7 @@ MOST_PARAMETERS = 20_000
 class ParamViews:
     """The views of the Parameters tab."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
     async def params(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:

@@ -13,8 +13,8 @@ from pipros.errors import PiprosError
 from pipros.graph.message_path import Step, extract, parse_path
 from pipros.node.any_msg import RawMessage
 from pipros.web.server import RequestRefused
-from pipros.web.system import System
 from pipros.web.topic_watch import NewSamples, TopicWatch
+from pipros.web.watched_system import WatchedSystem
 
 SEND_INTERVAL_S = 0.1
 KEPT_SAMPLES = 5000
@@ -61,7 +61,7 @@ def find_field(text: str, topics: Mapping[str, str]) -> Field | None:
 class PlotViews:
     """The view of the Plot tab."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
     async def plot(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:

@@ -14,7 +14,7 @@ from pipros.net.address import split_uri
 from pipros.net.rpc_client import RpcClient
 from pipros.net.this_machine import is_this_machine
 from pipros.web.server import RequestRefused
-from pipros.web.system import System
+from pipros.web.watched_system import WatchedSystem
 
 LOOK_INTERVAL_S = 2.0
 ANSWER_DEADLINE_S = 1.0
@@ -23,7 +23,7 @@ ANSWER_DEADLINE_S = 1.0
 class ProcessViews:
     """The view of the Nodes tab."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
     async def processes(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:

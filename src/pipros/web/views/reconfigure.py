@@ -19,9 +19,9 @@ from pipros.reconfigure.config import (
     values,
 )
 from pipros.web.server import RequestRefused
-from pipros.web.system import System
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.topics import topic_name
+from pipros.web.watched_system import WatchedSystem
 
 LOOK_INTERVAL_S = 0.1
 ANSWER_S = 10.0
@@ -33,7 +33,7 @@ WHOLE = 2**31 - 1
 class ReconfigureViews:
     """The views of the reconfigurable servers in the Parameters tab."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
     async def reconfigurable(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:

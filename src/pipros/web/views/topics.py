@@ -12,7 +12,7 @@ from pipros.errors import PiprosError
 from pipros.graph.observer import Observation
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
-from pipros.web.system import System
+from pipros.web.watched_system import WatchedSystem
 
 UPDATE_INTERVAL_S = 0.1
 """How often a browser gets the newest message."""
@@ -23,7 +23,7 @@ _PERCENTAGE = re.compile(r"\s*%\s*(\d{1,3}(?:\.\d+)?)\s*|\s*(\d{1,3}(?:\.\d+)?)\
 class TopicViews:
     """The views of the Topics tab."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
     async def topics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:

@@ -14,7 +14,7 @@ _SCRIPT = """\
 # Made by catkin_make of pipros, since there is no CMake on this machine.
 import sys
 
-from pipros.cmake.program import main
+from pipros.cmake.cmake_command import main
 
 sys.exit(main())
 """

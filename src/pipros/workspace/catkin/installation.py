@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipros.cmake.cmake_command import script_interpreter
 from pipros.cmake.copying import PROGRAM_MODE, Copy, copy, read_copies
-from pipros.cmake.program import script_interpreter
 from pipros.cmake.scope import Scope
 
 if TYPE_CHECKING:

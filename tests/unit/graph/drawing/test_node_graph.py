@@ -12,7 +12,7 @@ from pipros.graph.drawing.node_graph import (
     NodeGraph,
     node_graph,
 )
-from pipros.graph.system_state import Connection, SystemState
+from pipros.graph.system_state import SystemState, TopicConnection
 
 STATE = SystemState(
     publishers={
@@ -31,9 +31,9 @@ STATE = SystemState(
     services={"/robot/reset": ["/robot/base"]},
 )
 CONNECTIONS = [
-    Connection("/talker", "/battery_topic", "/listener"),
-    Connection("/robot/base", "/tf", "/listener"),
-    Connection("/talker", "/rosout", "/rosout"),
+    TopicConnection("/talker", "/battery_topic", "/listener"),
+    TopicConnection("/robot/base", "/tf", "/listener"),
+    TopicConnection("/talker", "/rosout", "/rosout"),
 ]
 SHOW_ALL = GraphOptions("all", hide_dead_sinks=False, hide_leaf_topics=False, hide_debug=False)
 
@@ -48,7 +48,7 @@ def arrows(graph: NodeGraph) -> set[tuple[str, str]]:
 
 def test_the_case_study_is_a_chain() -> None:
     state = SystemState({"/battery_topic": ["/talker_node"]}, {"/battery_topic": ["/listener_node"]}, {})
-    graph = node_graph(state, [Connection("/talker_node", "/battery_topic", "/listener_node")])
+    graph = node_graph(state, [TopicConnection("/talker_node", "/battery_topic", "/listener_node")])
     assert list(graph.vertices) == ["n/listener_node", "n/talker_node", "t/battery_topic"]
     assert [(arrow.start, arrow.end) for arrow in graph.arrows] == [
         ("n/talker_node", "t/battery_topic"),

@@ -14,7 +14,7 @@ from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph, node_graph
 from pipros.graph.drawing.png import PictureFailed, to_png
 from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import to_svg
-from pipros.graph.system_state import Connection, SystemState
+from pipros.graph.system_state import SystemState, TopicConnection
 
 SVG = "{http://www.w3.org/2000/svg}"
 EVIL = '/a"]; evil [label="<script>'
@@ -23,7 +23,9 @@ EVIL = '/a"]; evil [label="<script>'
 def graph_of(topic: str = "/battery_topic", mode: str = "active") -> NodeGraph:
     state = SystemState({topic: ["/ns/talker"]}, {topic: ["/ns/listener"]}, {})
     options = GraphOptions(mode)  # type: ignore[arg-type]
-    return node_graph(state, [Connection("/ns/talker", topic, "/ns/listener")], ["/ns/listener"], options)
+    return node_graph(
+        state, [TopicConnection("/ns/talker", topic, "/ns/listener")], ["/ns/listener"], options
+    )
 
 
 def parsed(scene: Scene) -> ElementTree.Element:
@@ -77,7 +79,7 @@ def test_without_pillow_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_several_topics_between_two_nodes_share_an_arrow() -> None:
     state = SystemState({"/x": ["/a"], "/y": ["/a"]}, {"/x": ["/b"], "/y": ["/b"]}, {})
-    connections = [Connection("/a", topic, "/b") for topic in ("/x", "/y")]
+    connections = [TopicConnection("/a", topic, "/b") for topic in ("/x", "/y")]
     scene = draw(node_graph(state, connections, options=GraphOptions("nodes")))
     assert [text for _, _, text in scene.arrows] == ["/x +1"]
 

@@ -1,6 +1,6 @@
 """Runs the cases of a Python test script, writes the result file, and prints the summary.
 
-`python -m pipros.testing.program PATH RESULTS` runs the unit tests of a file or folder without
+`python -m pipros.testing.script_runner PATH RESULTS` runs the unit tests of a file or folder without
 pytest, as nose did for `catkin_add_nosetests`: modules called `test…`, cases of `unittest`.
 """
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import rosunit
-from pipros.testing.program import run_program
+from pipros.testing.script_runner import run_program
 
 
 class Fine(unittest.TestCase):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from pipros.graph.bus_info import BusConnection
 from pipros.graph.system_state import SystemState
 
 
@@ -24,21 +25,6 @@ class Failure:
 
 
 @dataclass(frozen=True, slots=True)
-class Connection:
-    """One row of a node's `getBusInfo`.
-
-    Attributes:
-        peer: the caller id or the API of the other end, as the node names it.
-        direction: `i`, `o` or `b`.
-        topic: the topic or service.
-    """
-
-    peer: str
-    direction: str
-    topic: str
-
-
-@dataclass(frozen=True, slots=True)
 class NodeReport:
     """What a registered node answered.
 
@@ -54,7 +40,7 @@ class NodeReport:
     api: str
     failure: Failure | None = None
     master_uri: str = ""
-    connections: tuple[Connection, ...] = ()
+    connections: tuple[BusConnection, ...] = ()
     subscriptions: Mapping[str, str] = field(default_factory=dict)
     publications: Mapping[str, str] = field(default_factory=dict)
 
@@ -93,7 +79,7 @@ class ServiceReport:
 
 
 @dataclass(frozen=True, slots=True)
-class System:
+class SystemReport:
     """A running system.
 
     Attributes:

@@ -8,7 +8,7 @@ import threading
 from collections.abc import AsyncIterator
 
 from pipros.graph.client import GraphClient
-from pipros.graph.observer import Observation, Observer
+from pipros.graph.observer import Observation, SystemObserver
 from pipros.node import Node
 from pipros.web.topic_watch import TopicWatches
 
@@ -16,7 +16,7 @@ LOOK_INTERVAL_S = 1.0
 """How often the system is looked at while at least one browser wants to know."""
 
 
-class System:
+class WatchedSystem:
     """What views and actions work with.
 
     Attributes:
@@ -31,7 +31,7 @@ class System:
         self.node = node
         self.topics = TopicWatches(node)
         self.observation = Observation()
-        self._observer = Observer(graph.master)
+        self._observer = SystemObserver(graph.master)
         self._waiting: set[asyncio.Future[Observation]] = set()
         self._wanted = threading.Event()
         self._is_over = threading.Event()

@@ -18,7 +18,6 @@ from pipros.errors import PiprosError
 from pipros.graph.client import GraphClient
 from pipros.node import Node
 from pipros.web.server import Action, PageServer, Services, View
-from pipros.web.system import System
 from pipros.web.views.calls import CallViews
 from pipros.web.views.console import ConsoleViews
 from pipros.web.views.diagnostics import DiagnosticViews
@@ -30,6 +29,7 @@ from pipros.web.views.plot import PlotViews
 from pipros.web.views.processes import ProcessViews
 from pipros.web.views.reconfigure import ReconfigureViews
 from pipros.web.views.topics import TopicViews
+from pipros.web.watched_system import WatchedSystem
 
 CHANGING = frozenset(
     {"call_service", "delete_param", "publishing", "set_logger_level", "set_param", "set_reconfigured"}
@@ -72,11 +72,11 @@ def serve_page(options: PageOptions) -> int:
         ServerFailed: the port is taken, or the certificate cannot be read.
     """
     with GraphClient(options.tool) as graph, Node(options.tool, anonymous=True) as node:
-        asyncio.run(_serve(options, System(graph, node)))
+        asyncio.run(_serve(options, WatchedSystem(graph, node)))
     return 0
 
 
-async def _serve(options: PageOptions, system: System) -> None:
+async def _serve(options: PageOptions, system: WatchedSystem) -> None:
     over = asyncio.Event()
     loop = asyncio.get_running_loop()
     if threading.current_thread() is threading.main_thread():
@@ -107,7 +107,7 @@ async def _serve(options: PageOptions, system: System) -> None:
         system.close()
 
 
-def services(system: System, *, has_control: bool) -> Services:
+def services(system: WatchedSystem, *, has_control: bool) -> Services:
     """All views and actions of the page."""
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
     console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)

@@ -1,0 +1,88 @@
+"""The answers of a node to `getBusInfo` and `getBusStats`: its connections, and what went over them. Pure.
+
+Source: http://wiki.ros.org/ROS/Slave_API; where it leaves something open, what nodes answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+from pipros.printable import printable
+
+
+class BusConnection(NamedTuple):
+    """A connection as one of its ends describes it.
+
+    Attributes:
+        peer: the other end: the name of a node, or the URI of its API.
+        direction: `i`, `o` or `b` (both), for messages that come in or go out.
+        topic: the topic or service.
+        id: what the node calls the connection in `getBusStats`.
+        transport: `TCPROS` or `UDPROS`.
+        is_established: False while the node still tries to connect.
+        remark: a text about the sockets; empty from clients that send none.
+    """
+
+    peer: str
+    direction: str
+    topic: str
+    id: str = ""
+    transport: str = "TCPROS"
+    is_established: bool = True
+    remark: str = ""
+
+
+class SentCount(NamedTuple):
+    """What a node says to have sent over a connection so far."""
+
+    messages: float
+    bytes: float
+
+
+def rows_of(answer: Any, method: str) -> list[Any]:
+    """The rows of the answer `[1, text, rows]` to `method`, not yet read.
+
+    Raises:
+        ValueError: the answer is of another form, or an error.
+    """
+    if not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1 or not isinstance(answer[2], list):
+        raise ValueError(f"{method} must answer [1, text, list], got {printable(answer, 80)}")
+    return answer[2]
+
+
+def read_row(row: object) -> BusConnection | None:
+    """The connection of one row `[id, peer, direction, transport, topic[, is established[, remark]]]`.
+
+    None if the row is malformed.
+    """
+    if not isinstance(row, list) or len(row) < 5 or not all(isinstance(row[at], str) for at in (1, 2, 4)):
+        return None
+    is_established = bool(row[5]) if len(row) > 5 else True
+    remark = str(row[6]) if len(row) > 6 else ""
+    return BusConnection(row[1], row[2], row[4], str(row[0]), str(row[3]), is_established, remark)
+
+
+def established(rows: object) -> Iterator[BusConnection]:
+    """The established connections of the rows of `getBusInfo`. Malformed rows are left out."""
+    for row in rows if isinstance(rows, list) else ():
+        connection = read_row(row)
+        if connection is not None and connection.is_established:
+            yield connection
+
+
+def sent_counts(rows: Sequence[Any]) -> Iterator[tuple[str, SentCount]]:
+    """What the rows of `getBusStats` say of each outgoing connection, by its id. Malformed rows are left out.
+
+    The rows are `[publishers, subscribers, services]`; a publisher is
+    `[topic, bytes, [[id, bytes, messages, …], …]]`.
+    """
+    for row in rows[0] if rows and isinstance(rows[0], list) else ():
+        links = row[-1] if isinstance(row, list) and row else None
+        for link in links if isinstance(links, list) else ():
+            if isinstance(link, list) and len(link) >= 3 and _are_numbers(link[1:3]):
+                yield str(link[0]), SentCount(link[2], link[1])
+
+
+def _are_numbers(values: Sequence[object]) -> bool:
+    return all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in values)

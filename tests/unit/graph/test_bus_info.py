@@ -1,0 +1,44 @@
+"""Answers of nodes about their connections, of genuine form and of none."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from pipros.graph.bus_info import BusConnection, established, read_row, rows_of, sent_counts
+
+
+def test_a_row_is_read_with_and_without_the_values_that_old_clients_omit() -> None:
+    row: list[Any] = [1, "/listener", "o", "TCPROS", "/chatter"]
+    assert read_row(row) == BusConnection("/listener", "o", "/chatter", id="1")
+    assert read_row([*row, 0, "port 7"]) == BusConnection(
+        "/listener", "o", "/chatter", id="1", is_established=False, remark="port 7"
+    )
+
+
+@pytest.mark.parametrize(
+    "row",
+    [None, [], "row", [1, "/x", "o", "TCPROS"], [1, ["/x"], "o", "TCPROS", "/t"], [1, "/x", "o", "", 5]],
+)
+def test_a_malformed_row_is_no_connection(row: object) -> None:
+    assert read_row(row) is None
+    assert list(established([row, [1, "/x", "o", "TCPROS", "/t"]])) == [BusConnection("/x", "o", "/t", "1")]
+
+
+def test_connections_that_are_not_established_are_left_out() -> None:
+    rows = [[1, "/x", "o", "TCPROS", "/t", state] for state in (False, 0, True, 1)]
+    assert len(list(established(rows))) == 2
+    assert list(established("rows")) == []
+
+
+@pytest.mark.parametrize("answer", [None, [], [0, "no", []], [1, "", "x"], [1, "", []] * 2])
+def test_another_answer_is_an_error_that_names_the_method(answer: Any) -> None:
+    with pytest.raises(ValueError, match=r"getBusInfo must answer \[1, text, list\], got"):
+        rows_of(answer, "getBusInfo")
+
+
+def test_malformed_counts_are_left_out() -> None:
+    statistics = [[["/t", 0, [[1, 10, 2], [2, "x", 3], None]], None, [], ["/u", 0, None]], 5]
+    assert dict(sent_counts(statistics)) == {"1": (2, 10)}
+    assert dict(sent_counts([])) == {}
