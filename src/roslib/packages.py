@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 
 from pipros.env import Environment
 from pipros.workspace.executables import find_executables
+from pipros.workspace.find_in_workspaces import find_in_workspaces as catkin_find
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.overlays import built_workspaces
-from pipros.workspace.shared_files import find_in_workspaces as catkin_find
 from roslib.launcher import find_package
 
 if TYPE_CHECKING:

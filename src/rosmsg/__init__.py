@@ -18,8 +18,8 @@ from pipros.graph.skeleton import skeleton
 from pipros.msg import load_message_class
 from pipros.msg.base import Message
 from pipros.msg.language.spec import BUILTINS
+from pipros.workspace.find_in_workspaces import find_in_workspaces
 from pipros.workspace.index import PackageIndex
-from pipros.workspace.shared_files import find_in_workspaces
 from pipros.workspace.type_catalogue import MESSAGES, SERVICES, TypeCatalogue
 
 __all__ = [

@@ -20,8 +20,8 @@ from pipros.graph import message_path as _message_path
 from pipros.graph import topics as _topics
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
-from pipros.graph.message_classes import installed_class
 from pipros.graph.system_state import SystemState
+from pipros.msg.class_finder import installed_class
 from rostopic.echo import CallbackEcho, create_field_filter, create_value_transform
 from rostopic.errors import ROSTopicException, ROSTopicIOException
 from rostopic.measures import ROSTopicBandwidth, ROSTopicDelay, ROSTopicHz

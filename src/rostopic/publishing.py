@@ -13,7 +13,7 @@ import rosgraph
 import rosparam
 import rospy
 from pipros.graph.errors import GraphError
-from pipros.graph.values import filled_message
+from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.msg.base import Message
 from pipros.safe import yaml
 from pipros.safe.yaml import YamlError
@@ -37,7 +37,7 @@ def create_publisher(
     Raises:
         ROSTopicException: the type does not exist.
     """
-    from pipros.graph.message_classes import installed_class
+    from pipros.msg.class_finder import installed_class
 
     message_class = installed_class(topic_type)
     if message_class is None:
@@ -206,7 +206,7 @@ def _publish(
 def _maker(msg_class: type[Message], values: Sequence[Any]) -> Callable[[], Message]:
     def make() -> Message:
         try:
-            return filled_message(msg_class, list(values), rospy.get_rostime().to_nsec())
+            return message_from_yaml(msg_class, list(values), rospy.get_rostime().to_nsec())
         except GraphError as error:
             raise ROSTopicException(str(error)) from None
 

@@ -10,11 +10,11 @@ from typing import Any
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
 from pipros.bag.filter_expression import field_of
-from pipros.bag.message_classes import installed_class
 from pipros.bag.migration_rules import Migration, Rule
 from pipros.bag.reader import BagReader
 from pipros.bag.writer import MessageWriter
 from pipros.msg.base import Message
+from pipros.msg.class_finder import installed_class
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.safe.expr import Expression
 

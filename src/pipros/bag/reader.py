@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pipros.bag.chunk_data import ChunkStore
 from pipros.bag.connection import Connection
-from pipros.bag.errors import BagFormatError, NoMessages
+from pipros.bag.errors import BagError, BagFormatError, NoMessages
 from pipros.bag.index import ENTRY, ChunkHeader, ChunkInfo, Stamp
 from pipros.bag.layout import Layout, read_chunk_header, read_chunk_index, read_layout, read_version
-from pipros.bag.message_classes import BagClasses
 from pipros.bag.old_format import scan_old_format
 from pipros.bag.records import U32, Op, field_bytes, op_of, parse_fields
 from pipros.bag.records import number as field_number
@@ -25,6 +24,8 @@ from pipros.bag.runs import Entry, Span, runs_in_time_order, sorted_entries
 from pipros.bag.scan import Progress, scan
 from pipros.bag.source import SeekableFile, Source
 from pipros.limits import Limits, process_limits
+from pipros.msg.class_finder import ClassFinder, MissingDefinition
+from pipros.msg.language.spec import DefinitionError
 from pipros.msg.time import Time
 
 if TYPE_CHECKING:
@@ -104,7 +105,7 @@ class BagReader:
         return reader
 
     def _start(self) -> None:
-        self._classes = BagClasses()
+        self._classes = ClassFinder()
         self._chunk_headers: dict[int, ChunkHeader] = {}
 
     def _read_layout(self, rebuild_index: bool, progress: Progress | None) -> Layout:
@@ -231,8 +232,16 @@ class BagReader:
         return found
 
     def class_of(self, connection: Connection) -> Any:
-        """The class of a connection's messages. Raises `BagError` if there is none."""
-        return self._classes.of(connection)
+        """The class of its messages. Raises `BagError` if it has no definition, or a broken one."""
+        kind, topic = connection.type, connection.topic
+        try:
+            return self._classes.find(kind, connection.md5sum, connection.definition)
+        except MissingDefinition:
+            raise BagError(
+                f"the bag has no definition of {kind} (topic {topic}), and no package has the same one"
+            ) from None
+        except DefinitionError as error:
+            raise BagError(f"the bag's definition of {kind} (topic {topic}) is broken: {error}") from error
 
     def raw_messages(
         self,

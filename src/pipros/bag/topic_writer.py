@@ -7,8 +7,8 @@ from typing import Any
 
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
-from pipros.bag.message_classes import installed_class
 from pipros.bag.writer import BagWriter
+from pipros.msg.class_finder import installed_class
 
 
 class TopicWriter:

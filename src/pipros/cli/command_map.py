@@ -36,6 +36,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "rqt_image_view": "images",
         "rqt_tf_tree": "coordinate frames",
         "rqt_robot_monitor": "diagnostics",
+        "rqt_reconfigure": "parameters of dynamic_reconfigure",
         "rqt_service_caller": "services, and calls by hand",
         "rqt_publisher": "messages by hand",
         "rqt": "all of these in one page",

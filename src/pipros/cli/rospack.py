@@ -278,12 +278,12 @@ def _langs(_query: _Query) -> list[str]:
 
 
 def _profile(query: _Query) -> list[str]:
-    from pipros.workspace.profile import profile
+    from pipros.workspace.crawl_times import crawl_times
 
     length = query.options.get("--length", "20")
     if not length.lstrip("-").isdecimal():
         raise _Failed(f"--length must be a number, got [{length}]")
-    return profile(query.index.folders, int(length), only_empty="--zombie-only" in query.options)
+    return crawl_times(query.index.folders, int(length), only_empty="--zombie-only" in query.options)
 
 
 _COMMANDS: Mapping[str, Callable[[_Query], list[str]]] = {

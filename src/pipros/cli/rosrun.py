@@ -11,7 +11,7 @@ from typing import NoReturn
 from pipros.cli.streams import command
 from pipros.workspace.executables import Executables, find_executables, list_executables
 from pipros.workspace.index import Package, PackageIndex
-from pipros.workspace.interpreter import command_of, program_environment, why_not_startable
+from pipros.workspace.program_start import command_of, program_environment, why_not_startable
 
 USAGE = """\
 Usage: rosrun [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]

@@ -195,12 +195,12 @@ def _depends_why(question: _Question) -> list[str]:
 
 
 def _profile(question: _Question) -> list[str]:
-    from pipros.workspace.profile import profile
+    from pipros.workspace.crawl_times import crawl_times
 
     length = question.options.get("--length", "20")
     if not length.lstrip("-").isdecimal():
         raise _Failed(f"--length must be a number, got [{length}]")
-    return profile(question.index.folders, int(length), only_empty=False)
+    return crawl_times(question.index.folders, int(length), only_empty=False)
 
 
 _COMMANDS: Mapping[str, Callable[[_Question], Sequence[str]]] = {

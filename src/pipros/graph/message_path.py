@@ -150,7 +150,7 @@ def field_types(type_name: str, top: type[Message] | None = None) -> dict[str, s
     if top is not None and type_name == top._type:
         message_class: type[Message] | None = top
     elif "/" in type_name and not type_name.endswith("]"):
-        from pipros.graph.message_classes import installed_class
+        from pipros.msg.class_finder import installed_class
 
         message_class = installed_class(type_name)
     else:

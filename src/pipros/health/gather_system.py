@@ -254,7 +254,7 @@ def _ask_service(master: MasterClient, service: str, node: str) -> ServiceReport
 
 
 def _installed_md5(type_name: str) -> str | None:
-    from pipros.graph.message_classes import installed_class
+    from pipros.msg.class_finder import installed_class
 
     found = installed_class(type_name)
     return None if found is None else found._md5sum

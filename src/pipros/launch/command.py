@@ -13,7 +13,7 @@ from pipros.errors import NotFound, PiprosError
 from pipros.launch.model import Machine, Node, WorkingFolder
 from pipros.workspace.executables import Executables, find_executables
 from pipros.workspace.index import Package, PackageIndex
-from pipros.workspace.interpreter import command_of, program_environment
+from pipros.workspace.program_start import command_of, program_environment
 
 
 class CannotLaunch(PiprosError):

@@ -16,7 +16,7 @@ from pipros.launch.command import CannotLaunch, CannotStart, Command
 from pipros.launch.guardian import Guardian
 from pipros.launch.output_prefix import PrefixedOutput
 from pipros.log_file import open_to_write
-from pipros.workspace.interpreter import has_windows_line_ends, why_not_startable
+from pipros.workspace.program_start import has_windows_line_ends, why_not_startable
 
 _ON_WINDOWS = os.name == "nt"
 

@@ -14,7 +14,7 @@ from pipros.testing.result_paths import XML_OUTPUT_FLAG, prepare_path, results_f
 from pipros.testing.results import Suite
 from pipros.testing.rostest import TestProgramTimedOut
 from pipros.testing.xunit import parse_suites
-from pipros.workspace.interpreter import command_of, program_environment
+from pipros.workspace.program_start import command_of, program_environment
 
 # unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True

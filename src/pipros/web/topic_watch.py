@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
-from pipros.graph.message_classes import MessageClasses
+from pipros.graph.raw_decoder import RawDecoder
 from pipros.graph.samples import BandwidthWindow, RateWindow
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
@@ -45,10 +45,10 @@ class Newest:
 class TopicWatch:
     """What comes over one topic. Messages are counted in the threads of the links."""
 
-    def __init__(self, topic: str, classes: MessageClasses) -> None:
+    def __init__(self, topic: str, decoder: RawDecoder) -> None:
         self.topic = topic
         self.newest: Newest | None = None
-        self._classes = classes
+        self._decoder = decoder
         self._lock = threading.Lock()
         self._rate = RateWindow(WINDOW)
         self._bandwidth = BandwidthWindow(WINDOW)
@@ -97,7 +97,7 @@ class TopicWatch:
 
     def decode(self, message: RawMessage) -> object:
         """The message, decoded by the definition of its publisher. Raises `PiprosError` when that fails."""
-        return self._classes.decode(message)
+        return self._decoder.decode(message)
 
 
 class TopicWatches:
@@ -105,7 +105,7 @@ class TopicWatches:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._classes = MessageClasses()
+        self._decoder = RawDecoder()
         self._lock = threading.Lock()
         self._watches: dict[str, tuple[TopicWatch, Subscriber[RawMessage], int]] = {}
 
@@ -128,7 +128,7 @@ class TopicWatches:
                 subscriber.unregister()
 
     def _subscribe(self, topic: str) -> tuple[TopicWatch, Subscriber[RawMessage]]:
-        watch = TopicWatch(topic, self._classes)
+        watch = TopicWatch(topic, self._decoder)
         return watch, self._node.subscribe(topic, RawMessage, watch.note, queue_size=WINDOW)
 
 

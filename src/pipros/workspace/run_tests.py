@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 from pipros.workspace import genuine_catkin
 from pipros.workspace.catkin.project import Project, TestEntry
 from pipros.workspace.downloads import fetch
-from pipros.workspace.interpreter import program_environment
 from pipros.workspace.layout import Layout
 from pipros.workspace.make_targets import is_wanted, label, results_label
+from pipros.workspace.program_start import program_environment
 
 if TYPE_CHECKING:
     from pipros.printable import Say

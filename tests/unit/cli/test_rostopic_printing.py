@@ -4,10 +4,10 @@ import pytest
 
 from pipros.graph.elide import Elision
 from pipros.graph.errors import GraphError
-from pipros.graph.message_classes import MessageClasses
 from pipros.graph.message_filter import MessageFilter
 from pipros.graph.message_path import Part
 from pipros.graph.plot import Plot
+from pipros.graph.raw_decoder import RawDecoder
 from pipros.msg import load_message_class
 from pipros.msg.text import strify_message
 from pipros.node.any_msg import RawMessage
@@ -105,20 +105,20 @@ def raw(**header: str) -> RawMessage:
 
 
 def test_an_installed_class_is_used_when_the_md5_agrees() -> None:
-    classes = MessageClasses()
-    assert classes.of(raw(type="std_msgs/String", md5sum=String._md5sum).header) is String
+    assert type(RawDecoder().decode(raw(type="std_msgs/String", md5sum=String._md5sum))) is String
 
 
 def test_the_publishers_definition_wins_over_another_one_that_is_installed() -> None:
-    message = MessageClasses().decode(
+    message = RawDecoder().decode(
         raw(type="std_msgs/String", md5sum="another", message_definition="string word\n")
     )
     assert message.word == "hi"
 
 
-def test_without_any_definition_there_is_a_plain_error() -> None:
-    with pytest.raises(GraphError, match=r"Cannot load message class for \[nowhere_msgs/X\]"):
-        MessageClasses().decode(raw(type="nowhere_msgs/X", md5sum="x"))
+@pytest.mark.parametrize("kind", ["nowhere_msgs/X", "std_msgs/String"])
+def test_without_any_definition_there_is_a_plain_error(kind: str) -> None:
+    with pytest.raises(GraphError, match=rf"Cannot load message class for \[{kind}\]"):
+        RawDecoder().decode(raw(type=kind, md5sum="x"))
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from pipros.safe.xml import XmlError
+from pipros.workspace.crawl_times import crawl_times
 from pipros.workspace.manifest import read_manifest
-from pipros.workspace.profile import profile
 
 
 def write(folder: Path, content: str, name: str = "package.xml") -> Path:
@@ -93,7 +93,7 @@ def test_the_profile_marks_folders_without_packages(tmp_path: Path) -> None:
     write(tmp_path / "a", "<name>a</name>")
     for folder in ("b/c", ".hidden"):
         (tmp_path / folder).mkdir(parents=True)
-    lines = profile([tmp_path, tmp_path / "nowhere"], -1)
+    lines = crawl_times([tmp_path, tmp_path / "nowhere"], -1)
     assert lines[0].startswith("Full tree crawl took ")
     marks = {line[11:]: line[9] for line in lines[6:]}
     assert marks == {
@@ -102,5 +102,5 @@ def test_the_profile_marks_folders_without_packages(tmp_path: Path) -> None:
         f"{tmp_path}/b": "*",
         f"{tmp_path}/nowhere/": "*",
     }
-    assert len(profile([tmp_path], 1)) == 7
-    assert profile([tmp_path], 20, only_empty=True) == [f"{tmp_path}/b"]
+    assert len(crawl_times([tmp_path], 1)) == 7
+    assert crawl_times([tmp_path], 20, only_empty=True) == [f"{tmp_path}/b"]

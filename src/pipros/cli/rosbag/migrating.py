@@ -6,7 +6,6 @@ import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from pipros.bag.message_classes import installed_class
 from pipros.bag.migration import Change, Kind, Migrator, rule_text
 from pipros.bag.migration_rules import parse_rules
 from pipros.bag.opening import open_bag, writer_for
@@ -14,6 +13,7 @@ from pipros.bag.reader import BagReader
 from pipros.bag.rewrite import replaced_file
 from pipros.cli.command import option_parser
 from pipros.input_file import read_text
+from pipros.msg.class_finder import installed_class
 
 
 def check(argv: Sequence[str]) -> int:

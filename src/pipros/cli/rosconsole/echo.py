@@ -72,12 +72,12 @@ def _pattern(text: str) -> re.Pattern[str]:
 def _follow(topic: str, printer: LogPrinter, *, is_once: bool, argv: Sequence[str]) -> None:
     from pipros.cli.command_node import command_node
     from pipros.graph.listening import Listening
-    from pipros.graph.message_classes import MessageClasses
+    from pipros.graph.raw_decoder import RawDecoder
 
     with GraphClient("rosconsole") as graph:
         graph.master.get_pid()  # so that a missing master is an error, not a wait
         name = graph.resolve(topic)
-    classes = MessageClasses()
+    decoder = RawDecoder()
     with command_node("rosconsole", argv) as node:
         listening = Listening(node)
 
@@ -87,7 +87,7 @@ def _follow(topic: str, printer: LogPrinter, *, is_once: bool, argv: Sequence[st
                     f"topic [{name}] must be of type rosgraph_msgs/Log, got "
                     f"[{listed(message.header.get('type'))}]"
                 )
-            if printer.show(classes.decode(message)) and is_once:
+            if printer.show(decoder.decode(message)) and is_once:
                 listening.finish()
 
         listening.subscribe(name, show)

@@ -62,9 +62,9 @@ class Delays:
     """Collects delays from any thread, and prints new ones."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
-        from pipros.graph.message_classes import MessageClasses
+        from pipros.graph.raw_decoder import RawDecoder
 
-        self._classes = MessageClasses()
+        self._decoder = RawDecoder()
         self._delays_s = Samples(window)
         self._lock = threading.Lock()
         self._has_new = False
@@ -72,7 +72,7 @@ class Delays:
 
     def add(self, raw: RawMessage, now_ns: int) -> None:
         """Counts a message that arrived at `now_ns`; one without a header prints an error, once."""
-        message = self._classes.decode(raw)
+        message = self._decoder.decode(raw)
         if not message._has_header:
             if not self._has_warned:
                 self._has_warned = True

@@ -42,8 +42,8 @@ def measure_rate(argv: Sequence[str]) -> int:
     names, options = _parse(list(parse_arguments(argv).rest))
     from pipros.cli.command_node import command_node
     from pipros.graph.listening import Listening, wait_for_topic
-    from pipros.graph.message_classes import MessageClasses
     from pipros.graph.message_filter import MessageFilter
+    from pipros.graph.raw_decoder import RawDecoder
 
     with GraphClient("rostopic") as graph:
         try:
@@ -55,7 +55,7 @@ def measure_rate(argv: Sequence[str]) -> int:
     show = block.show if block else partial(print, flush=True)
     rates = Rates(topics, options.window, say=block.say if block else show)
     passes = MessageFilter(options.expression) if options.expression else None
-    classes = MessageClasses()
+    decoder = RawDecoder()
     with command_node("rostopic", argv, wall_time=options.wall_time) as node:
         listening = Listening(node)
         clock = node.clock
@@ -64,7 +64,7 @@ def measure_rate(argv: Sequence[str]) -> int:
             def callback(raw: RawMessage) -> None:
                 now_ns = clock.now_ns()
                 has_begun = now_ns > 0  # a simulated clock is 0 until its first message
-                if has_begun and (passes is None or passes(classes.decode(raw), topic)):
+                if has_begun and (passes is None or passes(decoder.decode(raw), topic)):
                     rates.add(topic, now_ns / 1e9)
 
             return callback

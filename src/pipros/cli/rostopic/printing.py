@@ -10,10 +10,10 @@ from pipros.cli.rostopic.echo_options import EchoOptions
 from pipros.errors import NotFound
 from pipros.graph.elide import Elision
 from pipros.graph.listening import TopicPart
-from pipros.graph.message_classes import MessageClasses
 from pipros.graph.message_filter import MessageFilter
 from pipros.graph.message_path import Part, describe_path, extract
 from pipros.graph.plot import Plot
+from pipros.graph.raw_decoder import RawDecoder
 from pipros.msg.text import strify_message
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node.any_msg import RawMessage
@@ -33,7 +33,7 @@ class MessagePrinter:
         self._source = source
         self._clock = clock
         self._finish = finish
-        self._classes = MessageClasses()
+        self._decoder = RawDecoder()
         self._left = options.count
         self._filter = MessageFilter(options.expression) if options.expression else None
         self._plot = Plot(no_arrays=options.no_arrays, no_texts=options.no_texts)
@@ -45,7 +45,7 @@ class MessagePrinter:
 
     def show(self, raw: RawMessage) -> None:
         """Prints a message or the requested part of it; a message without that part prints an error."""
-        self.show_message(self._classes.decode(raw), self._now_ns(), self._source.topic)
+        self.show_message(self._decoder.decode(raw), self._now_ns(), self._source.topic)
 
     def show_message(self, message: Any, time_ns: int, topic: str) -> None:
         """As `show`, for a message that came at a certain time."""

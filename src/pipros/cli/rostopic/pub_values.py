@@ -10,7 +10,7 @@ from pipros.cli.command import CommandError
 from pipros.cli.yaml_args import value_of
 from pipros.errors import PiprosError
 from pipros.graph.errors import GraphError
-from pipros.graph.values import filled_message
+from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.msg import load_message_class
 from pipros.msg.base import Message
 from pipros.safe.yaml import YamlError
@@ -54,6 +54,6 @@ class Template:
         CommandError: too many or too few values, an unknown field, or one of the wrong type.
         """
         try:
-            return filled_message(self._message_class, list(values), now_ns)
+            return message_from_yaml(self._message_class, list(values), now_ns)
         except GraphError as error:
             raise CommandError(str(error)) from None

@@ -8,9 +8,9 @@ from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
 from pipros.errors import PiprosError
+from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.graph.service_call import ServiceCaller
 from pipros.graph.services import argument_names, service_class_of
-from pipros.graph.values import filled_message
 from pipros.msg import load_message_class
 from pipros.safe.yaml import load
 from pipros.web.message_tree import message_tree
@@ -67,7 +67,7 @@ class CallViews:
         if not isinstance(rate, (int, float)) or not 0.0 <= rate <= FASTEST_HZ:
             raise RequestRefused(f"rate must be from 0 to {FASTEST_HZ:.0f} Hz, got {rate!r}")
         message_class = _message_class(arguments)
-        filled_message(
+        message_from_yaml(
             message_class, value, time.time_ns()
         )  # a mistake is told before anything is advertised
         publisher = self._system.node.advertise(topic, message_class, queue_size=10, latch=not rate)
@@ -75,7 +75,7 @@ class CallViews:
         begin_s = told_s = time.monotonic()
         try:
             while True:
-                publisher.publish(filled_message(message_class, value, time.time_ns()))
+                publisher.publish(message_from_yaml(message_class, value, time.time_ns()))
                 count += 1
                 now_s = time.monotonic()
                 if not rate or now_s - told_s >= TELL_INTERVAL_S or count == 1:

@@ -12,7 +12,7 @@ from pipros.msg.from_yaml import fill_message_args, get_printable_message_args
 from pipros.msg.time import NS_PER_S, Time
 
 
-def filled_message(message_class: type[Message], value: Any, now_ns: int) -> Message:
+def message_from_yaml(message_class: type[Message], value: Any, now_ns: int) -> Message:
     """A message with the fields of a dictionary, or of a list in their order; None leaves the defaults.
 
     As values, `now` is the time, and `auto` a header with that time.

@@ -9,7 +9,7 @@ from pathlib import Path
 from pipros.packages.crawl import crawl
 
 
-def profile(roots: Sequence[Path], length: int, *, only_empty: bool = False) -> list[str]:
+def crawl_times(roots: Sequence[Path], length: int, *, only_empty: bool = False) -> list[str]:
     """The lines of `rospack profile`: the slowest folders, those without any package marked by a star."""
     started = time.perf_counter()
     costs: list[tuple[float, bool, str]] = []

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from pipros.env import DISTRIBUTION
-from pipros.workspace.interpreter import command_of, program_environment, why_not_startable
+from pipros.workspace.program_start import command_of, program_environment, why_not_startable
 
 
 def program(path: Path, content: str = "#!/bin/sh\n") -> Path:

@@ -1,0 +1,58 @@
+"""Finds the class of messages that came with their definition: over a link, or from a bag.
+
+The class of an installed package is used if its definition has the same md5 sum, so that messages are what
+`from package.msg import Name` imports. Otherwise the class is made from the definition that came along: types
+that are not installed can be read too, and an installed type of the same name is not disturbed.
+"""
+
+from __future__ import annotations
+
+from pipros.errors import PiprosError
+from pipros.msg.base import Message
+
+_MD5_OF_NO_FIELDS = "d41d8cd98f00b204e9800998ecf8427e"
+
+
+class MissingDefinition(PiprosError):
+    """No definition came along, and no installed package has the same one."""
+
+
+class ClassFinder:
+    """Finds the class of a type, once for each definition."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[str, str, str], type[Message]] = {}
+
+    def find(self, type_name: str, md5sum: str, definition: str) -> type[Message]:
+        """The class of the type with this md5 sum.
+
+        Raises:
+            MissingDefinition: `definition` is empty, and the type is not installed, or is another one there.
+            DefinitionError: the definition is broken.
+        """
+        key = type_name, md5sum, definition
+        found = self._known.get(key)
+        if found is None:
+            found = self._known[key] = _find(*key)
+        return found
+
+
+def installed_class(type_name: str) -> type[Message] | None:
+    """The class of a type whose package is on the path, else None."""
+    from pipros.msg import load_message_class
+
+    try:
+        return load_message_class(type_name)
+    except PiprosError:
+        return None
+
+
+def _find(type_name: str, md5sum: str, definition: str) -> type[Message]:
+    installed = installed_class(type_name)
+    if installed is not None and installed._md5sum == md5sum:
+        return installed
+    if not definition.strip() and md5sum != _MD5_OF_NO_FIELDS:
+        raise MissingDefinition(f"no definition of {type_name} with the md5 sum {md5sum}")
+    from pipros.msg.dynamic import message_classes_from_text
+
+    return message_classes_from_text(type_name, definition)[type_name]
