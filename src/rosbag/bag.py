@@ -5,23 +5,16 @@ from __future__ import annotations
 import io
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from pipros.bag import compression as _compression
+from pipros.bag.bag_file import BagFile
 from pipros.bag.connection import Connection
-from pipros.bag.errors import BagError
 from pipros.bag.index import Stamp
-from pipros.bag.layout import Layout, read_layout, read_version
 from pipros.bag.reader import BagReader
-from pipros.bag.records import Version
-from pipros.bag.repair import reindex
-from pipros.bag.source import Source
-from pipros.bag.topic_writer import TopicWriter
-from pipros.bag.writer import CHUNK_BYTES, BagWriter
-from pipros.limits import process_limits
+from pipros.bag.writer import CHUNK_BYTES
 from pipros.msg.time import Time as _Time
-from rosbag.contents import BagContents
 from rosbag.exceptions import (
     ROSBagEncryptException,
     ROSBagEncryptNotSupportedException,
@@ -30,10 +23,8 @@ from rosbag.exceptions import (
     ROSBagUnindexedException,
     translated,
 )
-from rosbag.results import (
-    BagMessage,
-    BagMessageWithConnectionHeader,
-)
+from rosbag.index_access import ConnectionFilter, IndexAccess
+from rosbag.results import BagMessage, BagMessageWithConnectionHeader
 from rospy.rostime import Time
 
 __all__ = [
@@ -57,10 +48,7 @@ class Compression:
     LZ4 = _compression.LZ4
 
 
-ConnectionFilter = Callable[[str, str, str, str, Mapping[str, bytes]], bool]
-
-
-class Bag(BagContents):
+class Bag(IndexAccess):
     """A bag file, open for reading, writing or appending. Use it in one thread at a time.
 
     Unlike genuine rosbag, messages come in time order also where they were not written in it; what is written
@@ -99,12 +87,8 @@ class Bag(BagContents):
             chunk_threshold = options.get("chunk_threshold", chunk_threshold)
         self._file: Any = None
         self._filename: str | None = None
-        self._reader: BagReader | None = None
-        self._writer: BagWriter | None = None
-        self._topics: TopicWriter | None = None
+        self._bag: BagFile | None = None
         self._skip_index = skip_index
-        self._version = 0
-        self._limits = process_limits()
         _check_compression(compression)
         _check_chunk_threshold(chunk_threshold)
         self._compression, self._chunk_threshold = compression, chunk_threshold
@@ -125,49 +109,19 @@ class Bag(BagContents):
             self._file = f
         try:
             with translated():
-                if self._mode == "w":
-                    self._version = 200
-                    self._start_writing(None)
-                else:
-                    self._start_reading(allow_unindexed)
+                self._bag = BagFile(
+                    self._file,
+                    self._filename or str(getattr(self._file, "name", "<bag>")),
+                    self._mode,
+                    compression=self._compression,
+                    chunk_bytes=self._chunk_threshold,
+                    allow_unindexed=allow_unindexed,
+                )
         except BaseException:
             if self._filename is not None:
                 self._file.close()
             raise
-
-    def _name(self) -> str:
-        return self._filename or str(getattr(self._file, "name", "<bag>"))
-
-    def _start_writing(self, layout: Layout | None) -> None:
-        self._writer = BagWriter(
-            self._file, compression=self._compression, chunk_bytes=self._chunk_threshold, layout=layout
-        )
-        self._topics = TopicWriter(self._writer)
-
-    def _start_reading(self, allow_unindexed: bool) -> None:
-        source = Source(self._file, self._name(), self._limits)
-        if not source.size:
-            raise ROSBagException("empty file")
-        try:
-            version, start = read_version(source)
-        except BagError:
-            raise ROSBagException("This does not appear to be a bag file") from None
-        self._version = version.number
-        if version.number != 200:
-            if self._mode == "a":
-                raise ROSBagException("Only bag files of version 2.0 can be appended to")
-            self._reader = BagReader(self._file, limits=self._limits)
-            return
-        try:
-            layout = read_layout(source, start)
-        except BagError:
-            if not allow_unindexed:
-                raise
-            layout = Layout(Version(2, 0))
-        if self._mode == "a" and layout.index_position:
-            self._start_writing(layout)
-        else:
-            self._reader = BagReader.of_layout(self._file, self._name(), layout, self._limits)
+        self._version = self._bag.version
 
     def __iter__(self) -> Iterator[BagMessage]:
         return self.read_messages()
@@ -201,10 +155,7 @@ class Bag(BagContents):
     @property
     def size(self) -> int:
         """Bytes of the file."""
-        self._check_open()
-        if self._writer is not None:
-            return self._writer.size
-        return self._opened_reader().size
+        return self._opened().size
 
     @property
     def compression(self) -> str:
@@ -214,10 +165,9 @@ class Bag(BagContents):
     @compression.setter
     def compression(self, compression: str) -> None:
         _check_compression(compression)
-        self.flush()
+        with translated():
+            self._opened().set_chunks(compression, self._chunk_threshold)
         self._compression = compression
-        if self._writer is not None:
-            self._writer.compression = compression
 
     @property
     def chunk_threshold(self) -> int:
@@ -227,10 +177,9 @@ class Bag(BagContents):
     @chunk_threshold.setter
     def chunk_threshold(self, chunk_threshold: int) -> None:
         _check_chunk_threshold(chunk_threshold)
-        self.flush()
+        with translated():
+            self._opened().set_chunks(self._compression, chunk_threshold)
         self._chunk_threshold = chunk_threshold
-        if self._writer is not None:
-            self._writer.chunk_bytes = chunk_threshold
 
     def set_encryptor(self, encryptor: str | None = None, param: Any = None) -> None:
         """Does nothing without an encryptor.
@@ -267,7 +216,7 @@ class Bag(BagContents):
             ROSBagException: the bag is damaged, or has no usable definition of a type.
         """
         bag = self._view()
-        connections = self._connections(bag, topics, connection_filter)
+        connections = self._chosen(bag, topics, connection_filter)
         times = _stamp("start_time", start_time), _stamp("end_time", end_time)
         found = self._read(bag, connections, times, raw)
         if not return_connection_header:
@@ -276,27 +225,6 @@ class Bag(BagContents):
             BagMessageWithConnectionHeader(connection.topic, message, t, connection.header)
             for connection, message, t in found
         )
-
-    def _connections(
-        self, bag: BagReader, topics: Iterable[str] | str | None, connection_filter: ConnectionFilter | None
-    ) -> list[Connection]:
-        names = [topics] if isinstance(topics, str) else list(topics or ())
-        wanted = {_canonical(name) for name in names}
-        return [
-            connection
-            for connection in bag.connections
-            if (not wanted or _canonical(connection.topic) in wanted)
-            and (
-                connection_filter is None
-                or connection_filter(
-                    connection.topic,
-                    connection.type,
-                    connection.md5sum,
-                    connection.definition,
-                    connection.header,
-                )
-            )
-        ]
 
     def _read(
         self,
@@ -344,12 +272,12 @@ class Bag(BagContents):
             ValueError: an argument is invalid, or the bag is closed.
             ROSBagException: raw, and there is no class to take the definition from.
         """
-        self._check_open()
+        bag = self._opened()
         if not topic:
             raise ValueError("topic is invalid")
         if not msg:
             raise ValueError("msg is invalid")
-        if self._writer is None or self._topics is None:
+        if bag.topics is None:
             raise io.UnsupportedOperation("write")
         if t is None:
             t = Time.from_sec(time.time())
@@ -357,21 +285,19 @@ class Bag(BagContents):
             raise TypeError(f"t must be a rospy.Time, got {t!r}")
         with translated():
             if not raw:
-                self._topics.write(topic, msg, t.secs, t.nsecs, connection_header)
+                bag.topics.write(topic, msg, t.secs, t.nsecs, connection_header)
                 return
             if len(msg) not in (4, 5):
                 raise ValueError("msg must be of length 4 or 5")
             type_name, data, md5sum, cls = msg[0], msg[1], msg[2], msg[-1]
-            self._topics.write_raw(
+            bag.topics.write_raw(
                 topic, type_name, md5sum, bytes(data), t.secs, t.nsecs, connection_header, cls
             )
 
     def flush(self) -> None:
         """Writes what was added since the last chunk to the file, as a chunk."""
-        self._check_open()
-        if self._writer is not None:
-            with translated():
-                self._writer.flush()
+        with translated():
+            self._opened().flush()
 
     def reindex(self) -> Iterator[int]:
         """Makes the index of a bag opened with mode `a` and `allow_unindexed` anew; `close` writes it.
@@ -381,47 +307,32 @@ class Bag(BagContents):
         Raises:
             ROSBagException: the format cannot be given an index.
         """
-        self._check_open()
+        bag = self._opened()
         if self._mode != "a":
             raise io.UnsupportedOperation("truncate")
-        if self._writer is not None:
-            self._writer.finish()
         with translated():
-            self._writer = reindex(self._file, self._name(), self._limits)
-        self._writer.compression, self._writer.chunk_bytes = self._compression, self._chunk_threshold
-        self._topics = TopicWriter(self._writer)
-        self._reader = None
-        return iter([chunk.position for chunk in self._writer.layout.chunks])
+            return iter(bag.reindex())
 
     def close(self) -> None:
         """Writes the index and closes the file. May be called twice."""
-        if self._file is None:
+        if self._bag is None:
             return
-        file = self._file
+        file, bag = self._file, self._bag
         try:
-            if self._writer is not None:
-                with translated():
-                    self._writer.finish()
+            with translated():
+                bag.finish()
         finally:
-            self._file = self._writer = self._reader = None
+            self._file = self._bag = self._indexed = None
             file.close()
 
     def _view(self) -> BagReader:
-        """The bag as a reader has it; what was added so far is written to the file."""
-        self._check_open()
-        if self._writer is None:
-            return self._opened_reader()
-        self.flush()
-        return BagReader.of_layout(self._file, self._name(), self._writer.layout, self._limits)
+        with translated():
+            return self._opened().view()
 
-    def _opened_reader(self) -> BagReader:
-        if self._reader is None:
+    def _opened(self) -> BagFile:
+        if self._bag is None:
             raise ValueError("I/O operation on closed bag")
-        return self._reader
-
-    def _check_open(self) -> None:
-        if self._file is None:
-            raise ValueError("I/O operation on closed bag")
+        return self._bag
 
 
 def _check_compression(compression: str) -> None:
@@ -432,12 +343,6 @@ def _check_compression(compression: str) -> None:
 def _check_chunk_threshold(chunk_threshold: int) -> None:
     if chunk_threshold < 0:
         raise ValueError("chunk_threshold must be greater than or equal to zero")
-
-
-def _canonical(name: str) -> str:
-    """A topic's name without empty parts."""
-    start = "/" if name.startswith("/") else ""
-    return start + "/".join(filter(None, name.split("/")))
 
 
 def _stamp(name: str, time: _Time | None) -> Stamp | None:

@@ -48,6 +48,21 @@ def test_random_bags_are_the_same_to_both(writer: str, tmp_path: Path) -> None:
         assert json.loads(ours) == json.loads(genuine), file
 
 
+@pytest.mark.parametrize("mode", ["r", "a"])
+@pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
+def test_the_inner_names_that_viewers_use_give_the_same(compression: str, mode: str, tmp_path: Path) -> None:
+    program = str(PROGRAM.with_name("examine_bag_index.py"))
+    told = []
+    for python in (GENUINE, sys.executable):
+        file = tmp_path / "run.bag"
+        file.write_bytes(bag_bytes(some_rows(40), compression=compression, chunk_bytes=150))
+        told.append(json.loads(run(tmp_path, python, program, str(file), mode)))
+
+    genuine, ours = told
+    assert len(genuine["entries"]) == 40
+    assert ours == genuine
+
+
 @pytest.fixture
 def sides(claimed_port: ClaimedPort, tmp_path: Path, bare_tools: Path) -> Iterator[RosSystem]:
     """Both sides without a workspace, which recording and playing do not need."""

@@ -14,7 +14,7 @@ from std_msgs.msg import Int32, String
 import genpy
 import rosbag
 import rospy
-from tests.support.bags import bag_bytes, some_rows, values
+from tests.support.bags import bag_bytes, old_bag_bytes, some_rows, values
 
 
 def written(path: Path, **options: Any) -> list[tuple[str, Any, int]]:
@@ -239,3 +239,26 @@ def test_the_options_of_chunks_can_change(tmp_path: Path) -> None:
             bag.set_encryptor("rosbag/AesCbcEncryptor", "*")
     with rosbag.Bag(str(tmp_path / "run.bag")) as bag:
         assert "compression:  none [1/2 chunks], bz2 [1/2 chunks; " in str(bag)
+
+
+@pytest.mark.parametrize("data", [bag_bytes(some_rows(), compression="bz2"), old_bag_bytes(some_rows())])
+def test_viewers_go_back_and_forth_by_positions(data: bytes) -> None:
+    bag = rosbag.Bag(io.BytesIO(data))
+    entries = list(bag._get_entries_reverse())
+
+    found = [bag._read_message(entry.position) for entry in reversed(entries)]
+    assert [(each.topic, each.message.data) for each in found] == [row[:2] for row in values(some_rows())]
+    assert bag._get_entry(rospy.Time(12), None).time == rospy.Time(12)
+    assert bag._get_entry_after(rospy.Time(99)) is None
+    wrong = (1, 1) if isinstance(entries[0].position, tuple) else 1
+    with pytest.raises(rosbag.ROSBagException, match=r"there is no chunk|header must have"):
+        bag._read_message(wrong)
+
+
+def test_positions_are_those_of_what_is_written_by_now(tmp_path: Path) -> None:
+    with rosbag.Bag(tmp_path / "run.bag", "w") as bag:
+        for number in range(3):
+            bag.write("/a", Int32(number), rospy.Time(number + 1))
+            positions = [entry.position for entry in bag._get_entries()]
+            assert [bag._read_message(each).message.data for each in positions] == list(range(number + 1))
+        assert [each.datatype for each in bag._connections.values()] == ["std_msgs/Int32"]

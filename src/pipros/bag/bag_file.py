@@ -1,0 +1,130 @@
+"""One bag that is read, written, or appended to and read meanwhile, with its state between these."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.bag.errors import BagError
+from pipros.bag.layout import Layout, read_layout, read_version
+from pipros.bag.reader import BagReader
+from pipros.bag.records import Version
+from pipros.bag.repair import reindex
+from pipros.bag.source import Source
+from pipros.bag.topic_writer import TopicWriter
+from pipros.bag.writer import BagWriter
+from pipros.limits import process_limits
+
+
+class BagFile:
+    """A bag in an open file, which it does not close. Use it in one thread at a time.
+
+    Args:
+        file: open for reading bytes, and for writing unless `mode` is `r`; it can seek.
+        name: of the file, for errors.
+        mode: `r`, `w` or `a`.
+        allow_unindexed: open a bag without an index as an empty one, for `reindex`.
+
+    Raises:
+        BagError: the file is not a bag, or cannot be appended to.
+        NotIndexed: it has no index.
+
+    Attributes:
+        version: of the format: 200 for 2.0.
+        writer: None while the bag is only read.
+        topics: as `writer`.
+    """
+
+    def __init__(
+        self,
+        file: Any,
+        name: str,
+        mode: str,
+        *,
+        compression: str,
+        chunk_bytes: int,
+        allow_unindexed: bool = False,
+    ) -> None:
+        self._file, self._name, self._mode = file, name, mode
+        self._compression, self._chunk_bytes = compression, chunk_bytes
+        self._limits = process_limits()
+        self._reader: BagReader | None = None
+        self.writer: BagWriter | None = None
+        self.topics: TopicWriter | None = None
+        self.version = 200
+        if mode == "w":
+            self._write_with(BagWriter(file))
+        else:
+            self._open(allow_unindexed)
+
+    def _open(self, allow_unindexed: bool) -> None:
+        source = Source(self._file, self._name, self._limits)
+        if not source.size:
+            raise BagError("empty file")
+        try:
+            version, start = read_version(source)
+        except BagError:
+            raise BagError("This does not appear to be a bag file") from None
+        self.version = version.number
+        if version.number != 200:
+            if self._mode == "a":
+                raise BagError("Only bag files of version 2.0 can be appended to")
+            self._reader = BagReader(self._file, limits=self._limits)
+            return
+        try:
+            layout = read_layout(source, start)
+        except BagError:
+            if not allow_unindexed:
+                raise
+            layout = Layout(Version(2, 0))
+        if self._mode == "a" and layout.index_position:
+            self._write_with(BagWriter(self._file, layout=layout))
+        else:
+            self._reader = BagReader.of_layout(self._file, self._name, layout, self._limits)
+
+    def _write_with(self, writer: BagWriter) -> None:
+        writer.compression, writer.chunk_bytes = self._compression, self._chunk_bytes
+        self.writer = writer
+        self.topics = TopicWriter(writer)
+        self._reader = None
+
+    def set_chunks(self, compression: str, chunk_bytes: int) -> None:
+        """How the next chunks are made. The open one is written before."""
+        self.flush()
+        self._compression, self._chunk_bytes = compression, chunk_bytes
+        if self.writer is not None:
+            self.writer.compression, self.writer.chunk_bytes = compression, chunk_bytes
+
+    @property
+    def size(self) -> int:
+        """Bytes of the file, with those that are not written yet."""
+        return self.writer.size if self.writer is not None else self.view().size
+
+    def flush(self) -> None:
+        """Writes what was added since the last chunk, as a chunk."""
+        if self.writer is not None:
+            self.writer.flush()
+
+    def view(self) -> BagReader:
+        """The bag as a reader has it; what was added so far is written to the file."""
+        if self._reader is not None:
+            return self._reader
+        if self.writer is None:
+            raise ValueError("the bag is closed")
+        self.flush()
+        return BagReader.of_layout(self._file, self._name, self.writer.layout, self._limits)
+
+    def reindex(self) -> list[int]:
+        """Makes the index anew, of a bag in mode `a`; returns the positions of its chunks.
+
+        Raises:
+            BagError: the format cannot be given an index.
+        """
+        self.finish()
+        writer = reindex(self._file, self._name, self._limits)
+        self._write_with(writer)
+        return [chunk.position for chunk in writer.layout.chunks]
+
+    def finish(self) -> None:
+        """Writes the index, if something may have been written."""
+        if self.writer is not None:
+            self.writer.finish()
