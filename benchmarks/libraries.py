@@ -1,0 +1,294 @@
+#!/usr/bin/env python3
+"""How quick the libraries above rospy are: pipros beside the genuine ones, in one run.
+
+    benchmarks/libraries.py [--only tf,listener,filter,action,import] [--rounds 3] [--seconds 3]
+
+Every workload is one script on the public API of tf2_ros, message_filters and actionlib, run in the
+Python of each side in turn; the median of the rounds counts. The ratio says how many times better pipros
+is. Nothing else should run meanwhile: what others used of the machine is printed, and above some 5 % the
+figures mean little.
+Without genuine ROS only pipros is measured.
+"""
+
+import argparse
+import json
+import os
+import random
+import statistics
+import subprocess
+import sys
+import time
+
+from client import GENUINE_PYTHON, World, answer, busy, finish, init, say
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+FRAMES = 50
+RATE_HZ = 100
+GOALS = 100
+
+
+# ---- workers: in a process of their own
+
+
+def per_operation(work, repetitions=3):
+    """Microseconds for each operation of `work()`, which returns how many it did; the median."""
+    taken = []
+    for _ in range(repetitions):
+        began = time.perf_counter()
+        count = work()
+        taken.append((time.perf_counter() - began) / count * 1e6)
+    return statistics.median(taken)
+
+
+def turned(parent, child, stamp, angle=0.0):
+    """A transform with a rotation around z."""
+    import math
+
+    from geometry_msgs.msg import TransformStamped
+
+    made = TransformStamped()
+    made.header.stamp, made.header.frame_id, made.child_frame_id = stamp, parent, child
+    made.transform.translation.x = 0.5
+    made.transform.rotation.z, made.transform.rotation.w = math.sin(angle / 2), math.cos(angle / 2)
+    return made
+
+
+def worker_tf():
+    import rospy
+    import tf2_ros
+
+    buffer = tf2_ros.Buffer(rospy.Duration(10), debug=False)
+    sent = [
+        turned(f"f{d}", f"f{d + 1}", rospy.Time(100 + i // 50, i % 50 * 20000000), 0.1 + i * 0.001)
+        for i in range(500)
+        for d in range(8)
+    ]
+
+    def insert():
+        buffer.clear()
+        for each in sent:
+            buffer.set_transform(each, "benchmark")
+        return len(sent)
+
+    figures = {"set_transform": per_operation(insert)}
+    stamps = [rospy.Time.from_sec(random.Random(i).uniform(101, 109)) for i in range(1000)]  # noqa: S311
+    look, can = buffer.lookup_transform, buffer.can_transform
+
+    def ask(question, times):
+        for stamp in times:
+            question("f0", "f8", stamp)
+        return len(times)
+
+    figures["latest"] = per_operation(lambda: ask(look, [rospy.Time(0)] * 1000))
+    figures["between"] = per_operation(lambda: ask(look, stamps))
+    figures["can"] = per_operation(lambda: ask(can, stamps))
+    say(**figures)
+
+
+def worker_send_frames():
+    """Sends the transforms of a robot on /tf, one message with all of them at a time."""
+    from tf2_msgs.msg import TFMessage
+
+    rospy = init("frames")
+    publisher = rospy.Publisher("/tf", TFMessage, queue_size=100)
+    names = [f"frame_{n}" for n in range(FRAMES + 1)]
+    rate, turn = rospy.Rate(RATE_HZ), 0
+    say(ready=True)
+    while not rospy.is_shutdown():
+        turn += 1
+        now = rospy.Time.now()
+        publisher.publish([turned(names[n], names[n + 1], now, 0.001 * turn) for n in range(FRAMES)])
+        rate.sleep()
+
+
+def worker_listener(seconds):
+    """The processor time of a TransformListener, as a part of the time that passes."""
+    rospy = init("listener")
+    import tf2_ros
+
+    buffer = tf2_ros.Buffer()
+    listener = tf2_ros.TransformListener(buffer)
+    while not buffer.can_transform("frame_0", f"frame_{FRAMES}", rospy.Time(0)):
+        time.sleep(0.02)
+    time.sleep(0.3)
+    cpu, began = time.process_time(), time.monotonic()
+    time.sleep(seconds)
+    used, passed = time.process_time() - cpu, time.monotonic() - began
+    assert rospy.Time.now() - buffer.get_latest_common_time("frame_0", f"frame_{FRAMES}") < rospy.Duration(1)
+    listener.unregister()
+    say(percent=100 * used / passed)
+
+
+def worker_filter():
+    init("filter")
+    from sensor_msgs.msg import Imu
+
+    import message_filters
+    import rospy
+
+    figures = {}
+    for kind in ("exact", "approximate"):
+        inputs = [message_filters.SimpleFilter() for _ in range(3)]
+        if kind == "exact":
+            made = message_filters.TimeSynchronizer(inputs, 10)
+        else:
+            made = message_filters.ApproximateTimeSynchronizer(inputs, 10, 0.005)
+        seen = []
+        made.registerCallback(lambda *_: seen.append(1))  # noqa: B023
+        begin = [100]
+
+        def feed():
+            begin[0] += 100  # noqa: B023
+            for i in range(2000):
+                for k, one in enumerate(inputs):  # noqa: B023
+                    message = Imu()
+                    late = k * 1000000 if kind == "approximate" else 0  # noqa: B023
+                    message.header.stamp = rospy.Time(begin[0] + i // 100, i % 100 * 10000000 + late)  # noqa: B023
+                    one.signalMessage(message)
+            return 6000
+
+        figures[kind] = per_operation(feed)
+        assert seen
+    say(**figures)
+
+
+def worker_action_server():
+    rospy = init("server")
+    from actionlib.msg import TestAction
+
+    import actionlib
+
+    server = actionlib.SimpleActionServer(
+        "go", TestAction, lambda _: server.set_succeeded(), auto_start=False
+    )
+    server.start()
+    say(ready=True)
+    rospy.spin()
+
+
+def worker_action_client(alone):
+    rospy = init("client")
+    from actionlib.msg import TestAction, TestGoal
+
+    import actionlib
+
+    if alone:
+        server = actionlib.SimpleActionServer(
+            "go", TestAction, lambda _: server.set_succeeded(), auto_start=False
+        )
+        server.start()
+    client = actionlib.SimpleActionClient("go", TestAction)
+    client.wait_for_server()
+    client.send_goal_and_wait(TestGoal(1), rospy.Duration(5))
+    # Genuine's goals take a millisecond or a tenth of a second each, so that only the mean means something.
+    began = time.perf_counter()
+    for number in range(GOALS):
+        client.send_goal_and_wait(TestGoal(number), rospy.Duration(5))
+    say(mean=(time.perf_counter() - began) / GOALS * 1e3)
+
+
+# ---- the driver
+
+
+def start(world, role, *arguments):
+    return world.spawn([world.python, os.path.abspath(__file__), "--worker", json.dumps([role, *arguments])])
+
+
+def one_process(world, role, what, *arguments):
+    process = start(world, role, *arguments)
+    value = answer(process)
+    finish(process)
+    return {figure: value[name] for figure, name in what.items()}
+
+
+TF = {
+    "set_transform: us": "set_transform",
+    "lookup_transform over 8 frames, latest: us": "latest",
+    "lookup_transform over 8 frames, interpolated: us": "between",
+    "can_transform over 8 frames: us": "can",
+}
+FILTER = {"exact, 3 inputs: us a message": "exact", "approximate, 3 inputs: us a message": "approximate"}
+
+
+def tf(world, _seconds):
+    return one_process(world, "tf", TF)
+
+
+def listener(world, seconds):
+    sender = start(world, "send_frames")
+    answer(sender)
+    try:
+        label = f"listener, {FRAMES} frames at {RATE_HZ} Hz: % of a processor"
+        return one_process(world, "listener", {label: "percent"}, seconds)
+    finally:
+        finish(sender)
+
+
+def synchronizers(world, _seconds):
+    return one_process(world, "filter", FILTER)
+
+
+def action(world, _seconds):
+    figures = one_process(world, "action_client", {"send_goal_and_wait, one process: ms": "mean"}, True)
+    server = start(world, "action_server")
+    answer(server)
+    try:
+        more = one_process(world, "action_client", {"send_goal_and_wait, two processes: ms": "mean"}, False)
+    finally:
+        finish(server)
+    return {**figures, **more}
+
+
+def imports(world, _seconds):
+    figures = {}
+    for name in ("tf2_ros", "actionlib"):
+        taken = []
+        for _ in range(5):
+            began = time.perf_counter()
+            subprocess.run([world.python, "-c", f"import {name}"], env=world.environment, check=True)
+            taken.append(time.perf_counter() - began)
+        figures[f"import {name}, whole process: ms"] = min(taken) * 1e3
+    return figures
+
+
+WORKLOADS = {"tf": tf, "listener": listener, "filter": synchronizers, "action": action, "import": imports}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--only", default=",".join(WORKLOADS))
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--seconds", type=float, default=3.0)
+    parser.add_argument("--worker", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.worker:
+        role, *arguments = json.loads(options.worker)
+        globals()[f"worker_{role}"](*arguments)
+        return
+    worked, ticks = busy()
+    time.sleep(1.0)
+    worked_after, ticks_after = busy()
+    print(f"others use {100 * (worked_after - worked) / (ticks_after - ticks):.0f} % of the machine\n")
+    worlds = [World("pipros", sys.executable)]
+    if os.path.exists("/usr/lib/python3/dist-packages/tf2_ros"):
+        worlds.insert(0, World("genuine", GENUINE_PYTHON))
+    print("| workload | " + " | ".join(world.name for world in worlds) + " | ratio |")
+    print("| --- |" + " ---: |" * (len(worlds) + 1))
+    try:
+        for name in options.only.split(","):
+            taken = [{} for _ in worlds]
+            for _ in range(options.rounds):
+                for world, values in zip(worlds, taken, strict=True):
+                    for label, value in WORKLOADS[name](world, options.seconds).items():
+                        values.setdefault(label, []).append(value)
+            for label in taken[0]:
+                medians = [statistics.median(values[label]) for values in taken]
+                figures = " | ".join(f"{median:.3g}" for median in medians)
+                print(f"| {label} | {figures} | {medians[0] / medians[-1]:.2f} x |", flush=True)
+    finally:
+        for world in worlds:
+            world.close()
+
+
+if __name__ == "__main__":
+    main()
