@@ -15,9 +15,9 @@ PROGRAMS = Path(__file__).parent / "programs"
 GENUINE = "/usr/bin/python3"
 
 
-def asked(python: str, program: str, seed: int, **environment: str) -> Any:
+def asked(python: str, program: str, argument: int | str, **environment: str) -> Any:
     ended = subprocess.run(
-        [python, PROGRAMS / f"{program}.py", str(seed)],
+        [python, PROGRAMS / f"{program}.py", str(argument)],
         env={"PATH": "/usr/bin:/bin", **environment},
         capture_output=True,
         text=True,
@@ -47,7 +47,27 @@ def test_cv_bridge_makes_the_same_images() -> None:
     assert differing(genuine, asked(sys.executable, "examine_cv_bridge", 2)) == {}
 
 
-def test_compressed_images_are_the_same_bytes() -> None:
+def test_compressed_and_rectified_images_are_the_same_bytes() -> None:
     ours = asked(GENUINE, "examine_compressed_images", 1, PYTHONPATH=str(REPOSITORY / "src"))
 
     assert differing(asked(GENUINE, "examine_compressed_images", 1), ours) == {}
+
+
+def test_cameras_have_the_same_pixels_and_rays() -> None:
+    genuine = asked(GENUINE, "examine_cameras", 1)
+
+    assert differing(genuine, asked(sys.executable, "examine_cameras", 1)) == {}
+
+
+def test_scans_and_angles_have_the_same_values() -> None:
+    genuine = asked(GENUINE, "examine_lasers", 1)
+
+    assert differing(genuine, asked(sys.executable, "examine_lasers", 1)) == {}
+
+
+def test_vectors_of_kdl_move_as_points_of_messages() -> None:
+    """Genuine tf2_kdl cannot say: it fails with the PyKDL that Debian has."""
+    genuine = asked(GENUINE, "examine_kdl", "messages")
+    ours = asked(GENUINE, "examine_kdl", "kdl", PYTHONPATH=str(REPOSITORY / "src"))
+
+    assert differing(genuine, ours) == {}

@@ -24,6 +24,7 @@ _MODULES = {
     "rosunit": "python3-rosunit",
     "smclib": "python3-smclib",
     "tf": "python3-tf",
+    "tf2_kdl": "python3-tf2-kdl",
     "tf2_geometry_msgs": "python3-tf2-geometry-msgs",
     "tf2_sensor_msgs": "python3-tf2-sensor-msgs",
     "tf_conversions": "python3-tf-conversions",

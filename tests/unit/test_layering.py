@@ -56,6 +56,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "rostest": {"rosgraph", "roslaunch", "rospy", "rosunit"},  # ROSTestLaunchParent is a launch; logs
     "tf": {"rospy", "tf2_ros"},
     "tf2_geometry_msgs": {"tf2_ros"},  # registers its types there
+    "tf2_kdl": {"tf2_geometry_msgs", "tf2_ros"},  # registers its types there
     "tf2_py": {"rospy"},  # gives rospy.Time
     "tf2_ros": {"actionlib", "rosgraph", "rospy", "tf2_py"},
     "tf2_sensor_msgs": {"tf2_geometry_msgs", "tf2_ros"},

@@ -1,4 +1,4 @@
-"""Asks cv_bridge of either side, with Debian's OpenCV, about compressed images."""
+"""Asks either side, with Debian's OpenCV, for compressed and for rectified images."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import json
 import sys
 
 import numpy as np
-from sensor_msgs.msg import CompressedImage
+from sensor_msgs.msg import CameraInfo, CompressedImage
 
 from cv_bridge import CvBridge
+from image_geometry import PinholeCameraModel
 
 rng = np.random.RandomState(int(sys.argv[1]))
 bridge = CvBridge()
@@ -35,4 +36,13 @@ for ending in ("jpg", "jpeg", "png", "bmp", "tiff"):
                 arguments = CompressedImage(format=ending, data=data), encoding
                 found[f"{ending} {shape} {encoding}"] = asked(bridge.compressed_imgmsg_to_cv2, *arguments)
 found["broken"] = asked(bridge.compressed_imgmsg_to_cv2, CompressedImage(data=b"broken"))
+raw = rng.randint(0, 256, (60, 80, 3)).astype("uint8")
+for coefficients in ([], [-0.3, 0.1, 0.01, 0.01, 0.0]):
+    model, rectified = PinholeCameraModel(), np.zeros_like(raw)
+    info = CameraInfo(width=80, height=60, D=coefficients)
+    info.K, info.R = [70.0, 0, 40, 0, 70, 30, 0, 0, 1], [1.0, 0, 0, 0, 1, 0, 0, 0, 1]
+    info.P = [70.0, 0, 41, 0, 0, 70, 29, 0, 0, 0, 1, 0]
+    model.fromCameraInfo(info)
+    model.rectifyImage(raw, rectified)
+    found[f"rectified {coefficients}"] = hashlib.sha1(rectified.tobytes()).hexdigest()  # noqa: S324
 print(json.dumps(found))
