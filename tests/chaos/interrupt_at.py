@@ -35,9 +35,12 @@ class _Interrupter:
         self._report = report
 
     def __call__(self, frame: FrameType, _event: str, _arg: Any) -> Any:
-        frame.f_trace_opcodes = frame.f_code.co_filename.endswith(_FILES)
+        if not frame.f_code.co_filename.endswith(_FILES):
+            return None
+        frame.f_trace = self._step  # before the next line, which Python 3.13 ignores otherwise
+        frame.f_trace_opcodes = True
         frame.f_trace_lines = False
-        return self._step if frame.f_trace_opcodes else None
+        return self._step
 
     def _step(self, _frame: FrameType, event: str, _arg: Any) -> Any:
         if event == "opcode":

@@ -58,6 +58,7 @@ def interrupted_at(byte_code: int, event: OnceEvent) -> bool:
         return step
 
     def trace(frame: FrameType, _kind: str, _arg: Any) -> Any:
+        frame.f_trace = step  # before the next line, which Python 3.13 ignores otherwise
         frame.f_trace_opcodes = True
         return step
 

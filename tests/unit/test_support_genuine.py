@@ -15,6 +15,7 @@ PLUGIN = """
 from tests.support import browser, genuine, pyright
 browser.find_chromium = lambda: None
 genuine._FILES = {"/no/such/file": "python3-rospy"}
+genuine._MODULES = {}
 pyright.find_pyright = lambda: None
 """
 
@@ -39,6 +40,7 @@ def run(plugins: Path, *arguments: str, **variables: str) -> subprocess.Complete
 
 def test_what_lacks_is_found_by_the_files_of_the_packages(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(genuine, "_FILES", {"/no/such/file": "python3-rospy", "/": "base-files"})
+    monkeypatch.setattr(genuine, "_MODULES", {})
 
     assert genuine.missing_packages() == ["python3-rospy"]
 

@@ -1,7 +1,8 @@
 """Reads a package's `setup.py`: its Python packages, their folders, and its scripts.
 
 As with catkin, a separate interpreter runs the file, and `setup()` only records its arguments. `distutils`
-is replaced, because Python 3.12 and newer do not have it.
+is replaced, because Python 3.12 and newer do not have it, and `find_packages` of setuptools where that is not
+installed.
 """
 
 from __future__ import annotations
@@ -18,12 +19,21 @@ from pipros.errors import PiprosError
 _TIME_LIMIT_S = 60.0
 
 _PROBE = """
-import json, runpy, sys, types
+import fnmatch, json, os, runpy, sys, types
 recorded = {}
 def setup(**arguments):
     recorded.update({key: arguments.get(key) for key in ("packages", "package_dir", "scripts", "py_modules")})
-def find_packages(*_, **__):
-    return []
+def find_packages(where=".", exclude=(), include=("*",)):
+    found = []
+    for folder, below, files in os.walk(where):
+        if folder == where or "__init__.py" in files:
+            name = os.path.relpath(folder, where).replace(os.sep, ".")
+            if (folder != where and any(fnmatch.fnmatchcase(name, item) for item in include)
+                    and not any(fnmatch.fnmatchcase(name, item) for item in exclude)):
+                found.append(name)
+        else:
+            del below[:]
+    return found
 try:
     from setuptools import find_packages
 except ImportError:

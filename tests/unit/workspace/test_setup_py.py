@@ -39,6 +39,26 @@ def test_packages_are_where_the_setup_says(tmp_path: Path, text: str, packages: 
     assert setup.scripts == []
 
 
+FIND = "setup(packages=find_packages('src', exclude=['*.test']), package_dir={'': 'src'})"
+
+
+def test_packages_are_found_without_setuptools(tmp_path: Path) -> None:
+    folder = write(
+        tmp_path, f"from setuptools import setup, find_packages\n{FIND}", "src/a/b", "src/a/test", "src/c/d"
+    )
+    (tmp_path / "src/a/__init__.py").touch()
+    with_setuptools = read_setup_py(folder).packages
+    lacking = "import sys\nsys.modules['setuptools'] = None\n"
+    (tmp_path / "sitecustomize.py").write_text(lacking)
+
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("PYTHONPATH", str(tmp_path))
+        found = read_setup_py(folder).packages
+
+    assert set(found) == {"a", "a.b"}
+    assert found == with_setuptools
+
+
 def test_scripts_are_absolute(tmp_path: Path) -> None:
     folder = write(tmp_path, "from distutils.core import setup\nsetup(scripts=['scripts/a', 'b'])")
     assert read_setup_py(folder).scripts == [str(tmp_path / "scripts/a"), str(tmp_path / "b")]
