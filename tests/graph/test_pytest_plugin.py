@@ -170,8 +170,13 @@ def test_the_examples_of_the_documentation_work(run: Run, pytester: pytest.Pytes
 
     result = run("-v")
 
-    assert [name for name, _ in examples] == ["level.test", "test_battery.py", "listener.launch"]
-    result.assert_outcomes(passed=5)
+    assert [name for name, _ in examples] == [
+        "level.test",
+        "test_battery.py",
+        "listener.launch",
+        "test_bad_network.py",
+    ]
+    result.assert_outcomes(passed=7)
 
 
 def test_a_launched_node_that_wants_it_comes_back_and_one_without_program_is_named(

@@ -87,10 +87,13 @@ class Backlog:
             dropped += 1
         return dropped
 
-    def clear(self) -> None:
+    def clear(self) -> int:
+        """Drops all frames, also one that was written in part. Returns how many."""
+        dropped = len(self._waiting) + bool(self._rest)
         self._rest.clear()
         self._waiting.clear()
         self._waiting_bytes = 0
+        return dropped
 
     def _keep_rest(self, frame: Frame, sent: int) -> None:
         for buffer in frame:

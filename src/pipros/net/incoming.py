@@ -49,11 +49,17 @@ KEEP_LARGE_S = 5.0
 
 @dataclass(slots=True)
 class ReceiveStatistics:
-    """What came over a link, and what was dropped because the callbacks were too slow."""
+    """What came over a link, and what was dropped: callbacks were too slow, or the link broke."""
 
     frames: int = 0
     bytes: int = 0
     dropped: int = 0
+
+    def add(self, other: ReceiveStatistics) -> None:
+        """Adds what another link counted."""
+        self.frames += other.frames
+        self.bytes += other.bytes
+        self.dropped += other.dropped
 
 
 class DeliveryLock:
@@ -165,6 +171,7 @@ class IncomingLink:
         except (OSError, ProtocolError) as reason:
             error = reason
         finally:
+            self.statistics.dropped += len(self._waiting)
             self._sock.close()
             self._on_closed(self, error)
 

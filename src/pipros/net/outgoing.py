@@ -42,11 +42,17 @@ _READ_BYTES = 4096
 
 @dataclass(slots=True)
 class SendStatistics:
-    """What was sent over a link, and what was dropped because the peer was too slow."""
+    """What was sent over a link, and what was dropped: the peer was too slow, or the link ended."""
 
     frames: int = 0
     bytes: int = 0
     dropped: int = 0
+
+    def add(self, other: SendStatistics) -> None:
+        """Adds what another link counted."""
+        self.frames += other.frames
+        self.bytes += other.bytes
+        self.dropped += other.dropped
 
 
 class OutgoingLink:
@@ -177,7 +183,7 @@ class OutgoingLink:
         self.statistics = SendStatistics()
 
     def close(self) -> None:
-        """Ends the link; waiting frames are dropped. May be repeated, from any thread."""
+        """Ends the link; waiting frames are dropped and counted. May be repeated, from any thread."""
         with self._lock:
             self._give_up()
 
@@ -205,7 +211,7 @@ class OutgoingLink:
         if not self.is_closed:
             self.is_closed = True
             self.is_behind = False
-            self._backlog.clear()
+            self.statistics.dropped += self._backlog.clear()
             sockets.abort(self.sock)
             self._loop.call(self._end)
 

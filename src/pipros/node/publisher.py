@@ -6,13 +6,13 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from pipros.net.backlog import Frame
 from pipros.net.connection_table import LinkEntry
 from pipros.net.flush import flush_or_queue
-from pipros.net.outgoing import OutgoingLink
+from pipros.net.outgoing import OutgoingLink, SendStatistics
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers
 from pipros.node.codec import AnyMessage, encoder
@@ -72,7 +72,8 @@ class Publication:
         self.listeners: list[PeerListener] = []
         self._listeners_thread = Workers(f"subscribe listeners of {topic}", limit=1, kept_idle=0)
         self.only_thread: int | None = None  # while the node shuts down, only this thread may publish
-        self.dropped = 0  # by links that are closed already
+        self.links_ended = 0
+        self._sent = SendStatistics()  # by links that have ended
         self._context = context
         self._encode = encoder(message_class)
         self._has_header = bool(getattr(message_class, "_has_header", False))
@@ -181,6 +182,15 @@ class Publication:
                 peer.link.drain(end - time.monotonic())
             peer.link.close()
 
+    def statistics(self) -> dict[str, int]:
+        """See `Publisher.statistics`."""
+        total = SendStatistics()
+        with self._lock:
+            total.add(self._sent)
+            for peer in self.links:
+                total.add(peer.link.statistics)
+            return {**asdict(total), "links_ended": self.links_ended}
+
     def _frame(self, message: Message) -> tuple[Frame, int]:
         """The message as it goes over the wire, and its length with the length field."""
         if self._has_header:
@@ -203,7 +213,8 @@ class Publication:
         with self._lock:
             ended = [peer for peer in self.links if peer.link is link]
             self.links = tuple(peer for peer in self.links if peer.link is not link)
-            self.dropped += link.statistics.dropped
+            self.links_ended += 1
+            self._sent.add(link.statistics)
         if link.end_reason:
             caller = " ".join(printable(peer.caller_id) for peer in ended)
             self._context.log.warning(
@@ -259,13 +270,12 @@ class Publisher(Generic[AnyMessage]):
         self.publication.publish(message)
 
     def statistics(self) -> Mapping[str, int]:
-        """Frames and bytes sent, and frames dropped because a subscriber was too slow."""
-        links = [peer.link.statistics for peer in self.publication.links]
-        return {
-            "frames": sum(link.frames for link in links),
-            "bytes": sum(link.bytes for link in links),
-            "dropped": self.publication.dropped + sum(link.dropped for link in links),
-        }
+        """What this node did with the topic since the first `advertise`, for all subscribers together.
+
+        `frames` and `bytes` sent; frames `dropped` because a subscriber was too slow or left before they were
+        sent; `links_ended`: each may have cost what was under way.
+        """
+        return self.publication.statistics()
 
     def unregister(self) -> None:
         """Gives the handle up; with the last one the topic is unregistered. May be repeated."""

@@ -15,6 +15,10 @@ from pipros.printable import printable
 RETRY_FIRST_S = 0.1
 RETRY_LONGEST_S = 5.0
 
+#: After a refusal: what is wrong is seldom cured by itself, but a publisher without room has room later.
+RETRY_REFUSED_FIRST_S = 5.0
+RETRY_REFUSED_LONGEST_S = 60.0
+
 #: Is done when a link has ended: what broke it, or an empty text.
 LinkEnd = asyncio.Future[str]
 
@@ -39,6 +43,7 @@ class PublisherConnector:
         self._connect = connect
         self._listed: set[str] = set()
         self._linked: set[str] = set()
+        self._refused: set[str] = set()  # that a task waits to ask again
         self._tasks: dict[str, asyncio.Task[None]] = {}
         self._complaints = Complaints(
             context.log, context.loop, f"cannot receive [{topic}] from %d more publishers; the last is %s"
@@ -65,6 +70,8 @@ class PublisherConnector:
         for uri in self._tasks.keys() - self._listed - self._linked:
             self._tasks.pop(uri).cancel()
         for uri in listed:
+            if uri in self._refused and uri in self._tasks:  # it may have registered anew, with another type
+                self._tasks.pop(uri).cancel()
             if uri not in self._tasks:
                 task = self._tasks[uri] = asyncio.ensure_future(self._keep_linked(uri))
                 task.add_done_callback(self._collect)
@@ -79,6 +86,7 @@ class PublisherConnector:
     async def _keep_linked(self, uri: str) -> None:
         """Keeps a link to one publisher for as long as the master lists it."""
         delay_s, explained, is_first = RETRY_FIRST_S, "", True
+        refused_s = RETRY_REFUSED_FIRST_S
         try:
             while uri in self._listed:
                 try:
@@ -89,7 +97,8 @@ class PublisherConnector:
                         explained = str(error)
                         await self._explain(uri, error)
                     if isinstance(error, Refused):
-                        return  # and will be until the publisher registers anew
+                        refused_s = await self._wait_refused(uri, refused_s)
+                        continue
                 else:
                     if await self._wait_for_end(uri, ended):
                         delay_s, explained, is_first = RETRY_FIRST_S, "", True
@@ -111,6 +120,15 @@ class PublisherConnector:
         if broken and not self._is_stopped and self._complaints.may_say(f"{printable(uri)}: {broken}"):
             self._context.log.error(broken)
         return loop.time() - began > RETRY_LONGEST_S
+
+    async def _wait_refused(self, uri: str, delay_s: float) -> float:
+        """Waits after a refusal; `update` ends the wait. Returns how long the next one takes."""
+        self._refused.add(uri)
+        try:
+            await asyncio.sleep(delay_s)
+        finally:
+            self._refused.discard(uri)
+        return min(2 * delay_s, RETRY_REFUSED_LONGEST_S)
 
     async def _attempt(self, uri: str) -> LinkEnd:
         self.attempts += 1

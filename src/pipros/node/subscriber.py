@@ -6,12 +6,12 @@ import asyncio
 import functools
 import threading
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Generic
 
 from pipros.errors import LimitExceeded, PiprosError, ProtocolError, Unreachable
 from pipros.net import tcpros
-from pipros.net.incoming import DeliveryLock, IncomingLink
+from pipros.net.incoming import DeliveryLock, IncomingLink, ReceiveStatistics
 from pipros.net.rpc_async_client import call_async
 from pipros.node.asyncio_support import MessageStream
 from pipros.node.codec import AnyMessage, decoder
@@ -74,6 +74,8 @@ class Subscription:
         self.links: tuple[SubscriberLink, ...] = ()
         self.listeners: tuple[SubscriberCallback, ...] = ()
         self.received = 0
+        self.links_ended = 0
+        self._taken = ReceiveStatistics()  # by links that have ended
         self.handles = 0
         self.observe: MessageObserver | None = None
         self._context = context
@@ -276,6 +278,17 @@ class Subscription:
     def _remove_link(self, link: IncomingLink) -> None:
         with self._lock:
             self.links = tuple(peer for peer in self.links if peer.link is not link)
+            self.links_ended += 1
+            self._taken.add(link.statistics)
+
+    def statistics(self) -> dict[str, int]:
+        """See `Subscriber.statistics`."""
+        total = ReceiveStatistics()
+        with self._lock:
+            total.add(self._taken)
+            for peer in self.links:
+                total.add(peer.link.statistics)
+            return {**asdict(total), "links_ended": self.links_ended}
 
     def _detach(self, link: IncomingLink, error: Exception | None, ended: LinkEnd) -> None:
         self._remove_link(link)
@@ -317,13 +330,12 @@ class Subscriber(Generic[AnyMessage]):
         return len(self.subscription.links)
 
     def statistics(self) -> Mapping[str, int]:
-        """Frames delivered and bytes received, and frames dropped because callbacks were too slow."""
-        links = [peer.link.statistics for peer in self.subscription.links]
-        return {
-            "frames": sum(link.frames for link in links),
-            "bytes": sum(link.bytes for link in links),
-            "dropped": sum(link.dropped for link in links),
-        }
+        """What this node did with the topic since the first `subscribe`, for all publishers together.
+
+        `frames` delivered and `bytes` received; frames `dropped` because callbacks were too slow, or one of
+        them could not be read; `links_ended`: each may have cost what was under way.
+        """
+        return self.subscription.statistics()
 
     def unregister(self) -> None:
         """Ends the callback; with the last one the topic is unregistered. May be repeated."""

@@ -16,6 +16,8 @@ import pytest
 if TYPE_CHECKING:
     from pipros.launch.roscore import Core
     from pipros.node import Node
+    from pipros.testing.faults.history import History
+    from pipros.testing.faults.ros_proxy import FaultProxy
     from pipros.testing.launch_fixture import Launched
 
 T = TypeVar("T")
@@ -36,7 +38,15 @@ class LaunchFile(Protocol):
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.getgroup("pipros", "launch files with tests").addoption(
+    group = parser.getgroup("pipros", "launch files with tests")
+    group.addoption(
+        "--ros-fault-seed",
+        metavar="NUMBER",
+        type=int,
+        default=0,
+        help="seed of the faults of ros_faults: the same one gives the same faults at the same bytes",
+    )
+    group.addoption(
         "--ros-arg",
         metavar="NAME:=VALUE",
         action="append",
@@ -93,13 +103,17 @@ def ros_launch(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[Lau
 
     A single word is the path of a file, relative to the folder of the test module. Keywords are arguments
     of the file. Tests in the file are skipped. All nodes end with the test, in reverse order of their start.
+    With `ros_faults` the nodes speak with everybody through that proxy.
     """
     from pipros.testing.launch_fixture import Launched
 
     launched: list[Launched] = []
+    master_uri = ros_master.uri
+    if "ros_faults" in request.fixturenames:
+        master_uri = request.getfixturevalue("ros_faults").uri
 
     def launch(*words: str | Path, **arguments: Any) -> Launched:
-        nodes = Launched(words, arguments, ros_master.uri, folder=request.path.parent)
+        nodes = Launched(words, arguments, master_uri, folder=request.path.parent)
         launched.append(nodes)
         nodes.start()
         return nodes
@@ -109,6 +123,35 @@ def ros_launch(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[Lau
     finally:
         for nodes in reversed(launched):
             nodes.stop()
+
+
+@pytest.fixture
+def ros_faults(
+    ros_master: Core, monkeypatch: pytest.MonkeyPatch, pytestconfig: pytest.Config
+) -> Iterator[FaultProxy]:
+    """A proxy between the nodes that the test starts and the rest: it delays, splits, corrupts, stalls, cuts.
+
+    It stands in `ROS_MASTER_URI`, and `ros_launch` uses it; `ros_node` is on the other side. It changes
+    nothing before `ros_faults.inject("topics", delay_s=0.05)`, `.cut()`, `.stall()` or `.refuse()`.
+    """
+    from pipros.testing.faults.ros_proxy import FaultProxy
+
+    with FaultProxy(ros_master.uri, seed=pytestconfig.getoption("--ros-fault-seed")) as proxy:
+        monkeypatch.setenv("ROS_MASTER_URI", proxy.uri)
+        yield proxy
+
+
+@pytest.fixture
+def ros_history() -> History:
+    """Numbers messages, and checks what became of them.
+
+    A publisher sends `ros_history.next_text("talker")`, subscribers give what they get to
+    `ros_history.receive(text)`, and `ros_history.problems()` lists what came twice, out of order or torn, and
+    how much was lost.
+    """
+    from pipros.testing.faults.history import History
+
+    return History()
 
 
 @pytest.fixture

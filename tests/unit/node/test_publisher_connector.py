@@ -132,18 +132,23 @@ def test_a_publisher_out_of_reach_is_tried_ever_less_often_and_explained_once(
     run_instantly(run())
 
 
-def test_a_refusal_is_final_until_the_publisher_is_listed_anew() -> None:
+def test_a_publisher_that_refuses_is_asked_again_seldom_and_at_once_when_it_is_listed_anew() -> None:
     async def run() -> None:
         publishers = Publishers()
         publishers.errors[A] = Refused(A, 0, "wrong md5sum")
         topic, lines = following(publishers)
         topic.update([A])
         await asyncio.sleep(100)
-        assert publishers.attempts() == {A: 1}
+        waits = [round(later - earlier, 3) for earlier, later in pairwise(publishers.moments[A])]
+        assert waits == [5, 10, 20, 40]
+        assert len(lines) == 1
         assert "wrong md5sum" in lines[0]
         topic.update([A])
         await asyncio.sleep(0.01)
-        assert publishers.attempts() == {A: 2}
+        assert publishers.attempts() == {A: 6}
+        del publishers.errors[A]
+        await asyncio.sleep(6)
+        assert A in publishers.ends, "it has room now"
         topic.stop()
 
     run_instantly(run())

@@ -1,0 +1,161 @@
+"""Numbered messages, and what became of them: none twice, none out of order, none torn, no loss untold."""
+
+from __future__ import annotations
+
+import threading
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+_FILLER = "0123456789abcdef"
+
+
+class TornMessage(ValueError):
+    """A text is not one that `numbered_text` made: bytes were changed, lost or mixed."""
+
+
+def numbered_text(source: str, number: int, size: int = 0) -> str:
+    """A text that says where it comes from, and shows when it was changed: `SOURCE NUMBER CHECKSUM FILLER`.
+
+    Args:
+        source: a word without blanks. A publisher that was started again needs another one.
+        number: the place of the message among those of the source: 1, 2, 3…
+        size: how many characters of filler.
+    """
+    start = number % len(_FILLER)
+    filler = (_FILLER[start:] + _FILLER * (size // len(_FILLER) + 1))[:size]
+    return f"{source} {number} {_checksum(source, str(number), filler):08x} {filler}"
+
+
+def read_numbered(text: str) -> tuple[str, int]:
+    """Source and number of a text of `numbered_text`.
+
+    Raises:
+        TornMessage: it is another text, or was changed.
+    """
+    parts = text.split(" ", 3)
+    if len(parts) == 4 and parts[1].isdecimal():
+        source, number, checksum, filler = parts
+        if f"{_checksum(source, number, filler):08x}" == checksum:
+            return source, int(number)
+    raise TornMessage(f"a message is torn: {text[:80]!r}")
+
+
+def _checksum(source: str, number: str, filler: str) -> int:
+    return zlib.crc32(f"{source} {number} {filler}".encode())
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """Messages of a source that a sink did not get, between two that it got."""
+
+    sink: str
+    source: str
+    first: int
+    count: int
+
+
+@dataclass(slots=True)
+class _Sequence:
+    last: int = 0
+    received: int = 0
+    duplicates: int = 0
+    reordered: int = 0
+    gaps: list[Gap] = field(default_factory=list)
+    seen: set[int] = field(default_factory=set)
+
+
+class History:
+    """What each sink got of each source. Thread-safe.
+
+    What a sink missed before its first message does not count as lost: it was not connected yet.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._sent: dict[str, int] = {}
+        self._sequences: dict[tuple[str, str], _Sequence] = {}
+        self._torn: list[str] = []
+
+    def next_text(self, source: str, size: int = 0) -> str:
+        """The text of the source's next message, with so many characters of filler."""
+        with self._lock:
+            number = self._sent[source] = self._sent.get(source, 0) + 1
+        return numbered_text(source, number, size)
+
+    def receive(self, text: str, sink: str = "sink") -> None:
+        """Notes a message that a sink got."""
+        try:
+            source, number = read_numbered(text)
+        except TornMessage as error:
+            with self._lock:
+                self._torn.append(f"[{sink}] {error}")
+            return
+        with self._lock:
+            sequence = self._sequences.setdefault((sink, source), _Sequence())
+            sequence.received += 1
+            if number in sequence.seen:
+                sequence.duplicates += 1
+            elif number < sequence.last:
+                sequence.reordered += 1
+            elif sequence.last and number > sequence.last + 1:
+                sequence.gaps.append(Gap(sink, source, sequence.last + 1, number - sequence.last - 1))
+            sequence.seen.add(number)
+            sequence.last = max(sequence.last, number)
+
+    @property
+    def received(self) -> int:
+        """How many whole messages all sinks got."""
+        with self._lock:
+            return sum(sequence.received for sequence in self._sequences.values())
+
+    def last(self, source: str, sink: str = "sink") -> int:
+        """The highest number that a sink got of a source; 0 before the first."""
+        with self._lock:
+            sequence = self._sequences.get((sink, source))
+            return sequence.last if sequence else 0
+
+    def sent(self, source: str) -> int:
+        """How many texts `next_text` made for a source."""
+        with self._lock:
+            return self._sent.get(source, 0)
+
+    @property
+    def torn(self) -> list[str]:
+        """A line for each message that was not as it was sent."""
+        with self._lock:
+            return list(self._torn)
+
+    @property
+    def gaps(self) -> list[Gap]:
+        """What is missing in the middle, for each sink and source."""
+        with self._lock:
+            return [gap for sequence in self._sequences.values() for gap in sequence.gaps]
+
+    def problems(self, *, counted: int = 0, breaks: int = 0) -> list[str]:
+        """A line for each promise that was broken; empty when all is well.
+
+        Args:
+            counted: how many messages were dropped by their own account: the sum of the `dropped` of all
+                publishers, subscribers and recorders.
+            breaks: how many links ended, or nodes were killed. Each explains one gap.
+        """
+        found = self.torn
+        with self._lock:
+            for (sink, source), sequence in self._sequences.items():
+                about = f"[{sink}] from [{source}]"
+                if sequence.duplicates:
+                    found.append(f"{about}: {sequence.duplicates} messages came twice")
+                if sequence.reordered:
+                    found.append(f"{about}: {sequence.reordered} messages came out of order")
+        return [*found, *self._untold(counted, breaks)]
+
+    def _untold(self, counted: int, breaks: int) -> Iterator[str]:
+        gaps = sorted(self.gaps, key=lambda gap: gap.count, reverse=True)[breaks:]
+        lost = sum(gap.count for gap in gaps)
+        if lost > counted:
+            largest = gaps[0]
+            yield (
+                f"{lost} messages were lost and {counted} counted; the largest gap is of {largest.count} "
+                f"from number {largest.first} of [{largest.source}] at [{largest.sink}]"
+            )

@@ -1,0 +1,123 @@
+"""What happens to the bytes of a stream: pure, and the same for the same seed.
+
+All decisions are made by the position in the stream, so that they do not depend on how the system cuts
+it into packets.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+
+#: A stream without such a fault.
+_NEVER = 1 << 62
+
+
+@dataclass(frozen=True, slots=True)
+class Faults:
+    """What a proxy does to each direction of a connection. Distances are means; they vary exponentially.
+
+    Attributes:
+        delay_s: how much later bytes arrive. Their order stays.
+        jitter_s: up to how much later still, drawn for each piece.
+        split_bytes: bytes are passed on in pieces of 1 to so many, each in a packet of its own.
+        corrupt_every_bytes: after so many bytes one has another value.
+        stall_every_bytes: after so many bytes nothing is passed on for `stall_s`.
+        stall_s: the length of such a pause.
+        cut_every_bytes: after so many bytes the connection is reset.
+    """
+
+    delay_s: float = 0.0
+    jitter_s: float = 0.0
+    split_bytes: int = 0
+    corrupt_every_bytes: int = 0
+    stall_every_bytes: int = 0
+    stall_s: float = 0.0
+    cut_every_bytes: int = 0
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if not value >= 0:
+                raise ValueError(f"{item.name} must be 0 or more, got {value}")
+        if self.stall_every_bytes and not self.stall_s:
+            raise ValueError("stall_every_bytes needs stall_s, the length of a pause in seconds")
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """Bytes to pass on, so much later than they came and after a pause."""
+
+    data: bytes
+    delay_s: float = 0.0
+    pause_s: float = 0.0
+    corrupted: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """The connection is to be reset."""
+
+
+class FaultyStream:
+    """Decides about one direction of one connection. The same seed and bytes give the same decisions."""
+
+    def __init__(self, seed: str, faults: Faults) -> None:
+        self._seed = seed
+        self._at = 0
+        self.use(faults)
+
+    def use(self, faults: Faults) -> None:
+        """From the next byte on, other faults."""
+        self.faults = faults
+        chance = {name: random.Random(f"{self._seed}/{name}/{self._at}") for name in _DRAWN}  # noqa: S311
+        self._chance = chance
+        self._piece = self._at + self._piece_bytes()
+        self._corrupt = self._after("corrupt", faults.corrupt_every_bytes)
+        self._stall = self._after("stall", faults.stall_every_bytes)
+        self._cut = self._after("cut", faults.cut_every_bytes)
+
+    def feed(self, data: bytes) -> Iterator[Piece | Cut]:
+        """What is to be done with the next bytes; nothing follows a Cut."""
+        taken = 0
+        while taken < len(data):
+            if self._at >= self._cut:
+                yield Cut()
+                return
+            end = min(self._piece, self._stall, self._cut, self._at + len(data) - taken)
+            piece = bytearray(data[taken : taken + end - self._at])
+            taken += len(piece)
+            corrupted = self._spoil(piece, end)
+            delay_s = self.faults.delay_s + self._chance["jitter"].uniform(0.0, self.faults.jitter_s)
+            self._at = end
+            pause_s = 0.0
+            if end >= self._stall:
+                pause_s = self.faults.stall_s
+                self._stall = self._after("stall", self.faults.stall_every_bytes)
+            if end >= self._piece:
+                self._piece = end + self._piece_bytes()
+            yield Piece(bytes(piece), delay_s, pause_s, corrupted)
+
+    def _spoil(self, piece: bytearray, end: int) -> int:
+        """Changes the bytes whose turn it is in a piece that ends there in the stream."""
+        count = 0
+        while self._corrupt < end:
+            piece[self._corrupt - self._at] ^= 1 << self._chance["bit"].randrange(8)
+            count += 1
+            # From there on, and not from the start of the piece.
+            self._corrupt += self._gap("corrupt", self.faults.corrupt_every_bytes)
+        return count
+
+    def _piece_bytes(self) -> int:
+        most = self.faults.split_bytes
+        return self._chance["split"].randint(1, most) if most else _NEVER
+
+    def _after(self, name: str, mean: int) -> int:
+        return self._at + self._gap(name, mean) if mean else _NEVER
+
+    def _gap(self, name: str, mean: int) -> int:
+        return 1 + int(self._chance[name].expovariate(1 / mean))
+
+
+_DRAWN = ("split", "jitter", "corrupt", "bit", "stall", "cut")

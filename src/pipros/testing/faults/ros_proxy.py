@@ -1,0 +1,231 @@
+"""A proxy between a node and the rest of a ROS system: its master, and its peers.
+
+A node that is started with the proxy's URI as `ROS_MASTER_URI` speaks with everybody through it. Theory of
+operation: the proxy forwards each XML-RPC call, and replaces every address in parameters and answers
+(the node's own when it registers, those of publishers and services when it asks for them, the TCPROS port
+in the answer to `requestTopic`) by the address of a port of its own. So both sides connect to the proxy,
+whoever begins. Behind each of these ports are the faults of its kind.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine
+from dataclasses import replace
+from typing import Any, Literal, TypeVar, get_args
+from urllib.parse import urlsplit
+
+from pipros.net.address import LOOPBACK, uri
+from pipros.net.loop import BackgroundLoop
+from pipros.net.rpc_async_client import call_async
+from pipros.net.rpc_server import RpcServer
+from pipros.net.this_machine import Caller
+from pipros.testing.faults.plan import Faults
+from pipros.testing.faults.tcp_proxy import Address, Counts, Switch, TcpProxy
+
+T = TypeVar("T")
+
+#: Kinds of connections: XML-RPC to the master, XML-RPC to nodes, topic links, service links.
+Kind = Literal["master", "nodes", "topics", "services"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+
+#: How long a forwarded call may take; genuine nodes wait for their master without limit.
+_CALL_LIMIT_S = 60.0
+_WAIT_S = 30.0
+
+#: Their values are the user's, and no addresses.
+_LEFT_ALONE = frozenset({"setParam", "getParam", "paramUpdate"})
+
+
+class FaultProxy:
+    """Stands between the nodes that are started with its `uri`, and everything else. Usable from any thread.
+
+    It passes everything on unchanged until it is told otherwise. Nodes that are both behind it speak
+    through it, too. It works on the loopback address, with nodes of pipros, rospy and roscpp.
+
+    Attributes:
+        uri: the `ROS_MASTER_URI` for nodes behind the proxy; valid after `start`.
+    """
+
+    def __init__(self, master_uri: str, *, seed: int = 0) -> None:
+        """Opens nothing yet. The same seed gives each connection the same faults at the same bytes."""
+        self.uri = ""
+        self._master_uri = master_uri
+        self._seed = seed
+        self._loop = BackgroundLoop("fault proxy")
+        self._switches: dict[Kind, Switch] = {}
+        self._proxies: dict[tuple[Kind, Address], TcpProxy] = {}
+        self._own: set[Address] = set()
+        self._forwarders: list[_Forwarder] = []
+        self._starting = asyncio.Lock()
+
+    def start(self) -> None:
+        """Opens the port for the master.
+
+        Raises:
+            OSError: there is no port.
+        """
+        self._loop.start()
+        self._run(self._open())
+
+    def close(self) -> None:
+        """Closes all ports and connections. May be repeated."""
+        if self._switches:
+            self._run(self._shut())
+            self._switches = {}
+            self._loop.stop()
+
+    def __enter__(self) -> FaultProxy:
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # -- faults ------------------------------------------------------------------
+
+    def inject(self, *kinds: Kind, **faults: Any) -> None:
+        """From now on these faults, and no others, on connections of these kinds; open ones included.
+
+        Without a kind those of topics are meant, without faults all passes again. `Faults` has their names:
+        `proxy.inject("topics", "services", delay_s=0.05, split_bytes=7)`.
+
+        Raises:
+            TypeError: that fault does not exist.
+            ValueError: that kind does not exist, or a value below 0.
+        """
+        wanted = Faults(**faults)
+
+        async def use() -> None:
+            for switch in chosen:
+                switch.inject(wanted)
+
+        chosen = self._chosen(kinds)
+        self._run(use())
+
+    def cut(self, *kinds: Kind, reset: bool = True) -> int:
+        """Ends all open connections of these kinds (topics); returns how many. New ones may be made.
+
+        With `reset=False` both ends see an orderly end of the stream, as when the other process was killed.
+        """
+
+        async def cut() -> int:
+            return sum(switch.cut(reset=reset) for switch in chosen)
+
+        chosen = self._chosen(kinds)
+        return self._run(cut())
+
+    def stall(self, *kinds: Kind) -> None:
+        """Passes nothing on any more on connections of these kinds (topics), until `resume`."""
+        self._stall(kinds, stall=True)
+
+    def resume(self, *kinds: Kind) -> None:
+        """Passes on what was held back by `stall`, and goes on."""
+        self._stall(kinds, stall=False)
+
+    def refuse(self, *kinds: Kind, refuse: bool = True) -> None:
+        """Resets new connections of these kinds (topics) at once; with `refuse=False` no longer."""
+        for switch in self._chosen(kinds):
+            switch.is_refusing = refuse
+
+    def counts(self, kind: Kind = "topics") -> Counts:
+        """What was done to the connections of a kind so far."""
+        return replace(self._chosen((kind,))[0].counts)
+
+    def _stall(self, kinds: tuple[Kind, ...], *, stall: bool) -> None:
+        async def change() -> None:
+            for switch in chosen:
+                switch.stall(stall=stall)
+
+        chosen = self._chosen(kinds)
+        self._run(change())
+
+    def _chosen(self, kinds: tuple[Kind, ...]) -> list[Switch]:
+        if unknown := set(kinds) - set(KINDS):
+            raise ValueError(f"a kind of connections must be one of {', '.join(KINDS)}, got {unknown.pop()}")
+        return [self._switches[kind] for kind in kinds or ("topics",)]
+
+    # -- in the event loop ----------------------------------------------------------
+
+    def _run(self, coroutine: Coroutine[Any, Any, T]) -> T:
+        return self._loop.run(coroutine, _WAIT_S)
+
+    async def _open(self) -> None:
+        self._switches = {kind: Switch() for kind in KINDS}
+        self.uri = await self._in_place_of(self._master_uri, "master")
+
+    async def _shut(self) -> None:
+        for proxy in self._proxies.values():
+            proxy.stop_accepting()
+        await asyncio.sleep(0)
+        for proxy in self._proxies.values():
+            proxy.close()
+        for switch in self._switches.values():
+            switch.cut()
+        for forwarder in self._forwarders:
+            await forwarder.stop()
+
+    async def translate(self, value: Any) -> Any:
+        """The value with the proxy's own addresses in place of those of others."""
+        if isinstance(value, str):
+            if value.startswith("http://"):
+                return await self._in_place_of(value, "nodes")
+            if value.startswith("rosrpc://"):
+                return await self._in_place_of(value, "services")
+            return value
+        if isinstance(value, (list, tuple)):
+            if len(value) == 3 and value[0] == "TCPROS" and isinstance(value[2], int):
+                return ["TCPROS", *await self._proxy("topics", (value[1], value[2]))]
+            return [await self.translate(item) for item in value]
+        return value
+
+    async def _in_place_of(self, text: str, kind: Kind) -> str:
+        parts = urlsplit(text)
+        try:
+            address = (parts.hostname or "", parts.port or 0)
+        except ValueError:
+            return text  # some node registered nonsense; that is nothing to be hidden
+        if not all(address):
+            return text
+        return uri(*await self._proxy(kind, address), parts.scheme)
+
+    async def _proxy(self, kind: Kind, address: Address) -> Address:
+        """The address of the proxy of another one; made when it is new."""
+        async with self._starting:
+            if address in self._own:
+                return address
+            if (kind, address) not in self._proxies:
+                target, alive = address, None
+                if kind in ("master", "nodes"):
+                    forwarder = _Forwarder(self, uri(*address))
+                    await forwarder.start()
+                    self._forwarders.append(forwarder)
+                    target, alive = (LOOPBACK, forwarder.port), address
+                count = sum(known == kind for known, _ in self._proxies)
+                seed = f"{self._seed}/{kind}/{count}"
+                proxy = TcpProxy(seed, target, self._switches[kind], alive=alive)
+                await proxy.start()
+                self._own.add(proxy.address)
+                self._proxies[kind, address] = proxy
+            return self._proxies[kind, address].address
+
+
+class _Forwarder(RpcServer):
+    """Calls another XML-RPC server with what it is called with itself."""
+
+    def __init__(self, proxy: FaultProxy, target: str) -> None:
+        super().__init__({})
+        self._proxy = proxy
+        self._target = target
+
+    def call(self, name: str, params: tuple[Any, ...], *, caller: Caller) -> Any:
+        if name == "system.multicall":
+            return super().call(name, params, caller=caller)  # each of its calls comes here again
+        return asyncio.ensure_future(self._forward(name, params))
+
+    async def _forward(self, name: str, params: tuple[Any, ...]) -> Any:
+        if name in _LEFT_ALONE:
+            return await call_async(self._target, name, *params, timeout_s=_CALL_LIMIT_S)
+        sent = await self._proxy.translate(list(params))
+        answer = await call_async(self._target, name, *sent, timeout_s=_CALL_LIMIT_S)
+        return await self._proxy.translate(answer)

@@ -1,0 +1,263 @@
+"""One listening port whose connections are passed on to another, with faults."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+import struct
+from dataclasses import dataclass
+
+from pipros.net.address import LOOPBACK
+from pipros.testing.faults.plan import Cut, Faults, FaultyStream
+
+_READ_BYTES = 16 * 1024
+
+#: How many chunks of one direction are under way at most: a sender that is faster waits.
+_CHUNKS = 64
+
+_WRITE_LIMIT_BYTES = 64 * 1024
+_CONNECT_LIMIT_S = 10.0
+
+#: The connection is reset when it is closed: the peer gets an error, and no orderly end.
+_RESET = struct.pack("ii", 1, 0)
+
+Address = tuple[str, int]
+
+
+@dataclass(slots=True)
+class Counts:
+    """What was done to connections so far."""
+
+    connections: int = 0
+    bytes: int = 0
+    pieces: int = 0
+    corrupted: int = 0
+    stalls: int = 0
+    cut: int = 0
+    refused: int = 0
+
+
+class Switch:
+    """What a group of proxies shares: their faults, what they count, and whether anything passes.
+
+    Belongs to one event loop, except for `faults` and `counts`, which may be read anywhere.
+    """
+
+    def __init__(self) -> None:
+        self.faults = Faults()
+        self.counts = Counts()
+        self.is_refusing = False
+        self._passes = asyncio.Event()
+        self._passes.set()
+        self.links: set[Link] = set()
+
+    def inject(self, faults: Faults) -> None:
+        """Other faults, for open connections too."""
+        self.faults = faults
+        for link in self.links:
+            link.use(faults)
+
+    def stall(self, *, stall: bool) -> None:
+        """Nothing passes any more, in no direction; or all goes on where it stopped."""
+        self._passes.clear() if stall else self._passes.set()
+
+    async def wait(self) -> None:
+        """Returns at once unless stalled."""
+        await self._passes.wait()
+
+    def cut(self, *, reset: bool = True) -> int:
+        """Resets or closes all open connections; returns their number."""
+        links = list(self.links)
+        count = sum(link.is_open for link in links)
+        for link in links:
+            link.cut(reset=reset)
+        return count
+
+
+class TcpProxy:
+    """Listens on a port of the loopback address, and passes connections on to `target`.
+
+    Attributes:
+        address: host and port; valid after `start`.
+    """
+
+    def __init__(self, name: str, target: Address, switch: Switch, *, alive: Address | None = None) -> None:
+        """Nothing is opened yet.
+
+        Args:
+            name: with the number of the connection, the seed of its faults.
+            alive: an address that must take connections, or connections to this proxy are reset.
+        """
+        self.address: Address = (LOOPBACK, 0)
+        self._name = name
+        self._target = target
+        self._alive = alive
+        self._switch = switch
+        self._number = 0
+        self._server: asyncio.Server | None = None
+
+    async def start(self) -> None:
+        """Opens a free port.
+
+        Raises:
+            OSError: all are in use.
+        """
+        self._server = await asyncio.start_server(self._serve, LOOPBACK, 0, limit=_READ_BYTES)
+        self.address = (LOOPBACK, self._server.sockets[0].getsockname()[1])
+
+    def stop_accepting(self) -> None:
+        """The first half of `close`. Let the loop run once between both.
+
+        Up to Python 3.11, a connection that is being accepted when its server is closed stays open.
+        """
+        if self._server is not None:
+            for listener in self._server.sockets:
+                asyncio.get_running_loop().remove_reader(listener.fileno())
+
+    def close(self) -> None:
+        """Closes the port; open connections stay."""
+        if self._server is not None:
+            self._server.close()
+
+    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._number += 1
+        link = Link(f"{self._name}/{self._number}", self._switch, writer)
+        self._switch.links.add(link)
+        try:
+            if self._switch.is_refusing:
+                self._switch.counts.refused += 1
+                link.cut(counts=False)
+                return
+            try:
+                if self._alive:
+                    await _probe(self._alive)
+                opening = asyncio.open_connection(*self._target, limit=_READ_BYTES)
+                far_reader, far_writer = await asyncio.wait_for(opening, _CONNECT_LIMIT_S)
+            except (OSError, asyncio.TimeoutError):
+                link.cut(counts=False)
+                return
+            await link.run(reader, far_reader, far_writer)
+        except asyncio.CancelledError:
+            link.cut(counts=False)
+        finally:
+            self._switch.links.discard(link)
+
+
+class Link:
+    """One connection through a proxy.
+
+    Attributes:
+        is_open: both sides are connected.
+    """
+
+    def __init__(self, seed: str, switch: Switch, writer: asyncio.StreamWriter) -> None:
+        self._switch = switch
+        self._writers = [writer]
+        self._streams = [FaultyStream(f"{seed}/{way}", switch.faults) for way in ("there", "back")]
+        self.is_open = False
+        self._is_cut = False
+        self._tasks: list[asyncio.Task[None]] = []
+
+    def use(self, faults: Faults) -> None:
+        for stream in self._streams:
+            stream.use(faults)
+
+    async def run(
+        self, reader: asyncio.StreamReader, far_reader: asyncio.StreamReader, far_writer: asyncio.StreamWriter
+    ) -> None:
+        """Passes bytes on in both directions until both have ended or the connection is cut."""
+        near_writer = self._writers[0]
+        self._writers.append(far_writer)
+        if self._is_cut:  # while the other side was being connected to
+            far_writer.transport.abort()
+            return
+        self._switch.counts.connections += 1
+        self.is_open = True
+        ways = ((reader, far_writer, self._streams[0]), (far_reader, near_writer, self._streams[1]))
+        self._tasks = [asyncio.ensure_future(self._pass(*way)) for way in ways]
+        try:
+            await asyncio.wait(self._tasks)
+        finally:
+            self.is_open = False
+            for task in self._tasks:
+                task.cancel()
+            for writer in self._writers:
+                writer.close()
+
+    def cut(self, *, counts: bool = True, reset: bool = True) -> None:
+        """Resets or closes both ends. What is under way is lost."""
+        if self._is_cut:
+            return
+        self._is_cut = True
+        self._switch.counts.cut += counts and self.is_open
+        for writer in self._writers:
+            if reset:
+                with contextlib.suppress(OSError, AttributeError):
+                    sock = writer.get_extra_info("socket")
+                    sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET)
+            writer.transport.abort()
+        for task in self._tasks:
+            task.cancel()
+
+    async def _pass(
+        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, stream: FaultyStream
+    ) -> None:
+        """Passes one direction on. What was read waits for its time, while more is read."""
+        writer.transport.set_write_buffer_limits(high=_WRITE_LIMIT_BYTES)
+        waiting: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue(_CHUNKS)
+        reading = asyncio.ensure_future(self._read(reader, waiting))
+        try:
+            while True:
+                came_at, data = await waiting.get()
+                if not data:
+                    break
+                await self._write(writer, stream, came_at, data)
+            await self._switch.wait()
+            if writer.can_write_eof():
+                writer.write_eof()
+        except OSError:
+            self.cut(counts=False)
+        finally:
+            reading.cancel()
+
+    async def _read(self, reader: asyncio.StreamReader, waiting: asyncio.Queue[tuple[float, bytes]]) -> None:
+        loop = asyncio.get_running_loop()
+        try:
+            while data := await reader.read(_READ_BYTES):
+                await waiting.put((loop.time(), data))
+        except OSError:
+            self.cut(counts=False)  # a reset is passed on as one
+            return
+        await waiting.put((loop.time(), b""))
+
+    async def _write(
+        self, writer: asyncio.StreamWriter, stream: FaultyStream, came_at: float, data: bytes
+    ) -> None:
+        counts, loop = self._switch.counts, asyncio.get_running_loop()
+        for step in stream.feed(data):
+            if isinstance(step, Cut):
+                self.cut()
+                return
+            left_s = came_at + step.delay_s - loop.time()
+            if left_s > 0:
+                await asyncio.sleep(left_s)
+            await self._switch.wait()
+            writer.write(step.data)
+            await writer.drain()
+            counts.bytes += len(step.data)
+            counts.pieces += 1
+            counts.corrupted += step.corrupted
+            if step.pause_s:
+                counts.stalls += 1
+                await asyncio.sleep(step.pause_s)
+
+
+async def _probe(address: Address) -> None:
+    """Connects, and closes the connection.
+
+    Raises:
+        OSError: nobody listens there.
+    """
+    _, writer = await asyncio.wait_for(asyncio.open_connection(*address), _CONNECT_LIMIT_S)
+    writer.close()

@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipros.testing.faults.history import Gap, History, TornMessage, numbered_text, read_numbered
+
+
+def history_of(*numbers: int, sink: str = "sink") -> History:
+    history = History()
+    for number in numbers:
+        history.receive(numbered_text("talker", number), sink)
+    return history
+
+
+@given(st.integers(1, 10**12), st.integers(0, 200))
+def test_a_text_says_what_it_is(number: int, size: int) -> None:
+    assert read_numbered(numbered_text("talker", number, size)) == ("talker", number)
+
+
+@given(st.integers(0, 200), st.integers(0, 7))
+def test_a_changed_bit_shows(place: int, bit: int) -> None:
+    text = bytearray(numbered_text("talker", 1234, 200).encode())
+    text[place] ^= 1 << bit
+
+    with pytest.raises(TornMessage):
+        read_numbered(text.decode(errors="replace"))
+
+
+@pytest.mark.parametrize("text", ["", "talker", "talker 1", "talker x 00000000 ", "talker 1 00000000 a"])
+def test_what_is_no_numbered_text_is_torn(text: str) -> None:
+    with pytest.raises(TornMessage):
+        read_numbered(text)
+
+
+def test_two_messages_that_were_mixed_show() -> None:
+    one, other = numbered_text("talker", 1, 100), numbered_text("talker", 2, 100)
+
+    with pytest.raises(TornMessage):
+        read_numbered(one[:60] + other[60:])
+
+
+def test_all_is_well_when_each_came_once_in_order_from_the_first_that_came() -> None:
+    history = history_of(5, 6, 7)
+
+    assert history.problems() == []
+    assert history.received == 3
+    assert history.last("talker") == 7
+
+
+def test_duplicates_disorder_and_torn_messages_are_told() -> None:
+    history = history_of(1, 2, 2, 5, 3)
+    history.receive("talker 9 nonsense")
+
+    assert history.problems(counted=10) == [
+        "[sink] a message is torn: 'talker 9 nonsense'",
+        "[sink] from [talker]: 1 messages came twice",
+        "[sink] from [talker]: 1 messages came out of order",
+    ]
+
+
+def test_losses_must_be_counted_by_somebody() -> None:
+    history = history_of(1, 4, 5, 10)
+
+    assert history.gaps == [Gap("sink", "talker", 2, 2), Gap("sink", "talker", 6, 4)]
+    assert history.problems(counted=6) == []
+    assert history.problems(counted=5) == [
+        "6 messages were lost and 5 counted; the largest gap is of 4 from number 6 of [talker] at [sink]"
+    ]
+
+
+def test_each_broken_link_explains_one_gap() -> None:
+    history = history_of(1, 4, 5, 10)
+
+    assert history.problems(breaks=2) == []
+    assert history.problems(breaks=1, counted=2) == []
+    assert history.problems(breaks=1, counted=1) != []
+
+
+def test_sources_and_sinks_are_told_apart() -> None:
+    history = History()
+    for source, sink in (("a", "x"), ("b", "x"), ("a", "y"), ("b", "y")):
+        history.receive(numbered_text(source, 1), sink)
+
+    assert history.problems() == []
+    assert history.received == 4
+
+
+def test_texts_are_numbered_for_each_source() -> None:
+    history = History()
+    made = [history.next_text("a"), history.next_text("b"), history.next_text("a", size=10)]
+
+    assert [read_numbered(text) for text in made] == [("a", 1), ("b", 1), ("a", 2)]
+    assert len(made[2]) == len(made[0]) + 10

@@ -1,0 +1,109 @@
+from __future__ import annotations
+
+import itertools
+import random
+from collections.abc import Iterable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipros.testing.faults.plan import Cut, Faults, FaultyStream, Piece
+
+DATA = random.Random(1).randbytes(5000)  # noqa: S311
+
+
+def passed(stream: FaultyStream, chunks: Iterable[bytes]) -> tuple[bytes, list[Piece], bool]:
+    """What a peer gets, the pieces, and whether the connection was cut."""
+    pieces = []
+    for step in itertools.chain.from_iterable(map(stream.feed, chunks)):
+        if isinstance(step, Cut):
+            return b"".join(piece.data for piece in pieces), pieces, True
+        pieces.append(step)
+    return b"".join(piece.data for piece in pieces), pieces, False
+
+
+def chunks_of(data: bytes, size: int) -> list[bytes]:
+    return [data[start : start + size] for start in range(0, len(data), size)]
+
+
+def test_without_faults_bytes_pass_as_they_came() -> None:
+    assert passed(FaultyStream("1", Faults()), [b"one", b"two"])[1] == [Piece(b"one"), Piece(b"two")]
+
+
+def test_pieces_are_as_small_as_was_asked_for_and_complete() -> None:
+    got, pieces, _ = passed(FaultyStream("1", Faults(split_bytes=7)), [DATA])
+
+    assert got == DATA
+    assert {len(piece.data) for piece in pieces} - {len(pieces[-1].data)} <= set(range(1, 8))
+    assert len(pieces) > len(DATA) / 7
+
+
+@given(st.integers(1, 700), st.integers(1, 700))
+def test_what_a_peer_gets_does_not_depend_on_packets(first: int, second: int) -> None:
+    faults = Faults(split_bytes=9, corrupt_every_bytes=200, cut_every_bytes=3000)
+
+    one, other = (passed(FaultyStream("7", faults), chunks_of(DATA, size)) for size in (first, second))
+
+    assert one[0] == other[0]
+    assert one[2] == other[2]
+
+
+def test_another_seed_gives_other_faults() -> None:
+    faults = Faults(corrupt_every_bytes=100)
+
+    assert len({passed(FaultyStream(str(seed), faults), [DATA])[0] for seed in range(20)}) == 20
+
+
+def test_corrupted_bytes_are_changed_in_one_bit_and_counted() -> None:
+    got, pieces, _ = passed(FaultyStream("1", Faults(corrupt_every_bytes=100)), [DATA])
+
+    changed = [a ^ b for a, b in zip(got, DATA, strict=True) if a != b]
+    assert len(changed) == sum(piece.corrupted for piece in pieces)
+    assert {bits.bit_count() for bits in changed} == {1}
+    assert 20 <= len(changed) <= 100
+
+
+def test_a_cut_comes_after_what_was_before_it_and_nothing_follows() -> None:
+    got, _, is_cut = passed(FaultyStream("1", Faults(cut_every_bytes=1000)), [DATA])
+
+    assert is_cut
+    assert got == DATA[: len(got)]
+
+
+def test_stalls_are_pauses_after_a_piece() -> None:
+    faults = Faults(stall_every_bytes=1000, stall_s=0.5)
+    got, pieces, _ = passed(FaultyStream("1", faults), [DATA])
+
+    assert got == DATA
+    assert {piece.pause_s for piece in pieces} == {0.0, 0.5}
+
+
+def test_delays_lie_between_delay_and_jitter() -> None:
+    faults = Faults(delay_s=0.1, jitter_s=0.2, split_bytes=10)
+    _, pieces, _ = passed(FaultyStream("1", faults), [DATA])
+
+    assert 0.1 <= min(piece.delay_s for piece in pieces) < 0.15
+    assert 0.25 < max(piece.delay_s for piece in pieces) <= 0.3
+
+
+def test_faults_can_change_in_the_middle_of_a_stream() -> None:
+    stream = FaultyStream("1", Faults(corrupt_every_bytes=1))
+    assert passed(stream, [DATA[:100]])[0] != DATA[:100]
+
+    stream.use(Faults())
+
+    assert passed(stream, [DATA[100:]])[0] == DATA[100:]
+
+
+@pytest.mark.parametrize(
+    ("faults", "text"),
+    [
+        ({"delay_s": -1}, "delay_s must be 0 or more, got -1"),
+        ({"delay_s": float("nan")}, "delay_s must be 0 or more, got nan"),
+        ({"stall_every_bytes": 10}, "stall_every_bytes needs stall_s"),
+    ],
+)
+def test_faults_that_make_no_sense_are_refused(faults: dict[str, float], text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        Faults(**faults)  # type: ignore[arg-type]
