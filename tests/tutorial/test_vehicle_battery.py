@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 from pathlib import Path
@@ -25,6 +26,20 @@ def test_its_own_tests_pass_in_pytest(ros: RosSystem, tmp_path: Path) -> None:
     counted = re.search(r"(\d+) passed", ended.output)
     assert counted, ended.output
     assert int(counted[1]) >= 24, ended.output  # those of battery.test among them
+
+
+def test_catkin_make_builds_and_installs_it_without_cmake(ros: RosSystem, tmp_path: Path) -> None:
+    workspace = tmp_path / "catkin_ws"
+    shutil.copytree(EXAMPLES, workspace / "src")
+
+    built = ros.pipros.run("catkin_make", "-C", workspace, "install", PATH=f"{VENV_BIN}{os.pathsep}/nowhere")
+    assert built.returncode == 0, built.output
+    shutil.rmtree(workspace / "src")
+
+    line = "from vehicle_battery.cfg.MonitorConfig import defaults; print(defaults['critical'])"
+    script = f'. {workspace}/install/setup.sh && python3 -c "{line}"'
+    ended = ros.pipros.run("sh", "-c", script, ROS_PACKAGE_PATH="")
+    assert ended.stdout == ["0.1"], ended.output
 
 
 def test_the_rostest_passes(ros: RosSystem) -> None:

@@ -237,7 +237,7 @@ class _Build:
             project.needs_cmake.append(NativeTarget(what, file, int(line)))
 
     def _check_reconfigure_options(self, natives: Sequence[SourcePackage]) -> None:
-        """Fails packages with `.cfg` files if there is no dynamic_reconfigure: CMake would fail for all."""
+        """Fails compiled packages with `.cfg` files without dynamic_reconfigure: CMake would fail for all."""
         users = [native for native in natives if self._result.projects[native.name].has_reconfigure_options]
         if not users or "dynamic_reconfigure" in self._result.projects:
             return
@@ -249,8 +249,9 @@ class _Build:
                 target = self._result.projects[package.name].needs_cmake[0]
                 self._fail(
                     package,
-                    f"{target.file}:{target.line}: the package [{package.name}] {target.what}, but genuine "
-                    "dynamic_reconfigure is not installed. Install it, or put its source into the workspace",
+                    f"{target.file}:{target.line}: the package [{package.name}] {target.what} and has "
+                    "`.cfg` files, but genuine dynamic_reconfigure is not installed. Install it, or put its "
+                    "source into the workspace",
                 )
 
     def _settings(self, package: SourcePackage) -> dict[str, str]:
@@ -345,6 +346,7 @@ class _Build:
             str(package.manifest_file),
             project.file,
             *(interface.path for interface in project.interfaces),
+            *(os.path.join(project.folder, file) for file in project.config_files),
         ]
         inputs += [item.source for item in project.installations if item.is_python]
         inputs += [hook.source for hook in project.hooks]

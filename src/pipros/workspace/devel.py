@@ -12,6 +12,7 @@ from pipros.errors import NotFound
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.spec import DefinitionError
 from pipros.msg.stubs import package_stubs
+from pipros.reconfigure import cfg_file
 from pipros.workspace.catkin.installation import install
 from pipros.workspace.catkin.project import PYTHON_DESTINATION, Project
 from pipros.workspace.hooks import HOOKS_FOLDER
@@ -69,10 +70,18 @@ def write_devel_files(
 
     Raises:
         SetupPyError: its `setup.py` fails.
+        NotFound, BadConfigFile: a `.cfg` file does not exist, or fails.
         OSError: the devel space cannot be written.
     """
     setup = read_setup_py(project.folder) if project.has_python_setup else None
     if not is_native:
+        for file in project.config_files:
+            # Its module is made when it is imported. The build tells what is wrong with it, as in Noetic.
+            say(f"Generating dynamic reconfigure files from {file}")
+            path = Path(project.folder, file)
+            if not path.is_file():
+                raise NotFound(f"{path} does not exist; {project.file} names it as a .cfg file")
+            cfg_file.read(path)
         _write_python_packages(project, setup, layout.devel, say)
         if project.interfaces:
             _write_stubs(project, definitions, layout.devel)
@@ -98,6 +107,7 @@ def _write_python_packages(project: Project, setup: PythonSetup | None, devel: P
     if project.interfaces:
         for interface in project.interfaces:
             say(f"Generating Python from {interface.kind.upper()} {project.name}/{interface.name}")
+    if project.interfaces or project.config_files:
         packages.setdefault(project.name, "")
     for name, folder in packages.items():
         if "." in name:
@@ -136,12 +146,15 @@ def install_package(project: Project, layout: Layout, settings: Mapping[str, str
     for interface in project.interfaces:
         if interface.folder is not None:
             copy_file(Path(interface.path), share / interface.folder / os.path.basename(interface.path), say)
+    for file in project.config_files:
+        copy_file(Path(project.folder, file), share / "cfg" / os.path.basename(file), say)
     setup = read_setup_py(project.folder) if project.has_python_setup else None
     modules = layout.install / PYTHON_DESTINATION
     for name, folder in (setup.packages if setup else {}).items():
         below = os.path.join(*name.split("."))
         copy(Copy(f"{folder}/", below, is_folder=True, keeps_permissions=True), modules, say)
-    if project.interfaces and (setup is None or project.name not in setup.packages):
+    has_modules = bool(project.interfaces or project.config_files)
+    if has_modules and (setup is None or project.name not in setup.packages):
         write_if_changed(modules / project.name / "__init__.py", _PACKAGE.format(name=project.name))
     for script in setup.scripts if setup else ():
         target = layout.install / "lib" / project.name / os.path.basename(script)

@@ -125,15 +125,36 @@ def test_what_only_cmake_can_do_is_refused_without_it(workspace: Workspace, line
     assert "Install CMake" in error
 
 
-def test_dynamic_reconfigure_is_refused_with_its_line(workspace: Workspace) -> None:
-    folder = workspace.add(
-        "p",
-        "find_package(catkin REQUIRED COMPONENTS dynamic_reconfigure)\n"
-        "generate_dynamic_reconfigure_options(cfg/P.cfg)",
-        "dynamic_reconfigure",
-    )
+CONFIGURABLE = (
+    "find_package(catkin REQUIRED COMPONENTS dynamic_reconfigure)\n"
+    "generate_dynamic_reconfigure_options(cfg/P.cfg)\ncatkin_package()"
+)
+CFG = """
+from dynamic_reconfigure.parameter_generator_catkin import ParameterGenerator, int_t
+gen = ParameterGenerator()
+gen.add("speed", int_t, 0, "How quick", 5, 0, 10)
+exit(gen.generate("p", "p", "P"))
+"""
+
+
+def test_cfg_files_are_read_and_installed(workspace: Workspace) -> None:
+    workspace.add("p", CONFIGURABLE, "dynamic_reconfigure", cfg__P_dot_cfg=CFG)
+    result = workspace.build(installs=True)
+    assert result.errors == []
+    assert "Generating dynamic reconfigure files from cfg/P.cfg" in workspace.lines
+    assert (workspace.base / "devel/lib/python3/dist-packages/p/__init__.py").is_file()
+    assert (workspace.base / "install/share/p/cfg/P.cfg").read_text() == CFG
+    assert workspace.build(installs=True).unchanged == ["p"]
+
+
+def test_a_cfg_file_that_fails_or_is_not_there_fails_its_package(workspace: Workspace) -> None:
+    folder = workspace.add("p", CONFIGURABLE, "dynamic_reconfigure", cfg__P_dot_cfg="1 / 0")
     (error,) = workspace.build().errors
-    assert f"{folder}/CMakeLists.txt:4: the package [p] generates code from [cfg/P.cfg]" in error
+    assert f"{folder}/cfg/P.cfg declared no parameters" in error
+    assert "ZeroDivisionError" in error
+    (folder / "cfg" / "P.cfg").unlink()
+    (error,) = workspace.build().errors
+    assert f"{folder}/cfg/P.cfg does not exist; {folder}/CMakeLists.txt names it" in error
 
 
 def test_a_package_may_have_cmake_code_for_others(workspace: Workspace) -> None:

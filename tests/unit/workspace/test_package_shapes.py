@@ -149,14 +149,16 @@ def test_cfg_files_without_dynamic_reconfigure_do_not_fail_the_rest(
     )
     workspace.add("cpp", "add_executable(x x.cpp)")
     cfg = "find_package(catkin REQUIRED dynamic_reconfigure)\ngenerate_dynamic_reconfigure_options(cfg/P.cfg)"
-    folder = workspace.add("cfg", cfg, "dynamic_reconfigure")
+    cfg += "\nadd_executable(y y.cpp)"
+    folder = workspace.add("cfg", cfg, "dynamic_reconfigure", cfg__P_dot_cfg="")
     workspace.add("user", depends="cfg")
 
     result = workspace.build()
 
     assert built == ["cpp"]
     (error,) = result.errors
-    assert f"{folder}/CMakeLists.txt:4: the package [cfg] generates code from [cfg/P.cfg]" in error
+    assert f"{folder}/CMakeLists.txt:5: the package [cfg] " in error
+    assert "and has `.cfg` files, but" in error
     assert "genuine dynamic_reconfigure is not installed" in error
     assert result.skipped == {"user": "cfg"}
 

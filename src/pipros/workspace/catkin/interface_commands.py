@@ -1,4 +1,4 @@
-"""The commands that list messages, services and actions."""
+"""The commands that list messages, services, actions and configurations."""
 
 from __future__ import annotations
 
@@ -42,9 +42,12 @@ def _generate_messages(context: ReadContext, command: Command, words: list[str])
     project.targets.update(f"{project.name}_generate_messages{language}" for language in _LANGUAGES)
 
 
-def _dynamic_reconfigure(context: ReadContext, command: Command, words: list[str]) -> None:
-    context.project.has_reconfigure_options = True
-    context.need_native_build(command, f"generates code from [{' '.join(words)}]")
+def _dynamic_reconfigure(context: ReadContext, _command: Command, words: list[str]) -> None:
+    project = context.project
+    files = (context.scope.in_source(word) for word in words)
+    project.config_files += [os.path.relpath(file, project.folder) for file in files]
+    project.has_reconfigure_options = True
+    project.targets.add(f"{project.name}_gencfg")
 
 
 COMMANDS: Mapping[str, Handler] = {

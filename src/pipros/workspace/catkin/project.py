@@ -84,6 +84,7 @@ class Project:
         components, catkin_depends: names of packages with the lines that name them.
         generate_messages_line: the line of `generate_messages()`, 0 without one.
         has_reconfigure_options: whether `generate_dynamic_reconfigure_options()` was called.
+        config_files: the `.cfg` files of dynamic_reconfigure, relative to the package's folder.
         needs_cmake: why genuine catkin has to build the package; empty if pipros can.
         status_lines: what `message(STATUS)` and the like print.
         warnings: what to warn about, with file and line.
@@ -100,6 +101,7 @@ class Project:
     generate_messages_line: int = 0
     message_dependencies: list[str] = field(default_factory=list)
     has_reconfigure_options: bool = False
+    config_files: list[str] = field(default_factory=list)
     catkin_depends: list[tuple[str, int]] = field(default_factory=list)
     has_catkin_package: bool = False
     has_python_setup: bool = False
