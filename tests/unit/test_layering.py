@@ -28,7 +28,10 @@ LAYERS: list[list[set[str]]] = [
     [{"msg"}],
     [{"startup", "net", "workspace"}],
     [{"master", "node"}],
-    [{"launch", "graph", "transforms", "filters", "actions", "diagnostics", "bag", "vision"}],
+    [
+        {"launch", "graph", "transforms", "filters", "actions", "diagnostics", "bag", "vision"},
+        {"topic_tools"},
+    ],
     [{"testing", "web", "health"}],
     [{"cli"}],
 ]
@@ -60,6 +63,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "tf2_py": {"rospy"},  # gives rospy.Time
     "tf2_ros": {"actionlib", "rosgraph", "rospy", "tf2_py"},
     "tf2_sensor_msgs": {"tf2_geometry_msgs", "tf2_ros"},
+    "topic_tools": {"rosgraph", "rospy", "rostopic"},
     "rostopic": {"rosgraph", "rosparam", "rospy"},  # its classes go by rospy's node; messages of parameters
 }
 

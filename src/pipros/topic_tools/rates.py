@@ -1,0 +1,93 @@
+"""Which messages of a topic pass: as many a second, as many bytes a second, or some of each few.
+
+Each rule is asked once for every message, in order. Times are in nanoseconds, of any clock.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Protocol
+
+_SECOND = 1_000_000_000
+
+
+class Rule(Protocol):
+    """Says whether the next message passes."""
+
+    def passes(self, now_ns: int, size_bytes: int) -> bool: ...
+
+
+@dataclass(slots=True)
+class MessageRate:
+    """A message passes when more than 1/`per_second` has gone by since the last that passed.
+
+    When the clock goes back (a bag that starts again), the time until the next one is counted from there.
+
+    >>> rule = MessageRate(1.0)
+    >>> [rule.passes(int(s * 1e9), 0) for s in (5, 5.5, 6.1, 6.2)]
+    [True, False, True, False]
+    """
+
+    per_second: float
+    has_gone_back: bool = False
+    """Whether the clock was behind at the last question."""
+    _last_ns: int = 0
+
+    def passes(self, now_ns: int, size_bytes: int) -> bool:
+        del size_bytes
+        self.has_gone_back = now_ns < self._last_ns
+        if self.has_gone_back:
+            self._last_ns = now_ns
+        if now_ns - self._last_ns <= _SECOND / self.per_second:
+            return False
+        self._last_ns = now_ns
+        return True
+
+
+@dataclass(slots=True)
+class ByteRate:
+    """A message passes while those that passed in the last `window_s` have less than `size` bytes together.
+
+    Noetic's `throttle` calls the size BYTES_PER_SEC, and does not divide by the window.
+
+    >>> rule = ByteRate(10.0, window_s=1.0)
+    >>> [rule.passes(int(s * 1e9), 8) for s in (5, 5.1, 5.2, 6.15)]
+    [True, True, False, True]
+    """
+
+    size: float
+    window_s: float
+    _passed: deque[tuple[int, int]] = field(default_factory=deque)
+    _bytes: int = 0
+
+    def passes(self, now_ns: int, size_bytes: int) -> bool:
+        if self._passed and now_ns < self._passed[-1][0]:  # the clock went back
+            self._passed.clear()
+            self._bytes = 0
+        while self._passed and self._passed[0][0] < now_ns - self.window_s * _SECOND:
+            self._bytes -= self._passed.popleft()[1]
+        if self._bytes >= self.size:
+            return False
+        self._passed.append((now_ns, size_bytes))
+        self._bytes += size_bytes
+        return True
+
+
+@dataclass(slots=True)
+class Dropping:
+    """Of every `of` messages the first `dropped` do not pass.
+
+    >>> rule = Dropping(1, of=3)
+    >>> [rule.passes(0, 0) for _ in range(6)]
+    [False, True, True, False, True, True]
+    """
+
+    dropped: int
+    of: int
+    _count: int = 0
+
+    def passes(self, now_ns: int, size_bytes: int) -> bool:
+        del now_ns, size_bytes
+        place, self._count = self._count, (self._count + 1) % self.of
+        return place >= self.dropped

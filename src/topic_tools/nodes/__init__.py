@@ -1,0 +1,1 @@
+"""The programs of `rosrun topic_tools …`."""

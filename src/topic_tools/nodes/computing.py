@@ -1,0 +1,106 @@
+"""`rosrun topic_tools transform` and `relay_field`: publish what is computed from the messages of a topic."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import Any
+
+import rospy
+import rostopic
+from pipros.errors import PiprosError
+from pipros.msg import load_message_class
+from pipros.msg.from_yaml import fill_message_args
+from pipros.topic_tools.expressions import Template, Transformation
+
+
+def _parser(program: str, description: str, expression: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(program, description=description)
+    parser.add_argument("input", help="Input topic or topic field.")
+    parser.add_argument("output_topic", help="Output topic.")
+    parser.add_argument("output_type", help="Output topic type.")
+    parser.add_argument("expression", help=expression)
+    parser.add_argument("--wait-for-start", action="store_true", help="Wait for input messages.")
+    parser.add_argument(
+        "--tcpnodelay", dest="tcp_nodelay", action="store_true", help="Ask publishers to send at once."
+    )
+    return parser
+
+
+def _run(
+    options: argparse.Namespace, topic: str, latch: bool, compute: Callable[[Any, type[Any]], list[Any]]
+) -> int:
+    """Publishes `compute` of each message or field until the node is ended. Returns the exit code."""
+    try:
+        input_class, input_topic, part = rostopic.get_topic_class(topic, blocking=options.wait_for_start)
+        output_class = load_message_class(options.output_type)
+    except (rostopic.ROSTopicException, PiprosError) as error:
+        raise SystemExit(f"ERROR: {error}") from None
+    if input_class is None or input_topic is None:
+        raise SystemExit(f"ERROR: Wrong input topic (or topic field): {topic}")
+    publisher = rospy.Publisher(options.output_topic, output_class, queue_size=1, latch=latch)
+
+    def on_message(message: Any) -> None:
+        try:
+            publisher.publish(*compute(part(message) if part else message, output_class))
+        except (PiprosError, rospy.ROSException, TypeError, AttributeError, ValueError) as error:
+            rospy.logerr_throttle_identical(60, str(error))
+
+    rospy.Subscriber(input_topic, input_class, on_message, tcp_nodelay=options.tcp_nodelay)
+    rospy.spin()
+    return 0
+
+
+def transform() -> int:
+    """Runs `transform`. Returns the exit code."""
+    parser = _parser(
+        "transform",
+        "Publishes what an expression makes of each message 'm' of a topic, or of one of its fields: "
+        "transform /imu/orientation/x /degrees std_msgs/Float64 'numpy.rad2deg(m)'",
+        "Python expression on the input message 'm'. It can compute and look at messages, and nothing else.",
+    )
+    parser.add_argument(
+        "-i",
+        "--import",
+        dest="modules",
+        nargs="+",
+        default=["numpy"],
+        help="List of Python modules to import.",
+    )
+    parser.add_argument("--latch", action="store_true", help="Set publisher to latched.")
+    options = parser.parse_args(rospy.myargv()[1:])
+    rospy.init_node("transform", anonymous=True)
+    try:
+        made = Transformation(options.expression, options.modules, rospy.get_rostime)
+    except PiprosError as error:
+        raise SystemExit(f"ERROR: {error}") from None
+    if options.modules != parser.get_default("modules"):
+        for module, reason in made.missing.items():
+            rospy.logwarn("Failed to import module: %s (%s)", module, reason)
+    topic = options.input if options.input.startswith("/") else rospy.get_namespace() + options.input
+    return _run(options, topic, options.latch, lambda message, _: list(made.arguments(message)))
+
+
+def relay_field() -> int:
+    """Runs `relay_field`. Returns the exit code."""
+    parser = _parser(
+        "relay_field",
+        "Publishes messages whose fields are computed from those of another topic: "
+        "relay_field /chatter /header std_msgs/Header '{seq: 0, stamp: now, frame_id: m.data}'",
+        "The fields in YAML; texts may be Python expressions on the input message 'm'.",
+    )
+    options = parser.parse_args(rospy.myargv()[1:])
+    rospy.init_node("relay_field", anonymous=True)
+    try:
+        template = Template(options.expression)
+    except PiprosError as error:
+        raise SystemExit(f"ERROR: {error}") from None
+    header: Any = load_message_class("std_msgs/Header")
+
+    def compute(message: Any, output_class: type[Any]) -> list[Any]:
+        now = rospy.get_rostime()
+        made = output_class()
+        fill_message_args(made, [template.fields(message)], {"now": now, "auto": header(stamp=now)})
+        return [made]
+
+    return _run(options, options.input, False, compute)

@@ -1,0 +1,93 @@
+"""`rosrun topic_tools demux`: publishes the messages of a topic on the selected one of several topics."""
+
+from __future__ import annotations
+
+import threading
+
+import rospy
+from pipros.node.any_msg import RawMessage
+from pipros.topic_tools.selection import Refused, Selection
+from topic_tools.nodes.output import Input, Output, base_name
+from topic_tools.nodes.switching import Services
+
+USAGE = "\nusage: demux IN_TOPIC OUT_TOPIC1 [OUT_TOPIC2 [...]]\n"
+
+FIRST_SUBSCRIBER_S = 0.5
+"""How long the first message waits for a subscriber of its topic, which was advertised only just now."""
+
+
+class Demux:
+    """Passes messages on to the selected topic. All topics have the type of the first message."""
+
+    def __init__(self, selection: Selection) -> None:
+        self.selection = selection
+        self._lock = threading.Lock()
+        self._outputs = {topic: Output(topic) for topic in selection.topics}
+
+    def pass_on(self, message: RawMessage) -> None:
+        with self._lock:
+            new = [item for item in self._outputs.values() if item.advertise_like(message, latch=False)]
+            output = self._outputs.get(self.selection.selected)
+        for item in new:
+            rospy.loginfo("Added publisher %s to demux!", item.topic)
+        if output is not None:
+            if output in new:
+                output.has_subscriber.wait(FIRST_SUBSCRIBER_S)
+            output.publish(message)
+
+    def select(self, topic: str) -> str:
+        """Selects a topic, or none. Returns the one before. Raises `Refused`."""
+        rospy.loginfo("trying to switch demux to %s", topic)
+        before = self.selection.select(topic)
+        if self.selection.selected:
+            rospy.loginfo("demux selected output: [%s]", topic)
+        else:
+            rospy.loginfo("demux selected to no output.")
+        return before
+
+    def add(self, topic: str) -> None:
+        """Adds an output, which is advertised with the next message. Raises `Refused`."""
+        with self._lock:
+            self.selection.add(topic)
+            self._outputs[topic] = Output(topic)
+
+    def delete(self, topic: str) -> None:
+        """Takes an output away. Raises `Refused`."""
+        with self._lock:
+            self.selection.delete(topic)
+            output = self._outputs.pop(topic)
+        output.unregister()
+        rospy.loginfo("deleted topic %s from demux", topic)
+
+
+def main() -> int:
+    """Runs until the node is ended. Returns the exit code."""
+    arguments = rospy.myargv()[1:]
+    if len(arguments) < 2:
+        print(USAGE)
+        return 1
+    source, *targets = arguments
+    rospy.init_node(f"{base_name(source)}_demux", anonymous=True)
+    selection = Selection([], "demux")
+    try:
+        for target in dict.fromkeys(map(rospy.resolve_name, targets)):
+            selection.add(target)
+    except Refused as error:
+        raise SystemExit(str(error)) from None
+    selection.select(selection.topics[0])
+    demux = Demux(selection)
+    services = Services("Demux", selection)
+
+    def select(topic: str) -> str:
+        before = demux.select(topic)
+        services.announce()
+        return before
+
+    services.announce()
+    Input(source, demux.pass_on).subscribe()
+    services.serve("Select", select)
+    services.serve("Add", demux.add)
+    services.serve("Delete", demux.delete)
+    services.serve_list()
+    rospy.spin()
+    return 0

@@ -1,0 +1,46 @@
+"""`rosrun topic_tools drop`: drops some of every few messages of a topic."""
+
+from __future__ import annotations
+
+import threading
+
+import rospy
+from pipros.node.any_msg import RawMessage
+from pipros.topic_tools.rates import Dropping
+from topic_tools.nodes.output import Input, Output, base_name
+
+USAGE = """
+usage: drop IN_TOPIC X Y [OUT_TOPIC]
+
+ Drops the first X of every Y messages of IN_TOPIC, and passes
+ the others on to OUT_TOPIC, or to IN_TOPIC_drop.
+
+"""
+
+
+def main() -> int:
+    """Runs until the node is ended. Returns the exit code."""
+    arguments = rospy.myargv()[1:]
+    try:
+        dropped, of = (int(text) for text in arguments[1:3])
+    except ValueError:
+        dropped, of = 0, 0
+    if len(arguments) not in (3, 4) or dropped < 0 or of < 1:
+        print(USAGE)
+        return 1
+    source = arguments[0]
+    rospy.init_node(f"{base_name(source)}_drop", anonymous=True)
+    output = Output(arguments[3] if len(arguments) == 4 else f"{source.rstrip('/')}_drop")
+    rule, turn = Dropping(dropped, of), threading.Lock()
+
+    def pass_on(message: RawMessage) -> None:
+        if output.advertise_like(message, latch=False):
+            print(f"advertised as {output.topic}\n", flush=True)
+        with turn:
+            passes = rule.passes(0, len(message.body))
+        if passes:
+            output.publish(message)
+
+    Input(source, pass_on).subscribe()
+    rospy.spin()
+    return 0

@@ -1,0 +1,125 @@
+"""`rosrun topic_tools mux`: publishes the messages of the selected one of several topics."""
+
+from __future__ import annotations
+
+import threading
+
+import rospy
+from pipros.node.any_msg import RawMessage
+from pipros.topic_tools.selection import NONE, Refused, Selection
+from topic_tools.nodes.output import Input, Output, base_name
+from topic_tools.nodes.switching import Services
+
+USAGE = "\nusage: mux OUT_TOPIC IN_TOPIC1 [IN_TOPIC2 [...]]\n"
+
+
+class Mux:
+    """Passes the messages of the selected topic on; in lazy mode it subscribes to no other.
+
+    Until the first message has shown the type it subscribes to all of them.
+    """
+
+    def __init__(self, target: str, selection: Selection, *, lazy: bool, latch: bool) -> None:
+        self.selection = selection
+        self._lazy, self._latch = lazy, latch
+        self._output = Output(target, self._follow)
+        self._lock = threading.RLock()
+        self._inputs = {topic: self._input(topic) for topic in selection.topics}
+        self._follow()
+
+    def _input(self, topic: str) -> Input:
+        return Input(topic, lambda message: self._on_message(topic, message))
+
+    def _on_message(self, topic: str, message: RawMessage) -> None:
+        if self._output.advertise_like(message, self._latch):
+            rospy.loginfo("advertising")
+            self._follow()
+        if topic != self.selection.selected:
+            return
+        if self._lazy and not self._output.subscribers:
+            self._follow()
+            if not self._output.subscribers:
+                return
+        self._output.publish(message)
+
+    def _follow(self) -> None:
+        """Subscribes to what is needed now, and to nothing else."""
+        with self._lock:
+            everything = not self._lazy or not self._output.is_advertised
+            for topic, source in self._inputs.items():
+                wanted = topic == self.selection.selected and self._output.subscribers > 0
+                if everything or wanted:
+                    source.subscribe()
+                elif source.unsubscribe():
+                    rospy.loginfo("Unregistering from %s", topic)
+
+    def select(self, topic: str) -> str:
+        """Selects a topic, or none. Returns the one before. Raises `Refused`."""
+        rospy.loginfo("trying to switch mux to %s", topic)
+        with self._lock:
+            before = self.selection.select(topic)
+            self._follow()
+        if self.selection.selected:
+            rospy.loginfo("mux selected input: [%s]", topic)
+        else:
+            rospy.loginfo("mux selected to no input.")
+        return before
+
+    def add(self, topic: str) -> None:
+        """Adds an input. Raises `Refused`."""
+        with self._lock:
+            self.selection.add(topic)
+            self._inputs[topic] = self._input(topic)
+            self._follow()
+        rospy.loginfo("added %s to mux", topic)
+
+    def delete(self, topic: str) -> None:
+        """Takes an input away. Raises `Refused`."""
+        with self._lock:
+            self.selection.delete(topic)
+            source = self._inputs.pop(topic)
+        source.unsubscribe()
+        rospy.loginfo("deleted topic %s from mux", topic)
+
+
+def main() -> int:
+    """Runs until the node is ended. Returns the exit code."""
+    arguments = rospy.myargv()[1:]
+    if len(arguments) < 2:
+        print(USAGE)
+        return 1
+    target, *sources = arguments
+    rospy.init_node(f"{base_name(target)}_mux", anonymous=True)
+    selection = Selection([], "mux")
+    try:
+        for source in dict.fromkeys(map(rospy.resolve_name, sources)):
+            selection.add(source)
+    except Refused as error:
+        raise SystemExit(str(error)) from None
+    first = str(rospy.get_param("~initial_topic", "")) or sources[0]
+    try:
+        selection.select(first if first == NONE else rospy.resolve_name(first))
+    except Refused as error:  # as the service refuses it
+        rospy.logwarn("~initial_topic: %s", error)
+        selection.select(selection.topics[0])
+    lazy, latch = (bool(rospy.get_param(name, False)) for name in ("~lazy", "~latch"))
+    mux = Mux(target, selection, lazy=lazy, latch=latch)
+    services = Services("Mux", selection)
+
+    def select(topic: str) -> str:
+        before = mux.select(topic)
+        services.announce()
+        return before
+
+    def select_by_old_name(topic: str) -> str:
+        rospy.logwarn("the <topic>_select service is deprecated; use mux/select instead")
+        return select(topic)
+
+    services.announce()
+    services.serve("Select", select)
+    services.serve("Select", select_by_old_name, f"{target}_select")
+    services.serve("Add", mux.add)
+    services.serve("Delete", mux.delete)
+    services.serve_list()
+    rospy.spin()
+    return 0

@@ -1,0 +1,139 @@
+"""What the programs publish and subscribe: any type, known with the first message."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import rospy
+from pipros.node.any_msg import RawMessage
+from pipros.printable import printable
+from pipros.topic_tools.raw import UnknownType, class_like
+
+QUEUE_SIZE = 10
+
+
+def base_name(topic: str) -> str:
+    """The last part of a topic, after which a program's node is named.
+
+    Raises:
+        SystemExit: it has none.
+    """
+    name = topic.rstrip("/").rpartition("/")[2]
+    if not name:
+        raise SystemExit(f'Base name extracted from "{topic}" is an empty string')
+    return name
+
+
+class Output(rospy.SubscribeListener):
+    """A topic that is advertised when the first message has shown its type. Threads may share it."""
+
+    def __init__(self, topic: str, on_subscriber: Callable[[], object] = lambda: None) -> None:
+        """Args: `on_subscriber` is called for each subscriber that comes."""
+        self.topic = topic
+        self.has_subscriber = threading.Event()
+        self._on_subscriber = on_subscriber
+        self._publisher: Any = None
+        self._lock = threading.Lock()
+        self._refused: set[str] = set()
+
+    @property
+    def is_advertised(self) -> bool:
+        return self._publisher is not None
+
+    @property
+    def subscribers(self) -> int:
+        return self._publisher.get_num_connections() if self._publisher is not None else 0
+
+    def advertise_like(self, message: RawMessage, latch: bool) -> bool:
+        """Advertises the topic with the type of a message, unless it is advertised.
+
+        Returns whether it was done just now. A message that does not say its type is logged.
+        """
+        with self._lock:
+            if self._publisher is not None:
+                return False
+            try:
+                kind = class_like(message.header)
+            except UnknownType as error:
+                self._complain(str(error))
+                return False
+            self._publisher = rospy.Publisher(
+                self.topic, kind, subscriber_listener=self, latch=latch, queue_size=QUEUE_SIZE
+            )
+            return True
+
+    def publish(self, message: RawMessage) -> None:
+        """Sends the bytes of a message. One of another type than the topic's is dropped, and logged once."""
+        publisher = self._publisher
+        if publisher is None:
+            return
+        if message.header.get("md5sum") not in (publisher.md5sum, "*"):
+            self._complain(
+                f"[{printable(message.header.get('callerid', '?'))}] publishes "
+                f"{printable(message.header.get('type', '?'))}, "
+                f"which cannot be passed on: {self.topic} is {publisher.type}"
+            )
+            return
+        publisher.publish(publisher.data_class(message.body))
+
+    def unregister(self) -> None:
+        """Takes the topic back."""
+        with self._lock:
+            publisher, self._publisher = self._publisher, None
+        if publisher is not None:
+            publisher.unregister()
+
+    def peer_subscribe(self, topic_name: str, topic_publish: Any, peer_publish: Any) -> None:
+        del topic_name, topic_publish, peer_publish
+        self.has_subscriber.set()
+        self._on_subscriber()
+
+    def _complain(self, text: str) -> None:
+        if text not in self._refused:
+            self._refused.add(text)
+            rospy.logerr(text)
+
+
+class Input:
+    """A topic that is subscribed to at times. `subscribe` and `unsubscribe` may be repeated."""
+
+    def __init__(self, topic: str, callback: Callable[[RawMessage], object]) -> None:
+        self.topic = rospy.resolve_name(topic)
+        self._callback = callback
+        self._subscriber: Any = None
+        self._lock = threading.RLock()
+
+    @property
+    def is_subscribed(self) -> bool:
+        return self._subscriber is not None
+
+    def subscribe(self) -> bool:
+        """Returns whether it was not subscribed to before."""
+        with self._lock:
+            if self._subscriber is not None:
+                return False
+            self._subscriber = rospy.Subscriber(self.topic, RawMessage, self._callback, queue_size=QUEUE_SIZE)
+            return True
+
+    def unsubscribe(self) -> bool:
+        """Returns whether it was subscribed to before."""
+        with self._lock:
+            subscriber, self._subscriber = self._subscriber, None
+        if subscriber is not None:
+            subscriber.unregister()
+        return subscriber is not None
+
+    def unsubscribe_unless(self, is_needed: Callable[[], bool]) -> bool:
+        """Unsubscribes unless it is needed. A `subscribe` meanwhile comes before or after, not between.
+
+        Returns whether it did.
+        """
+        with self._lock:
+            return not is_needed() and self.unsubscribe()
+
+
+def is_latched(message: RawMessage) -> bool:
+    """Whether the publisher of a message latches."""
+    return message.header.get("latching") == "1"

@@ -1,0 +1,54 @@
+"""What `mux` and `demux` have in common: their services and the topic that says what is selected."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import rospy
+from pipros.msg import load_message_class, load_service_class
+from pipros.topic_tools.selection import NONE, Refused, Selection
+
+
+def resolved(topic: str) -> str:
+    """The global name of a topic that a service was given; `__none` stays as it is."""
+    return topic if topic == NONE else rospy.resolve_name(topic)
+
+
+class Services:
+    """The services of a mux or demux, and the latched topic `selected`."""
+
+    def __init__(self, kind: str, selection: Selection) -> None:
+        """Args: `kind` is `Mux` or `Demux`; its lower case is the namespace, which may be remapped."""
+        self._kind = kind
+        self._selection = selection
+        self._namespace = rospy.resolve_name(kind.lower())
+        self._text: Any = load_message_class("std_msgs/String")
+        self._selected = rospy.Publisher(f"{self._namespace}/selected", self._text, queue_size=1, latch=True)
+
+    def serve(self, verb: str, act: Callable[[str], object], name: str | None = None) -> None:
+        """Serves `Add`, `Delete` or `Select`; `act` gets the topic. The caller gets what it refuses."""
+        service: Any = load_service_class(f"topic_tools/{self._kind}{verb}")
+
+        def handle(request: Any) -> Any:
+            try:
+                result = act(resolved(request.topic))
+            except Refused as error:
+                rospy.logwarn(str(error))
+                raise rospy.ServiceException(str(error)) from None
+            return service._response_class(*([result] if verb == "Select" else []))
+
+        rospy.Service(name or f"{self._namespace}/{verb.lower()}", service, handle)
+
+    def serve_list(self) -> None:
+        """Serves `List`."""
+        service: Any = load_service_class(f"topic_tools/{self._kind}List")
+        rospy.Service(
+            f"{self._namespace}/list",
+            service,
+            lambda _: service._response_class(self._selection.topics),
+        )
+
+    def announce(self) -> None:
+        """Tells which topic is selected."""
+        self._selected.publish(self._text(self._selection.selected or NONE))
