@@ -10,28 +10,18 @@ from typing import Any
 import rospy
 from pipros.graph.elide import Elision
 from pipros.graph.message_path import Part
-from pipros.graph.plot import Plot
+from pipros.graph.plot import FieldFilter, Plot, field_filter
 from pipros.msg.base import Message
 from pipros.msg.text import strify_message
 
 CLEAR_SCREEN = "\x1b[2J\x1b[;H"
 
-FieldFilter = Callable[[Any], list[str]]
 ValueTransform = Callable[..., Any]
 
 
 def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> FieldFilter:
     """What lists the fields of a message without its strings, or without its arrays."""
-
-    def field_filter(val: Any) -> list[str]:
-        kinds = zip(val.__slots__, val._slot_types, strict=True)
-        return [
-            name
-            for name, kind in kinds
-            if not (echo_noarr and "[" in kind) and not (echo_nostr and "string" in kind)
-        ]
-
-    return field_filter
+    return field_filter(no_arrays=echo_noarr, no_texts=echo_nostr)
 
 
 def create_value_transform(echo_nostr: bool, echo_noarr: bool) -> ValueTransform:
@@ -120,14 +110,13 @@ class CallbackEcho:
 
     def _row(self, val: Any, **more: Any) -> str:
         offset = more.get("time_offset")
-        now = more.get("current_time")
+        time = more.get("current_time")
+        if time is None:
+            is_stamped = isinstance(val, Message) and val._has_header
+            time = val.header.stamp if is_stamped else rospy.get_rostime()
+        part = Part(val, more.get("type_information"))
         offset_ns = 0 if offset is None else offset.to_nsec()
-        is_stamped = isinstance(val, Message) and val._has_header
-        if is_stamped:
-            now_ns = val.header.stamp.to_nsec()
-        else:
-            now_ns = (rospy.get_rostime() if now is None else now).to_nsec()
-        return Plot().row(Part(val, more.get("type_information")), now_ns, offset_ns)
+        return Plot(more.get("field_filter")).row(part, time.to_nsec(), offset_ns)
 
     def callback(self, data: Any, callback_args: Mapping[str, Any], current_time: Any = None) -> None:
         """Prints a message.
@@ -159,7 +148,7 @@ class CallbackEcho:
             return
         self.count += 1
         if self.plot and self.first:
-            print(Plot().heading(Part(data, kind)))
+            print(Plot(self.field_filter).heading(Part(data, kind)))
             self.first = False
         text = self.str_fn(
             data,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from pipros.graph.message_path import Part
@@ -10,13 +10,30 @@ from pipros.msg.base import Message
 from pipros.msg.time import Time, TVal
 from pipros.printable import listed
 
+FieldFilter = Callable[[Any], list[str]]
+"""The names of the fields of a message that are shown."""
+
+
+def field_filter(*, no_arrays: bool, no_texts: bool) -> FieldFilter:
+    """Lists the fields of a message without its arrays, or without its strings and arrays of strings."""
+
+    def shown(message: Any) -> list[str]:
+        kinds = zip(message.__slots__, message._slot_types, strict=True)
+        return [
+            name
+            for name, kind in kinds
+            if not (no_arrays and "[" in kind) and not (no_texts and "string" in kind)
+        ]
+
+    return shown
+
 
 class Plot:
     """Flattens values to columns, one for each element of an array."""
 
-    def __init__(self, *, no_arrays: bool = False, no_texts: bool = False) -> None:
-        self._no_arrays = no_arrays
-        self._no_texts = no_texts
+    def __init__(self, shown: FieldFilter | None = None) -> None:
+        """`shown` chooses the fields of each message; a value that is no message is always shown."""
+        self._shown = shown
 
     def heading(self, part: Part) -> str:
         """`%time,field.data`: the names of the columns."""
@@ -30,18 +47,18 @@ class Plot:
     def _columns(self, name: str, part: Part, offset_ns: int) -> Iterator[tuple[str, str]]:
         value, kind = part.value, part.type_name or ""
         if isinstance(value, Message):
+            shown = value.__slots__ if self._shown is None else self._shown(value)
             for field, field_kind in zip(value.__slots__, value._slot_types, strict=True):
-                yield from self._columns(
-                    f"{name}.{field}", Part(getattr(value, field), field_kind), offset_ns
-                )
+                if field in shown:
+                    part = Part(getattr(value, field), field_kind)
+                    yield from self._columns(f"{name}.{field}", part, offset_ns)
         elif isinstance(value, (list, tuple)):
-            if not self._no_arrays and not kind.startswith("uint8["):
+            if not kind.startswith("uint8["):
                 for index, element in enumerate(value):
                     element_part = Part(element, kind.partition("[")[0])
                     yield from self._columns(f"{name}{index}", element_part, offset_ns)
         elif isinstance(value, str):
-            if not self._no_texts:
-                yield name, _cell(value)
+            yield name, _cell(value)
         elif not isinstance(value, (bytes, bytearray)):
             yield name, _plain(value, offset_ns)
 

@@ -255,6 +255,7 @@ class LaunchSession:
         self._set_title(self._master.uri)
         if self.owns_master:
             self._console.say(f"master {self._master.binding}")
+        if self._master.sets_run_id:
             self._console.bold(f"setting /run_id to {run_id}")
 
     def _start_nodes(self, launch: Launch, placement: Placement, log: LauncherLog) -> None:

@@ -26,6 +26,7 @@ class SessionMaster:
 
     Attributes:
         environment: of the session, with the URI of its master.
+        sets_run_id: whether `start` sets `/run_id`: of a master of our own, or of one that has none.
     """
 
     def __init__(
@@ -52,6 +53,7 @@ class SessionMaster:
         self._console = console
         self._is_core = is_core
         self._is_running = False
+        self.sets_run_id = True
         self._options = replace(options, on_shutdown=lambda _reason: on_shutdown())
         self._core: Core | None = None
 
@@ -84,14 +86,16 @@ class SessionMaster:
         finally:
             client.close()
         self._is_running = run_id is not None
+        self.sets_run_id = not run_id
         return run_id
 
     def start(self, run_id: str, log_folder: Path) -> None:
-        """Starts a master, unless `find` found one.
+        """Starts a master, unless `find` found one. That gets the run id if it has none.
 
         Raises:
             LaunchError: a master runs where a core was to be started; it would be on another computer; the
                 port is taken.
+            Unreachable: the master that was found has ended.
         """
         if self._is_running:
             if self._is_core:
@@ -100,6 +104,8 @@ class SessionMaster:
                     "Please kill other roscore/master processes before relaunching.\n"
                     f"The ROS_MASTER_URI is {self.uri}"
                 )
+            if self.sets_run_id:
+                self._set_run_id(run_id)
             return
         host, port = split_master_uri(self.uri)
         if self._is_core:
@@ -144,6 +150,13 @@ class SessionMaster:
         """Ends a master of our own. Harmless when nothing was started."""
         if self._core is not None:
             self._core.stop()
+
+    def _set_run_id(self, run_id: str) -> None:
+        client = MasterClient(self.uri, CALLER_ID, timeout_s=_ANSWER_S)
+        try:
+            client.set_param("/run_id", run_id)
+        finally:
+            client.close()
 
     def _warn_about_port(self, port: int) -> None:
         _, requested = split_master_uri(self._requested_uri)

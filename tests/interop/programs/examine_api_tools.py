@@ -65,6 +65,7 @@ def examine_rostopic():
     from std_msgs.msg import String
 
     import rostopic
+    from genpy import Time
 
     begin("rostopic")
     pose = PoseStamped()
@@ -79,6 +80,9 @@ def examine_rostopic():
         {"count": 1, "echo_all_topics": True},
         {"fixed_numeric_width": 8},
         {"field_filter_fn": field_filter},
+        {"plot": True},
+        {"plot": True, "field_filter_fn": field_filter},
+        {"plot": True, "field_filter_fn": rostopic.create_field_filter(True, True)},
         {"value_transform_fn": rostopic.create_value_transform(True, True)},
         {"filter_fn": lambda message: False},
         {"echo_clear": True},
@@ -88,6 +92,8 @@ def examine_rostopic():
         echo = rostopic.CallbackEcho("/t", **options)
         for _ in range(2):
             examine(f"echo {sorted(more)}", lambda: printed(lambda: echo.callback(pose, arguments)))
+        received = Time(7, 9)
+        examine("received", lambda: printed(lambda: echo.callback(pose, arguments, current_time=received)))
         examine("state", lambda: (echo.done, echo.count, echo.prefix, echo.suffix, echo.max_count))
     other = {"topic": "/other", "type_information": "std_msgs/String"}
     examine("other", lambda: printed(lambda: rostopic.CallbackEcho("/t", None).callback(String("x"), other)))

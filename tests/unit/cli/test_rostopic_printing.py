@@ -6,7 +6,7 @@ from pipros.graph.elide import Elision
 from pipros.graph.errors import GraphError
 from pipros.graph.message_filter import MessageFilter
 from pipros.graph.message_path import Part
-from pipros.graph.plot import Plot
+from pipros.graph.plot import Plot, field_filter
 from pipros.graph.raw_decoder import RawDecoder
 from pipros.msg import load_message_class
 from pipros.msg.text import strify_message
@@ -49,6 +49,16 @@ def test_a_row_has_a_column_for_each_element() -> None:
 
 def test_octets_have_no_columns() -> None:
     assert "data" not in Plot().heading(Part(Image(data=b"abc"), Image._type))
+
+
+@pytest.mark.parametrize(("no_arrays", "no_texts"), [(True, False), (False, True), (True, True)])
+def test_arrays_and_texts_of_messages_can_be_left_out(no_arrays: bool, no_texts: bool) -> None:
+    scan = LaserScan(ranges=(1.0,))
+    plot = Plot(field_filter(no_arrays=no_arrays, no_texts=no_texts))
+    heading = plot.heading(Part(scan, LaserScan._type))
+    assert ("ranges0" in heading, "frame_id" in heading) == (not no_arrays, not no_texts)
+    assert plot.row(Part(scan, LaserScan._type), 1).count(",") == heading.count(",")
+    assert plot.row(Part([1.0], "float32[]"), 1) == "1,1.0"  # what was asked for is shown
 
 
 def test_an_offset_is_taken_off_points_in_time() -> None:

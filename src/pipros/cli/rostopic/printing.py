@@ -12,7 +12,7 @@ from pipros.graph.elide import Elision
 from pipros.graph.listening import TopicPart
 from pipros.graph.message_filter import MessageFilter
 from pipros.graph.message_path import Part, describe_path, extract
-from pipros.graph.plot import Plot
+from pipros.graph.plot import Plot, field_filter
 from pipros.graph.raw_decoder import RawDecoder
 from pipros.msg.text import strify_message
 from pipros.msg.time import NS_PER_S, Time
@@ -36,7 +36,7 @@ class MessagePrinter:
         self._decoder = RawDecoder()
         self._left = options.count
         self._filter = MessageFilter(options.expression) if options.expression else None
-        self._plot = Plot(no_arrays=options.no_arrays, no_texts=options.no_texts)
+        self._plot = Plot(field_filter(no_arrays=options.no_arrays, no_texts=options.no_texts))
         self._elision = Elision(no_arrays=options.no_arrays, no_texts=options.no_texts)
         self._elides = options.no_arrays or options.no_texts
         self._has_heading = False
@@ -45,10 +45,10 @@ class MessagePrinter:
 
     def show(self, raw: RawMessage) -> None:
         """Prints a message or the requested part of it; a message without that part prints an error."""
-        self.show_message(self._decoder.decode(raw), self._now_ns(), self._source.topic)
+        self.show_message(self._decoder.decode(raw), None, self._source.topic)
 
-    def show_message(self, message: Any, time_ns: int, topic: str) -> None:
-        """As `show`, for a message that came at a certain time."""
+    def show_message(self, message: Any, received_ns: int | None, topic: str) -> None:
+        """As `show`, for a message that was received at a known time: that is the time of its row."""
         if self._filter is not None and not self._filter(message, topic):
             return
         try:
@@ -59,7 +59,7 @@ class MessagePrinter:
         except IndexError as error:
             print(f"{error}: {describe_path(self._source.path)}", file=sys.stderr)
             return
-        text = self._as_row(message, part, time_ns) if self._options.plot else self._as_text(part)
+        text = self._as_row(message, part, received_ns) if self._options.plot else self._as_text(part)
         sys.stdout.write(text)
         sys.stdout.flush()
         if self._left is not None:
@@ -76,9 +76,12 @@ class MessagePrinter:
     def _now_ns(self) -> int:
         return 0 if self._clock is None else self._clock.now_ns()
 
-    def _as_row(self, message: Any, part: Part, now_ns: int) -> str:
-        is_stamped = part.value is message and message._has_header
-        time_ns = message.header.stamp.to_nsec() if is_stamped else now_ns
+    def _as_row(self, message: Any, part: Part, received_ns: int | None) -> str:
+        now_ns = time_ns = self._now_ns()
+        if received_ns is not None:
+            time_ns = received_ns
+        elif part.value is message and message._has_header:
+            time_ns = message.header.stamp.to_nsec()
         heading = ""
         if not self._has_heading:
             self._has_heading = True
