@@ -16,8 +16,8 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-#: The delay before SIGINT is sent again; the report is over by then.
 _AGAIN_S = 0.02
+"""The delay before SIGINT is sent again; the report is over by then."""
 
 
 def install() -> None:

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     Say = Callable[[str], object]
     """Writes a text to the user."""
 
-#: Longer texts of peers are cut when they are quoted.
 QUOTE_LIMIT = 200
+"""Longer texts of peers are cut when they are quoted."""
 
 
 def printable(value: object, limit: int = QUOTE_LIMIT) -> str:

@@ -15,7 +15,6 @@ from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_server import RpcServer
 from rosgraph.network import get_host_name
 
-#: Servers of the standard library, which cost more to import than all of the above.
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
@@ -25,6 +24,7 @@ __getattr__, __dir__ = lazy_names(
         "isstring": "rosgraph.names",
     },
 )
+"""Servers of the standard library, which cost more to import than all of the above."""
 
 _log = logging.getLogger("xmlrpc")
 

@@ -7,8 +7,8 @@ from roslib.launcher import load_manifest as load_manifest
 
 __all__ = ["is_interactive", "load_manifest", "set_interactive"]
 
-#: Modules that are attributes after `import roslib` in Noetic; imported on first use.
 _MODULES = ("exceptions", "manifest", "packages", "stacks")
+"""Modules that are attributes after `import roslib` in Noetic; imported on first use."""
 
 _interactive = [False]
 

@@ -16,8 +16,8 @@ from pipros.msg import time as msg_time
 from rospy.rostime import get_time, in_seconds
 from rospy.session import session
 
-#: The levels as `/rosout` and `init_node(log_level=)` number them.
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
+"""The levels as `/rosout` and `init_node(log_level=)` number them."""
 
 
 class Log(Protocol):

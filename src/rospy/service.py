@@ -22,9 +22,9 @@ from rospy.rostime import in_seconds
 from rospy.session import session
 from rospy.topics import DEFAULT_BUFF_SIZE
 
-#: How often wait_for_service looks again, and how long one look may take.
 _LOOK_INTERVAL_S = 0.3
 _LOOK_LIMIT_S = 10.0
+"""How often wait_for_service looks again, and how long one look may take."""
 
 logger = logging.getLogger("rospy.service")
 

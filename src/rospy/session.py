@@ -400,12 +400,12 @@ class Session:
         self.end(f"external shutdown request: {reason}")
 
 
-#: Loggers that tools expect a rospy node to list; a program may log by them, too.
 _INTERNAL_LOGGERS = (
     *("rospy", "rospy.client", "rospy.core", "rospy.init", "rospy.internal", "rospy.registration"),
     *("rospy.impl", "rospy.impl.masterslave", "rospy.rosout", "rospy.service", "rospy.simtime"),
     *("rospy.tcpros", "rospy.topics", "rosgraph", "rosgraph.network", "xmlrpc"),
 )
+"""Loggers that tools expect a rospy node to list; a program may log by them, too."""
 
 
 def _say_that_there_is_no_master(node: Node) -> None:

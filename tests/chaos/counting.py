@@ -11,8 +11,8 @@ from pathlib import Path
 from pipros.net.workers import KEPT_IDLE
 from tests.support.waiting import wait_until
 
-#: What the allocator may keep of its own accord.
 _MEMORY_SLACK_BYTES = 4 * 1024 * 1024
+"""What the allocator may keep of its own accord."""
 
 
 @dataclass(frozen=True, slots=True)

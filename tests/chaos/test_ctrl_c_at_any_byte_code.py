@@ -15,8 +15,8 @@ from tests.support.processes import Processes
 
 String = load_message_class("std_msgs/String")
 
-#: Spread over the start of the node and its wait. Where a wait has fewer byte codes, SIGINT comes during it.
 MOMENTS = (*range(30, 400, 40), *range(1000, 1250, 50))
+"""Spread over the start of the node and its wait. A wait with fewer byte codes gets SIGINT while it lasts."""
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the runs are forked children")

@@ -25,8 +25,6 @@ SCRIPT = Path(__file__).parent / "client_matrix" / "peer.py"
 PEERS = ("pipros", "rospy", "roscpp")
 RUN_TIMEOUT_S = 40
 
-#: What the first peer says or serves and the second one hears or calls: the line that proves it.
-#: With two marks, every peer must find it: what the second relayed, what the second measured.
 DIRECT = {
     "plain": "@ plain {0} 30 in order, std_msgs/String from /{0}",
     "nodelay": "@ nodelay {0} 30 in order, std_msgs/String from /{0}",
@@ -43,6 +41,8 @@ SEEN_BY_ALL = {
     "relay": "@ relay {0} {1} sent by {0} from /{1}",
     "statistics": "@ statistics {0} /{0} heard by /{1}",
 }
+"""What the first peer says or serves and the second one hears or calls: the line that proves it.
+With two marks, every peer must find it: what the second relayed, what the second measured."""
 
 
 def cells() -> list[tuple[str, str, str, str]]:

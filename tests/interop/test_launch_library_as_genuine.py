@@ -46,7 +46,6 @@ MANIFEST = (
     '<maintainer email="a@example.org">A</maintainer><license>Apache-2.0</license></package>'
 )
 
-#: Where pipros differs on purpose, by label; why.
 DIFFERENT = {
     "no xml": "errors have the words of pipros, with file, line and column",
     "bad element": "likewise",
@@ -55,6 +54,7 @@ DIFFERENT = {
     "unset ignored": "genuine reads nothing after the first argument that is not set",
     "dead start": "it is a RuntimeError here",
 }
+"""Where pipros differs on purpose, by label; why."""
 
 
 TEST_PROGRAM = """#!/usr/bin/env python3

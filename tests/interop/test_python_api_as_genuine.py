@@ -20,7 +20,6 @@ import pytest
 from tests.interop.python_api_differences import DIFFERENCES, Difference, Kind, as_markdown
 from tests.support.environments import REPOSITORY, genuine_environment, make_tool_folder, pipros_environment
 
-#: As far as they are complete.
 PACKAGES = [
     "catkin",
     "genmsg",
@@ -40,11 +39,11 @@ PACKAGES = [
     "rosunit",
     "roswtf",
 ]
+"""As far as they are complete."""
 
-#: Modules of genuine ROS that cannot be imported there, either.
 BROKEN_IN_GENUINE = {"rospy.impl.udpros"}
+"""Modules of genuine ROS that cannot be imported there, either."""
 
-#: Private names that published packages use all the same.
 PRIVATE_NAMES = {
     "rospy.client": ["_init_node_args"],
     "rospy.core": ["_client_ready", "_in_shutdown", "_shutdown_hooks", "_uri"],
@@ -53,8 +52,8 @@ PRIVATE_NAMES = {
     "rospy.rostime": ["_set_rostime"],
     "rospy.topics": ["_PublisherImpl", "_SubscriberImpl", "_TopicImpl", "_TopicManager"],
 }
+"""Private names that published packages use all the same."""
 
-#: Programs that call functions with good and bad arguments: how many calls there are at least.
 SCRIPTS = {
     "examine_api_catkin.py": 50,
     "examine_api_definitions.py": 500,
@@ -63,6 +62,7 @@ SCRIPTS = {
     "examine_api_roslib.py": 250,
     "examine_api_tools.py": 100,
 }
+"""Programs that call functions with good and bad arguments: how many calls there are at least."""
 
 Described = Mapping[str, Any]
 Parameter = tuple[str, str, bool, object]

@@ -32,14 +32,13 @@ ARGUMENTS = [
     "__log:=probe.log",
 ]
 
-#: Where this rospy differs on purpose: (part, label) -> why.
 DELIBERATE = {
     ("times", "rate 0"): "the words of the ZeroDivisionError are Python's own",
     ("parameters", "namespace"): "genuine answers from its cache of one parameter, and forgets the others",
 }
+"""Where this rospy differs on purpose: (part, label) -> why."""
 
 
-#: Script and arguments -> how many outcomes it has at least.
 SCRIPTS = {
     ("examine_rospy.py", *ARGUMENTS): 150,
     ("examine_early_names.py", *REMAPPINGS): 200,
@@ -49,6 +48,7 @@ SCRIPTS = {
     ("examine_durations.py",): 40,
     ("examine_the_rest.py",): 80,
 }
+"""Script and arguments -> how many outcomes it has at least."""
 
 
 def run(side: Side, python: str, script: str, *arguments: str) -> list[str]:

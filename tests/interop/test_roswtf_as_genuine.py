@@ -19,8 +19,8 @@ NODE = (
     "print('up', flush=True); rospy.spin()\n"
 )
 
-#: Rules about rosdep, pip and ssh libraries that pipros does without.
 _LEFT_OUT = re.compile(r"rosdep|ROS Dep|pycrypto|paramiko|Debian packages|pip installed|core ROS Python")
+"""Rules about rosdep, pip and ssh libraries that pipros does without."""
 
 
 @pytest.fixture

@@ -19,10 +19,9 @@ from tests.support.ports import ClaimedPort
 from tests.support.processes import Process, Processes
 from tests.support.waiting import wait_until
 
-#: Half a second is promised; what is looked for here are waits of many seconds.
 AT_ONCE_S = 4.0
+"""Half a second is promised; what is looked for here are waits of many seconds."""
 
-#: The answers for such names never come.
 SILENT_NAMES = """
 import socket, time
 known = socket.getaddrinfo
@@ -33,6 +32,7 @@ def getaddrinfo(host, *args, **options):
     return known(host, *args, **options)
 socket.getaddrinfo = getaddrinfo
 """
+"""The answers for such names never come."""
 
 HEAD = f"""
 {SILENT_NAMES}

@@ -49,8 +49,8 @@ def genuine_environment(home: Path, master_uri: str) -> dict[str, str]:
     }
 
 
-#: Lets genuine catkin generate C++ only, where no other language is looked at: a third of the time.
 CPP_ONLY = {"ROS_LANG_DISABLE": "geneus:genlisp:gennodejs:genpy"}
+"""Lets genuine catkin generate C++ only, where no other language is looked at: a third of the time."""
 
 
 def _common(home: Path, master_uri: str) -> dict[str, str]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from typing import Protocol
 
-#: Of a longer output the first and last lines are shown.
 _HEAD_LINES, _TAIL_LINES = 100, 300
+"""Of a longer output the first and last lines are shown."""
 
 
 class Program(Protocol):

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from pipros.node import Node
 from pipros.wire.header import encode_header
 
-#: Small, so that little goes out to a subscriber that does not read.
 BUFFER_BYTES = 16 * 1024
+"""Small, so that little goes out to a subscriber that does not read."""
 
 
 @contextlib.contextmanager

@@ -21,8 +21,8 @@ Usage:
 \trosgraph
 """
 
-#: Noetic's exit code after the usage, except with --help.
 USAGE_ERROR = 255
+"""Noetic's exit code after the usage, except with --help."""
 
 LOOK_INTERVAL_S = 1.0
 

@@ -32,7 +32,7 @@ class Plot:
     """Flattens values to columns, one for each element of an array."""
 
     def __init__(self, shown: FieldFilter | None = None) -> None:
-        """`shown` chooses the fields of each message; a value that is no message is always shown."""
+        """`shown` chooses the fields of each message; other values are always shown."""
         self._shown = shown
 
     def heading(self, part: Part) -> str:

@@ -10,11 +10,11 @@ from pipros.net.sockets import GATHER_LIMIT
 
 Buffer = bytes | memoryview
 
-#: A frame with its length in front, as buffers to be written in order.
 Frame = Sequence[Buffer]
+"""A frame with its length in front, as buffers to be written in order."""
 
-#: The rest of a buffer of this size is worth a short wait until the socket is writable.
 LARGE_BYTES = 64 * 1024
+"""The rest of a buffer of this size is worth a short wait until the socket is writable."""
 
 
 class Backlog:

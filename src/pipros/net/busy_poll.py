@@ -22,18 +22,18 @@ from pipros.net import sockets
 
 T = TypeVar("T")
 
-#: The longest poll for the next message of a stream: about the cost of a wake-up for both sides together.
 STREAM_POLL_S: Final = 50e-6
+"""The longest poll for the next message of a stream: about the cost of a wake-up for both sides together."""
 
-#: The longest poll for a reply: the caller waits for it, and replies are rarer than messages.
 REPLY_POLL_S: Final = 100e-6
+"""The longest poll for a reply: the caller waits for it, and replies are rarer than messages."""
 
-#: The largest number of opportunities that are skipped after trials that did not pay.
 LONGEST_PAUSE: Final = 1024
+"""The largest number of opportunities that are skipped after trials that did not pay."""
 
 _DONTWAIT: Final[int] = getattr(socket, "MSG_DONTWAIT", 0)
-#: With a single processor the sender makes no progress while we poll.
 _MAY_POLL: Final = bool(_DONTWAIT) and (os.cpu_count() or 1) > 1
+"""With a single processor the sender makes no progress while we poll."""
 
 _yield_cpu: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: time.sleep(0))
 

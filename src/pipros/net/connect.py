@@ -10,8 +10,8 @@ from pipros.errors import Interrupted
 from pipros.net import sockets
 from pipros.net.lookup import Lookups, process_lookups
 
-#: How often a wait for a connection checks whether it was interrupted.
 SLICE_S = 0.1
+"""How often a wait for a connection checks whether it was interrupted."""
 
 
 class Connector:

@@ -8,15 +8,15 @@ from collections.abc import Iterable
 from pipros.net import sockets
 from pipros.net.outgoing import OutgoingLink
 
-#: How long a publisher with a queue waits for a subscriber that reads, to send the rest of a large frame.
-#: A subscriber that did not read is not waited for again until it has caught up.
 LARGE_FRAME_WAIT_S = 0.0005
+"""How long a publisher with a queue waits for a subscriber that reads, to send the rest of a large frame.
+A subscriber that did not read is not waited for again until it has caught up."""
 
-#: The longest such wait for all subscribers together, while they read: the event loop sends the rest.
 LARGE_FRAMES_WAIT_S = 0.02
+"""The longest such wait for all subscribers together, while they read: the event loop sends the rest."""
 
-#: How often a wait checks whether links were closed.
 WATCH_CLOSE_S = 0.1
+"""How often a wait checks whether links were closed."""
 
 
 def flush_or_queue(links: Iterable[OutgoingLink], limit_s: float) -> None:

@@ -22,29 +22,29 @@ from pipros.net import sockets
 from pipros.net.busy_poll import AdaptiveBackoff, PollingReceiver
 from pipros.wire.frames import FrameBuffer
 
-#: After a delivery longer than this the socket is read again. A smaller value would cost fast callbacks.
 SLOW_DELIVERY_S = 0.001
+"""After a delivery longer than this the socket is read again. A smaller value would cost fast callbacks."""
 
-#: How long a link may deliver before the other links of its topic may. (Passing the lock on after each
-#: message would cost more than the messages.)
 TURN_S = 0.001
+"""How long a link may deliver before the other links of its topic may. (Passing the lock on after each
+message would cost more than the messages.)"""
 
-#: A sleep, which takes as long as the system's timers make it (some 60 microseconds on Linux), pays when
-#: this many frames arrived meanwhile.
 NAP_S = 1e-6
 NAP_FRAMES = 8
+"""A sleep, which takes as long as the system's timers make it (some 60 microseconds on Linux), pays when
+this many frames arrived meanwhile."""
 
-#: How long reading may continue when the peer sends faster than this link reads.
 DRAIN_LIMIT_S = 0.1
+"""How long reading may continue when the peer sends faster than this link reads."""
 
-#: A socket that held this much had its window closed: the peer holds more, and sends it at
-#: once; reading continues until nothing has come for QUIET_S.
 FULL_WINDOW_BYTES = 64 * 1024
 QUIET_S = 0.002
+"""A socket that held this much had its window closed: the peer holds more, and sends it at
+once; reading continues until nothing has come for QUIET_S."""
 
 
-#: A link that was silent for so long frees the memory of its large messages.
 KEEP_LARGE_S = 5.0
+"""A link that was silent for so long frees the memory of its large messages."""
 
 
 @dataclass(slots=True)

@@ -22,19 +22,19 @@ from pipros.errors import Interrupted
 if TYPE_CHECKING:
     from pipros.net.workers import Workers
 
-#: How long an answer is cached: addresses, and failures.
 FOUND_S: Final = 10.0
 FAILED_S: Final = 2.0
+"""How long an answer is cached: addresses, and failures."""
 
-#: How many answers are cached.
 KNOWN_LIMIT: Final = 1000
+"""How many answers are cached."""
 
-#: How often a wait for an answer checks whether it was cancelled.
 SLICE_S: Final = 0.1
+"""How often a wait for an answer checks whether it was cancelled."""
 
-#: Family, kind, protocol, canonical name, and socket address.
 Address = tuple[int, int, int, str, tuple[Any, ...]]
 Resolve = Callable[..., list[Any]]
+"""Family, kind, protocol, canonical name, and socket address."""
 
 
 class Answer:

@@ -16,9 +16,9 @@ from pipros.net.workers import Workers
 
 T = TypeVar("T")
 
-#: A closed transport (for example of a task that was cancelled during an accept) closes its socket
-#: two iterations of the loop later.
 CLOSING_TURNS = 3
+"""A closed transport (for example of a task that was cancelled during an accept) closes its socket
+two iterations of the loop later."""
 
 
 class BackgroundLoop:

@@ -31,11 +31,11 @@ from pipros.net import sockets
 from pipros.net.backlog import Backlog, Frame
 from pipros.net.loop import BackgroundLoop
 
-#: How often a link is checked for a peer that has stopped acknowledging.
 CHECK_PEER_INTERVAL_S = 5.0
+"""How often a link is checked for a peer that has stopped acknowledging."""
 
-#: How often a link that stalled is checked for having caught up.
 CHECK_STALLED_INTERVAL_S = 0.1
+"""How often a link that stalled is checked for having caught up."""
 
 _READ_BYTES = 4096
 

@@ -15,21 +15,21 @@ from pipros.wire.uri import host_and_port
 _DONTWAIT: int = getattr(socket, "MSG_DONTWAIT", 0)
 _QUICKACK: int = getattr(socket, "TCP_QUICKACK", 0)
 
-#: The most buffers that one gathered write may take (IOV_MAX on Linux, macOS and Windows is no less).
 GATHER_LIMIT = 512
+"""The most buffers that one gathered write may take (IOV_MAX on Linux, macOS and Windows is no less)."""
 
-#: A peer that is gone without closing is detected after about idle + interval * count seconds.
 KEEPALIVE_IDLE_S = 20
 KEEPALIVE_INTERVAL_S = 5
 KEEPALIVE_COUNT = 4
 KEEPALIVE_LIMIT_S = KEEPALIVE_IDLE_S + KEEPALIVE_INTERVAL_S * KEEPALIVE_COUNT
+"""A peer that is gone without closing is detected after about idle + interval * count seconds."""
 
-#: How many ports are tried to find one that is free at all addresses.
 _ATTEMPTS = 10
+"""How many ports are tried to find one that is free at all addresses."""
 
-#: The beginning of Linux's `struct tcp_info`: bytes 2 and 3 count unanswered retransmissions and probes;
-#: the 13th of the 32-bit numbers is the age of the last acknowledgement in milliseconds.
 _TCP_INFO = struct.Struct("=8B13I")
+"""The beginning of Linux's `struct tcp_info`: bytes 2 and 3 count unanswered retransmissions and probes;
+the 13th of the 32-bit numbers is the age of the last acknowledgement in milliseconds."""
 
 
 @contextlib.contextmanager

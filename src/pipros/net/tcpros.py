@@ -24,16 +24,16 @@ from pipros.net.rpc_client import reason_of
 from pipros.wire.handshake import refuse
 from pipros.wire.header import HeaderReader, encode_header
 
-#: The delay before the next attempt when there were no descriptors for new connections.
 RETRY_ACCEPT_S = 0.1
+"""The delay before the next attempt when there were no descriptors for new connections."""
 
-#: The share of the process's descriptors for a node's TCPROS connections.
 DESCRIPTORS_SHARE = 0.75
+"""The share of the process's descriptors for a node's TCPROS connections."""
 
 _CHECK_OVERDUE_EVERY_S = 1.0
 
-#: Connections that wait to be accepted. Beyond them, clients try again after a second.
 _BACKLOG = 1024
+"""Connections that wait to be accepted. Beyond them, clients try again after a second."""
 
 _CHUNK_BYTES = 16 * 1024
 

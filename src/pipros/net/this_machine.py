@@ -20,15 +20,15 @@ from pipros.limits import Limits, process_limits
 from pipros.net.address import ANY, ANY_IPV6, is_loopback, plain_address
 from pipros.net.lookup import Lookups, process_lookups
 
-#: Addresses for documentation (RFC 5737, RFC 3849). If even these can be bound, binding proves nothing.
 _DOCUMENTATION_ADDRESSES: Final = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}
 _DISCARD_PORT: Final = 9
+"""Addresses for documentation (RFC 5737, RFC 3849). If even these can be bound, binding proves nothing."""
 
 _SOCKET_TABLES: Final = (Path("/proc/net/tcp"), Path("/proc/net/tcp6"))
 _ESTABLISHED: Final = "01"
 _LISTENING: Final = "0A"
-#: The inode of a socket that no process has open any more. Its owner is shown as root.
 _ORPHAN: Final = "0"
+"""The inode of a socket that no process has open any more. Its owner is shown as root."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
 
-#: The number of idle threads that are kept; starting one takes longer than many service calls.
 KEPT_IDLE = 4
+"""The number of idle threads that are kept; starting one takes longer than many service calls."""
 
 Job = tuple[Callable[..., object], tuple[Any, ...]]
 

@@ -9,11 +9,11 @@ from typing import Final, TypeVar
 
 T = TypeVar("T")
 
-#: An attempt that takes longer makes room for others: most hosts that take so long do not answer at all.
 SLOW_S: Final = 1.0
+"""An attempt that takes longer makes room for others: most hosts that take so long do not answer at all."""
 
-#: For each attempt that is allowed, so many slow ones may go on at the same time.
 SLOW_FACTOR: Final = 10
+"""For each attempt that is allowed, so many slow ones may go on at the same time."""
 
 
 class Attempts:

@@ -14,8 +14,8 @@ from pipros.errors import PiprosError
 from pipros.interruptible_wait import OnceEvent, wait_in_slices
 from pipros.msg.time import NS_PER_S
 
-#: A wait for simulated time that has not started is reported after so many seconds (ros_comm#2111).
 SILENCE_S = 5.0
+"""A wait for simulated time that has not started is reported after so many seconds (ros_comm#2111)."""
 
 
 class TimeMovedBackwards(PiprosError):

@@ -7,9 +7,9 @@ from typing import Final
 
 from pipros.net.loop import BackgroundLoop
 
-#: How many warnings are logged in full before the others are only counted, and again after each report.
 FULL: Final = 3
 REPORT_S: Final = 10.0
+"""How many warnings are logged in full before the others are only counted, and again after each report."""
 
 
 class Complaints:

@@ -9,8 +9,8 @@ from pipros import names
 from pipros.env import Environment
 from pipros.errors import InvalidName
 
-#: The base name of a process that has not started a node.
 UNNAMED = "unnamed"
+"""The base name of a process that has not started a node."""
 
 
 @dataclass(frozen=True, slots=True)

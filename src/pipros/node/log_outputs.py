@@ -21,7 +21,6 @@ from pipros.node.publisher import Publisher
 
 _ROSOUT_QUEUE_SIZE = 100
 
-#: The levels of Python's logging for those of ROS.
 _LOGGING_LEVELS = {
     1: logging.DEBUG,
     2: logging.INFO,
@@ -29,6 +28,7 @@ _LOGGING_LEVELS = {
     8: logging.ERROR,
     16: logging.CRITICAL,
 }
+"""The levels of Python's logging for those of ROS."""
 
 
 def open_console_and_file(node: Node, logger: logging.Logger, level: int | None) -> None:

@@ -42,8 +42,8 @@ if TYPE_CHECKING:
     from pipros.node.topic_statistics import WindowLimits
 
 
-#: How often a node that found no master tries again.
 MASTER_RETRY_S = 0.2
+"""How often a node that found no master tries again."""
 
 
 class Node:

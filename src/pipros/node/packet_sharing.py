@@ -13,23 +13,23 @@ from typing import Final, Protocol
 
 from pipros.net.loop import BackgroundLoop
 
-#: Messages up to this size share packets when they follow each other closely.
 SHARED_BYTES: Final = 8 * 1024
+"""Messages up to this size share packets when they follow each other closely."""
 
-#: Messages closer than this belong together: at 5,000 a second and more.
 CLOSE_S: Final = 200e-6
+"""Messages closer than this belong together: at 5,000 a second and more."""
 
-#: So many close ones make a burst. One that is late, because its publisher had to wait for a processor,
-#: cancels LATE of them: a few in a row end the burst.
 RUN_LENGTH: Final = 32
 LATE: Final = 8
+"""So many close ones make a burst. One that is late, because its publisher had to wait for a processor,
+cancels LATE of them: a few in a row end the burst."""
 
-#: A pause of this length ends a burst without a further message.
 SILENCE_S: Final = 1e-3
+"""A pause of this length ends a burst without a further message."""
 
-#: How often a burst is checked for its end: its last messages may wait this long in a shared packet when
-#: the subscriber is slow to acknowledge those before.
 CHECK_S: Final = 0.01
+"""How often a burst is checked for its end: its last messages may wait this long in a shared packet when
+the subscriber is slow to acknowledge those before."""
 
 
 class BurstDetector:

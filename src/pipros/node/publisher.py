@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from pipros.msg.base import Message
 
 
-#: Frames up to this size are joined and written by one plain send; larger ones are never copied.
 JOIN_LIMIT_BYTES = 32 * 1024
+"""Frames up to this size are joined and written by one plain send; larger ones are never copied."""
 
-#: What was published last should arrive, but no slow subscriber keeps a node from ending.
 FAREWELL_S = 0.2
+"""What was published last should arrive, but no slow subscriber keeps a node from ending."""
 
 _pack_length = struct.Struct("<I").pack
 

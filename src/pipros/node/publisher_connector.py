@@ -11,19 +11,19 @@ from pipros.node.complaints import Complaints
 from pipros.node.context import NodeContext
 from pipros.printable import printable
 
-#: Waits between attempts to reach a publisher that the master still lists.
 RETRY_FIRST_S = 0.1
 RETRY_LONGEST_S = 5.0
+"""Waits between attempts to reach a publisher that the master still lists."""
 
-#: After a refusal: what is wrong is seldom cured by itself, but a publisher without room has room later.
 RETRY_REFUSED_FIRST_S = 5.0
 RETRY_REFUSED_LONGEST_S = 60.0
+"""After a refusal: what is wrong is seldom cured by itself, but a publisher without room has room later."""
 
-#: Is done when a link has ended: what broke it, or an empty text.
 LinkEnd = asyncio.Future[str]
+"""Is done when a link has ended: what broke it, or an empty text."""
 
-#: Links to the publisher at a URI; returns what tells the end of the link.
 Connect = Callable[[str], Awaitable[LinkEnd]]
+"""Links to the publisher at a URI; returns what tells the end of the link."""
 
 
 class PublisherConnector:

@@ -17,12 +17,12 @@ from pipros.errors import Interrupted, PiprosError, Refused, Unreachable
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_async_client import call_async
 
-#: How often the master is asked whether it still knows the node.
 WATCH_INTERVAL_S = 1.0
-#: A master that takes longer is busy; the next round asks again.
+"""How often the master is asked whether it still knows the node."""
 WATCH_DEADLINE_S = 5.0
-#: A node that ends waits no longer than this for a master that hangs.
+"""A master that takes longer is busy; the next round asks again."""
 FAREWELL_DEADLINE_S = 0.3
+"""A node that ends waits no longer than this for a master that hangs."""
 
 
 class Entry(Protocol):

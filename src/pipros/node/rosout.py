@@ -14,8 +14,8 @@ from pipros.node.logger_services import serve_loggers
 from pipros.node.node import Node
 from pipros.printable import listed, printable_lines
 
-#: Lines that may wait for one reader of `/rosout_agg`, as in genuine rosout.
 QUEUE_SIZE = 1000
+"""Lines that may wait for one reader of `/rosout_agg`, as in genuine rosout."""
 
 _NAMES = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
 

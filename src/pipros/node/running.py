@@ -19,10 +19,10 @@ from pipros.node.endpoints import Endpoints
 from pipros.node.registration import Registrations
 from pipros.node.slave import on_bad_arity
 
-#: How long the end of a node may wait for its event loop to close everything.
 SHUTDOWN_DEADLINE_S = 2.0
-#: How much of the process's descriptors the connections of the slave API may take.
+"""How long the end of a node may wait for its event loop to close everything."""
 RPC_SHARE = 0.125
+"""How much of the process's descriptors the connections of the slave API may take."""
 
 
 class RunningNode:

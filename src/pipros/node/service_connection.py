@@ -29,31 +29,31 @@ from pipros.net.loop import BackgroundLoop
 from pipros.net.tcpros import TcprosConnection
 from pipros.wire.frames import FrameBuffer
 
-#: How long a thread waits for a request, or for room for a reply, before the event loop does.
 THREAD_WAIT_S = 0.05
+"""How long a thread waits for a request, or for room for a reply, before the event loop does."""
 
-#: How long a thread sends a reply to a client that keeps taking some of it.
 SEND_S = 0.5
+"""How long a thread sends a reply to a client that keeps taking some of it."""
 
-#: How many connections of a node may have a thread that waits for a request.
 WAITING_THREADS = 8
+"""How many connections of a node may have a thread that waits for a request."""
 
-#: A peer that sends or reads so much has `Limits.request_s` anew for the rest.
 PROGRESS_BYTES = 1024 * 1024
+"""A peer that sends or reads so much has `Limits.request_s` anew for the rest."""
 
-#: The most that the event loop takes from one connection in one turn.
 _TURN_BYTES = 256 * 1024
+"""The most that the event loop takes from one connection in one turn."""
 
-#: A client that sends or takes so much at a time is worth waiting for.
 _FLOWING_BYTES = 4 * 1024
+"""A client that sends or takes so much at a time is worth waiting for."""
 
-#: How many smaller pieces of a request a thread waits for.
 _PIECES = 8
+"""How many smaller pieces of a request a thread waits for."""
 
 _pack_reply = struct.Struct("<BI").pack
 
-#: Whether the call succeeded, and the response or the text of the error.
 Reply = tuple[bool, Sequence[bytes | memoryview]]
+"""Whether the call succeeded, and the response or the text of the error."""
 
 
 class Slots:

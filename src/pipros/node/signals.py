@@ -17,14 +17,14 @@ from pipros.interruptible_wait import OnceEvent
 from pipros.interrupts import interrupt_main_thread
 from pipros.node.node import Node
 
-#: Set in the byte that the handler writes, beside the number of the signal.
 _FROM_HANDLER = 0x80
+"""Set in the byte that the handler writes, beside the number of the signal."""
 
-#: The handler and the interpreter report the same signal within this time, if both do.
 _BOTH_REPORT_WITHIN_S = 1.0
+"""The handler and the interpreter report the same signal within this time, if both do."""
 
-#: How long the main thread may go on after the end of the node, and how often it is interrupted from then on.
 _INSIST_AFTER_S = 0.1
+"""How long the main thread may go on after the end of the node, and then how often it is interrupted."""
 
 
 class NotInMainThread(PiprosError, RuntimeError):

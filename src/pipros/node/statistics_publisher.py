@@ -12,11 +12,11 @@ from pipros.msg.time import NS_PER_S, Duration, Time
 from pipros.node.publisher import Publisher
 from pipros.node.topic_statistics import TrafficMeter, Window, WindowLimits
 
-#: Topics that are not measured: measuring them would cause more messages on them.
 UNMEASURED = ("/statistics", "/clock")
+"""Topics that are not measured: measuring them would cause more messages on them."""
 
-#: Stamps and sequence numbers are what peers say; what is too large for its field is cut to what that holds.
 _INT32_MAX = 2**31 - 1
+"""Stamps and sequence numbers come from peers; one that is too large for its field is cut to this."""
 
 
 class StatisticsPublisher:

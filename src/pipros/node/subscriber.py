@@ -25,16 +25,16 @@ if TYPE_CHECKING:
     from pipros.msg.base import Message
 
 
-#: How long a publisher may take to answer `requestTopic`.
 REQUEST_DEADLINE_S = 10.0
+"""How long a publisher may take to answer `requestTopic`."""
 
 Callback = Callable[..., object]
 
-#: Called for every message that arrives: topic, connection header, size in bytes, message.
 MessageObserver = Callable[[str, Mapping[str, str], int, Any], None]
+"""Called for every message that arrives: topic, connection header, size in bytes, message."""
 
-#: Stands for "no callback_args": None is a value that a callback may be given.
 NO_ARGS = object()
+"""Stands for "no callback_args": None is a value that a callback may be given."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,15 +15,15 @@ from collections.abc import Iterator
 from pipros.errors import LimitExceeded
 from pipros.limits import limit_text, process_limits
 
-#: Buffers start small, for nodes with hundreds of quiet topics, and grow to the second size under traffic.
 _INITIAL_BYTES = 4 * 1024
 _COMFORTABLE_BYTES = 128 * 1024
+"""Buffers start small, for nodes with hundreds of quiet topics, and grow to the second size under traffic."""
 
-#: After being emptied this many times, a large buffer is replaced by a smaller one if that would do.
 _ROUNDS = 100
+"""After being emptied this many times, a large buffer is replaced by a smaller one if that would do."""
 
-#: Of a reply: one byte for success, four for the length of the rest.
 _REPLY_HEAD_BYTES = 5
+"""Of a reply: one byte for success, four for the length of the rest."""
 
 _unpack_length = struct.Struct("<I").unpack_from
 

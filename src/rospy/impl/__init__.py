@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from types import ModuleType
 
-#: What `import rospy` makes attributes in Noetic, and what is imported here when it is asked for.
 _MODULES = (
     *("init", "masterslave", "paramserver", "registration", "rosout", "simtime", "statistics", "tcpros"),
     *("tcpros_base", "tcpros_pubsub", "tcpros_service", "transport", "validators"),
 )
+"""What `import rospy` makes attributes in Noetic, and what is imported here when it is asked for."""
 
 
 def __getattr__(name: str) -> ModuleType:

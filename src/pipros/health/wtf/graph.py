@@ -69,13 +69,13 @@ graph_warnings: list[Rule] = [
 ]
 
 
-#: Genuine roswtf has these lists, and no rule in them that it applies.
 topic_errors: list[Rule] = []
 topic_warnings: list[Rule] = []
 node_errors: list[Rule] = []
 node_warnings: list[Rule] = []
 service_errors: list[Rule] = []
 service_warnings: list[Rule] = []
+"""Genuine roswtf has these lists, and no rule in them that it applies."""
 
 
 def load_online(ctx: WtfContext, complain: Callable[[str], Any]) -> None:

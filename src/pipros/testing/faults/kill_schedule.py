@@ -7,8 +7,8 @@ import signal
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-#: An orderly end by a person, one by the system, and one without a chance to say anything.
 DEFAULT_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
+"""An orderly end by a person, one by the system, and one without a chance to say anything."""
 
 
 @dataclass(frozen=True, slots=True)

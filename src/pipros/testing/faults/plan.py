@@ -10,8 +10,8 @@ import random
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
-#: A stream without such a fault.
 _NEVER = 1 << 62
+"""A stream without such a fault."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,16 +25,16 @@ from pipros.testing.faults.tcp_proxy import Address, Counts, Switch, TcpProxy
 
 T = TypeVar("T")
 
-#: Kinds of connections: XML-RPC to the master, XML-RPC to nodes, topic links, service links.
 Kind = Literal["master", "nodes", "topics", "services"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
+"""Kinds of connections: XML-RPC to the master, XML-RPC to nodes, topic links, service links."""
 
-#: How long a forwarded call may take; genuine nodes wait for their master without limit.
 _CALL_LIMIT_S = 60.0
 _WAIT_S = 30.0
+"""How long a forwarded call may take; genuine nodes wait for their master without limit."""
 
-#: Their values are the user's, and no addresses.
 _LEFT_ALONE = frozenset({"setParam", "getParam", "paramUpdate"})
+"""Their values are the user's, and no addresses."""
 
 
 class FaultProxy:

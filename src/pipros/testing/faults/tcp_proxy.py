@@ -13,14 +13,14 @@ from pipros.testing.faults.plan import Cut, Faults, FaultyStream
 
 _READ_BYTES = 16 * 1024
 
-#: How many chunks of one direction are under way at most: a sender that is faster waits.
 _CHUNKS = 64
+"""How many chunks of one direction are under way at most: a sender that is faster waits."""
 
 _WRITE_LIMIT_BYTES = 64 * 1024
 _CONNECT_LIMIT_S = 10.0
 
-#: The connection is reset when it is closed: the peer gets an error, and no orderly end.
 _RESET = struct.pack("ii", 1, 0)
+"""The connection is reset when it is closed: the peer gets an error, and no orderly end."""
 
 Address = tuple[str, int]
 

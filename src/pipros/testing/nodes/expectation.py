@@ -13,8 +13,8 @@ from pipros.testing.nodes.run_checks import parameter, poll
 # unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True
 
-#: The default time for a topic or service to appear.
 DEFAULT_TIMEOUT_S = 10.0
+"""The default time for a topic or service to appear."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,11 +18,11 @@ from pipros.testing.script_runner import exit_unless, run_program
 # unittest leaves the frames of modules with this variable out of its reports.
 __unittest = True
 
-#: How often conditions are checked.
 POLL_INTERVAL_S = 0.05
+"""How often conditions are checked."""
 
-#: How long the first message on /clock may take.
 CLOCK_TIMEOUT_S = 10.0
+"""How long the first message on /clock may take."""
 
 
 def run_checks(name: str, class_name: str, **checks: Callable[[Node], None]) -> None:
