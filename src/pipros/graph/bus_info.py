@@ -51,6 +51,17 @@ def rows_of(answer: Any, method: str) -> list[Any]:
     return answer[2]
 
 
+def statistics_of(answer: Any) -> list[Any]:
+    """The rows of an answer to `getBusStats`. roscpp answers with them alone, without code and text.
+
+    Raises:
+        ValueError: the answer is of another form, or an error.
+    """
+    if isinstance(answer, list) and answer and all(isinstance(rows, list) for rows in answer):
+        return answer
+    return rows_of(answer, "getBusStats")
+
+
 def read_row(row: object) -> BusConnection | None:
     """The connection of one row `[id, peer, direction, transport, topic[, is established[, remark]]]`.
 
@@ -75,13 +86,17 @@ def sent_counts(rows: Sequence[Any]) -> Iterator[tuple[str, SentCount]]:
     """What the rows of `getBusStats` say of each outgoing connection, by its id. Malformed rows are left out.
 
     The rows are `[publishers, subscribers, services]`; a publisher is
-    `[topic, bytes, [[id, bytes, messages, …], …]]`.
+    `[topic, bytes, [[id, bytes, messages, connected], …]]`, and of roscpp
+    `[topic, [[id, bytes, bytes of messages, messages, 0], …]]`.
     """
     for row in rows[0] if rows and isinstance(rows[0], list) else ():
         links = row[-1] if isinstance(row, list) and row else None
         for link in links if isinstance(links, list) else ():
-            if isinstance(link, list) and len(link) >= 3 and _are_numbers(link[1:3]):
-                yield str(link[0]), SentCount(link[2], link[1])
+            if not isinstance(link, list) or len(link) < 3:
+                continue
+            size, messages = link[1], link[3] if len(link) >= 5 else link[2]
+            if _are_numbers((size, messages)):
+                yield str(link[0]), SentCount(messages, size)
 
 
 def _are_numbers(values: Sequence[object]) -> bool:

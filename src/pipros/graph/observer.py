@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 from pipros.errors import PiprosError
-from pipros.graph.bus_info import BusConnection, SentCount, established, rows_of, sent_counts
+from pipros.graph.bus_info import BusConnection, SentCount, established, rows_of, sent_counts, statistics_of
 from pipros.graph.system_state import SystemState, TopicConnection
 from pipros.net.rpc_client import RpcClient
 
@@ -168,7 +168,7 @@ class SystemObserver:
                 node.uri = self._master.lookup_node(name)
             info, statistics = self._ask_node(node.uri)
             links = list(established(rows_of(info, "getBusInfo")))
-            counts = dict(sent_counts(rows_of(statistics, "getBusStats")))
+            counts = dict(sent_counts(statistics_of(statistics)))
         except (PiprosError, ValueError, OSError) as error:
             node.failures += 1
             node.error = str(error)

@@ -110,10 +110,14 @@ class TopicWatches:
         self._watches: dict[str, tuple[TopicWatch, Subscriber[RawMessage], int]] = {}
 
     @contextlib.contextmanager
-    def watch(self, topic: str) -> Iterator[TopicWatch]:
-        """Subscribes to a topic as long as one context is open."""
+    def watch(self, topic: str, *, queue_size: int = WINDOW) -> Iterator[TopicWatch]:
+        """Subscribes to a topic as long as one context is open.
+
+        Args:
+            queue_size: how many messages may wait; the first context decides.
+        """
         with self._lock:
-            watch, subscriber, users = self._watches.get(topic) or (*self._subscribe(topic), 0)
+            watch, subscriber, users = self._watches.get(topic) or (*self._subscribe(topic, queue_size), 0)
             self._watches[topic] = watch, subscriber, users + 1
         try:
             yield watch
@@ -127,9 +131,9 @@ class TopicWatches:
             if users <= 1:
                 subscriber.unregister()
 
-    def _subscribe(self, topic: str) -> tuple[TopicWatch, Subscriber[RawMessage]]:
+    def _subscribe(self, topic: str, queue_size: int) -> tuple[TopicWatch, Subscriber[RawMessage]]:
         watch = TopicWatch(topic, self._decoder)
-        return watch, self._node.subscribe(topic, RawMessage, watch.note, queue_size=WINDOW)
+        return watch, self._node.subscribe(topic, RawMessage, watch.note, queue_size=queue_size)
 
 
 class NewSamples:

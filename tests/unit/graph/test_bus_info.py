@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pipros.graph.bus_info import BusConnection, established, read_row, rows_of, sent_counts
+from pipros.graph.bus_info import BusConnection, established, read_row, rows_of, sent_counts, statistics_of
 
 
 def test_a_row_is_read_with_and_without_the_values_that_old_clients_omit() -> None:
@@ -42,3 +42,15 @@ def test_malformed_counts_are_left_out() -> None:
     statistics = [[["/t", 0, [[1, 10, 2], [2, "x", 3], None]], None, [], ["/u", 0, None]], 5]
     assert dict(sent_counts(statistics)) == {"1": (2, 10)}
     assert dict(sent_counts([])) == {}
+
+
+def test_the_statistics_of_roscpp_are_read() -> None:
+    """As a roscpp node answered: without code and text, and with a number more for each connection."""
+    answer = [[["/rosout", [[0, 194, 190, 1, 0]]], ["/battery_topic", [[1, 7888, 7780, 666, 0]]]], []]
+    assert dict(sent_counts(statistics_of(answer))) == {"0": (1, 194), "1": (666, 7888)}
+
+
+@pytest.mark.parametrize("answer", [[5], [["/t"], 5], 7, [], [1, "", 5], [0, "no", []]])
+def test_malformed_statistics_are_an_error(answer: Any) -> None:
+    with pytest.raises(ValueError, match="getBusStats must answer"):
+        statistics_of(answer)

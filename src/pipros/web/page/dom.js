@@ -20,6 +20,13 @@ export function replace(element, ...children) {
   element.replaceChildren(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
 }
 
+// A table of many rows: those above `most` are only counted, for the browser would spend its time on them.
+export function limited(items, most, draw, columns) {
+  const rows = items.slice(0, most).map(draw);
+  if (items.length > most) rows.push(h("tr", {}, h("td", { colspan: columns, class: "note" }, `${items.length - most} more: filter to see them.`)));
+  return rows;
+}
+
 // Texts for people ---------------------------------------------------------------------------------------------------
 
 export function hertz(rate) {

@@ -30,7 +30,7 @@ class ConsoleViews:
 
     async def console(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Log entries as they come: number, level, node, text, time, file, line, function."""
-        with self._system.topics.watch(LOG_TOPIC) as watch:
+        with self._system.topics.watch(LOG_TOPIC, queue_size=KEPT_ENTRIES) as watch:
             log = _Log(watch)
             with watch.listening(log.add):
                 yield {"entries": [], "lost": 0}

@@ -17,6 +17,8 @@ from pipros.web.server import RequestRefused
 from pipros.web.watched_system import WatchedSystem
 
 LONGEST_FILTER = 1000
+MOST_DRAWN = 3000
+"""Nodes and topics of the largest graph that is drawn; of a larger one only the number is told."""
 
 
 def options_from(arguments: Mapping[str, Any]) -> GraphOptions:
@@ -55,9 +57,11 @@ class GraphViews:
         async for observation in self._system.observations():
             graph = graph_of(observation, options)
             if graph != shown:
-                scene = await asyncio.to_thread(draw, graph, with_traffic=True)
                 shown = graph
-                yield {"scene": scene_values(scene)}
+                is_small = len(graph.vertices) <= MOST_DRAWN
+                scene = await asyncio.to_thread(draw, graph, with_traffic=True) if is_small else Scene()
+                too_many = 0 if is_small else len(graph.vertices)
+                yield {"scene": scene_values(scene), "too_many": too_many, "most": MOST_DRAWN}
             yield {
                 "traffic": _traffic(observation, scene),
                 "error": observation.error,
@@ -76,6 +80,8 @@ class GraphViews:
         rest = dict(arguments)
         kind = rest.pop("format", "svg")
         graph = graph_of(self._system.observation, options_from(rest))
+        if len(graph.vertices) > MOST_DRAWN:
+            raise RequestRefused(f"{len(graph.vertices)} nodes and topics are too many for a picture")
         if kind == "dot":
             return to_dot(graph)
         if kind == "svg":

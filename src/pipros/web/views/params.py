@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
@@ -25,7 +26,7 @@ class ParamViews:
         self._system = system
 
     async def params(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """All parameters by name whenever one changed; values are shortened."""
+        """All parameters by name whenever one changed; the values are JSON, shortened."""
         shown: Any = None
         while True:
             try:
@@ -41,7 +42,8 @@ class ParamViews:
         found = dict(params.leaves("/", params.read(self._system.graph.master, "/")))
         names = sorted(found)[:MOST_PARAMETERS]
         return {
-            "params": {name: message_tree(found[name]) for name in names},
+            # As texts, for a browser does not tell 0.0, a double, from 0, an int.
+            "params": {name: json.dumps(message_tree(found[name]), ensure_ascii=False) for name in names},
             "more": len(found) - len(names),
         }
 

@@ -25,7 +25,7 @@ export function open(view, argument, { control }) {
     replace(pause, isPaused ? "Go on" : "Pause");
     if (!isPaused) take(waiting.splice(0));
   } }, "Pause");
-  const count = h("span", {});
+  const count = h("span", { class: "count pale" });
   const error = h("div", { class: "error", role: "alert" });
   const space = h("div", { class: "space" });
   const rows = h("div", { class: "rows", role: "log", "aria-live": "off" });

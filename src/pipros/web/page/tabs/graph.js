@@ -15,6 +15,7 @@ const HIDDEN = [
   ["hide_parameters", "Params"],
 ];
 const FAR_SCALE = 3;
+const NOTHING = "Nothing to show: no node is connected to another one, or everything is hidden.";
 const KEEP = "pipros.graph.options";
 const INITIAL = { mode: "active", nodes: "/", topics: "/", hide_dead_sinks: true, hide_leaf_topics: true, hide_debug: true, hide_tf: false, hide_unreachable: false, hide_parameters: false };
 
@@ -37,8 +38,8 @@ export function open(view, argument) {
   const counts = h("span", { class: "pale" });
   const side = h("aside", { hidden: true, "aria-label": "Selection" });
   const search = h("input", { type: "search", placeholder: "Search (/)", "aria-label": "Search nodes and topics", oninput: () => mark() });
-  const empty = h("div", { class: "note", hidden: true }, "Nothing to show: no node is connected to another one, or everything is hidden.");
-  view.append(h("div", { class: "column graph" }, toolbar(), error, empty, canvas), side);
+  const empty = h("div", { class: "note", hidden: true, role: "status" }, NOTHING);
+  view.append(h("div", { class: "column graph" }, toolbar(), error, empty, h("div", { class: "stage" }, canvas, corner())), side);
 
   let scene = null;
   let traffic = [];
@@ -58,22 +59,29 @@ export function open(view, argument) {
       hasFitted = false;
       look();
     };
-    const text = (name, label) => h("label", {}, label, h("input", { value: options[name], size: 12, spellcheck: "false", title: "Names separated by commas; * stands for anything, - in front excludes", onchange: (event) => change(name, event.target.value) }));
+    const text = (name, label) => h("label", {}, label, h("input", { value: options[name], size: 10, spellcheck: "false", title: "Names separated by commas; * stands for anything, - in front excludes", onchange: (event) => change(name, event.target.value) }));
     return h("div", { class: "bar" },
       h("select", { "aria-label": "What is shown", onchange: (event) => change("mode", event.target.value) },
         MODES.map(([value, title]) => h("option", { value, selected: value === options.mode }, title))),
       text("nodes", "Nodes"), text("topics", "Topics"),
       h("span", { class: "choices", role: "group", "aria-label": "Hide" }, "Hide:", HIDDEN.map(([name, title]) => h("label", {},
         h("input", { type: "checkbox", checked: options[name], onchange: (event) => change(name, event.target.checked) }), title))),
-      search, h("span", { class: "spring" }), counts,
-      h("button", { title: "Show all of it (0)", onclick: () => fit() }, "Fit"),
+      search);
+  }
+
+  function corner() {
+    return h("div", { class: "corner" }, counts, h("button", { title: "Show all of it (0)", onclick: () => fit() }, "Fit"),
       h("span", { class: "buttons", role: "group", "aria-label": "Save the picture" }, ["svg", "png", "dot"].map((format) => h("button", { title: `Save as ${format.toUpperCase()}`, onclick: () => save(format) }, format.toUpperCase()))));
   }
 
   function look() {
     closeView();
     closeView = live.watch("graph", options, (data) => {
-      if (data.scene) draw(data.scene);
+      if (data.scene) {
+        draw(data.scene);
+        empty.hidden = data.scene.boxes.length > 0;
+        replace(empty, data.too_many ? `${data.too_many} nodes and topics match, and at most ${data.most} are drawn. Narrow the filters Nodes and Topics, or show nodes only.` : NOTHING);
+      }
       else {
         traffic = data.traffic;
         label();
@@ -105,7 +113,6 @@ export function open(view, argument) {
     requestAnimationFrame(() => {
       for (const { vertex, group } of vertices.values()) group.style.transform = `translate(${vertex.x}px, ${vertex.y}px)`;
     });
-    empty.hidden = scene.boxes.length > 0;
     if (!hasFitted) fit();
     if (selected) select(selected, false);
     label();

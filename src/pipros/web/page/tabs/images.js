@@ -57,7 +57,10 @@ export function open(view, argument) {
     replace(figures, `${head.full?.join(" × ")} ${head.encoding}${head.frame ? `, ${head.frame}` : ""} · ${hertz(head.rate)} · ${bandwidth(head.bandwidth)}`);
   }
 
-  if (topic) look(topic);
+  if (topic) {
+    replace(choice, h("option", { value: topic }, topic));
+    look(topic);
+  }
   return () => { close(); closeTopics(); };
 }
 

@@ -31,7 +31,7 @@ export function open(view, argument, { control }) {
 
   function draw() {
     const wanted = search.value.trim().toLowerCase();
-    const names = Object.keys(params).filter((key) => !wanted || `${key} ${JSON.stringify(params[key])}`.toLowerCase().includes(wanted));
+    const names = Object.keys(params).filter((key) => !wanted || `${key} ${params[key]}`.toLowerCase().includes(wanted));
     const root = new Map();
     for (const key of names) {
       let level = root;
@@ -46,7 +46,7 @@ export function open(view, argument, { control }) {
 
   function edit(key) {
     name.value = key;
-    value.value = typeof params[key] === "string" ? params[key] : JSON.stringify(params[key]);
+    value.value = params[key].includes("…") ? "" : params[key]; // shortened values would be set as they are shown
     value.focus();
   }
 
@@ -57,7 +57,7 @@ export function open(view, argument, { control }) {
         const details = h("details", { open: !closed.has(path), ontoggle: () => { if (details.isConnected) { if (details.open) closed.delete(path); else closed.add(path); } } }, h("summary", {}, `${part}/`), branch(below, path));
         return h("li", {}, details);
       }
-      const text = [h("span", { class: "key" }, `${part}: `), JSON.stringify(params[below])];
+      const text = [h("span", { class: "key" }, `${part}: `), params[below]];
       return h("li", { class: changed.has(below) ? "changed" : "" }, control ? h("button", { class: "plain", title: "Edit", onclick: () => edit(below) }, text) : text);
     }));
   }
@@ -67,7 +67,7 @@ export function open(view, argument, { control }) {
     replace(error, data.more ? `${data.more} more parameters are not shown.` : "");
     const now = Date.now();
     for (const [key, item] of Object.entries(data.params)) {
-      if (!isFirst && JSON.stringify(item) !== JSON.stringify(params[key])) changed.set(key, now);
+      if (!isFirst && item !== params[key]) changed.set(key, now);
     }
     isFirst = false;
     params = data.params;

@@ -1,9 +1,11 @@
 // The services, and calls by hand.
 
 import { live } from "../live.js";
-import { h, replace } from "../dom.js";
+import { h, limited, replace } from "../dom.js";
 import { tree } from "../topic_panel.js";
 import { placeOf } from "../place.js";
+
+const MOST_ROWS = 500;
 
 export function open(view, argument, { control }) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter services", oninput: () => draw() });
@@ -16,7 +18,7 @@ export function open(view, argument, { control }) {
 
   function draw() {
     const wanted = filter.value.trim().toLowerCase();
-    replace(body, services.filter(([name]) => name.toLowerCase().includes(wanted)).map(([name, node]) => h("tr", { tabindex: 0, "data-name": name, "aria-selected": String(name === selected), onclick: () => select(name), onkeydown: (event) => { if (event.key === "Enter") select(name); } }, h("td", {}, name), h("td", {}, node))));
+    replace(body, limited(services.filter(([name]) => name.toLowerCase().includes(wanted)), MOST_ROWS, ([name, node]) => h("tr", { tabindex: 0, "data-name": name, "aria-selected": String(name === selected), onclick: () => select(name), onkeydown: (event) => { if (event.key === "Enter") select(name); } }, h("td", {}, name), h("td", {}, node)), 2));
   }
 
   async function select(name) {

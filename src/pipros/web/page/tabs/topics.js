@@ -1,9 +1,11 @@
 // All topics; the newest message of the selected one.
 
 import { live } from "../live.js";
-import { h, hertz, replace } from "../dom.js";
+import { h, hertz, limited, replace } from "../dom.js";
 import { topicPanel } from "../topic_panel.js";
 import { placeOf } from "../place.js";
+
+const MOST_ROWS = 500;
 
 export function open(view, argument) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter topics", oninput: () => draw() });
@@ -22,11 +24,11 @@ export function open(view, argument) {
     const wanted = filter.value.trim().toLowerCase();
     const shown = topics.filter((topic) => !wanted || `${topic.name} ${topic.type}`.toLowerCase().includes(wanted));
     const focused = document.activeElement?.dataset?.name;
-    replace(body, shown.map((topic) => h("tr", {
+    replace(body, limited(shown, MOST_ROWS, (topic) => h("tr", {
       tabindex: 0, "data-name": topic.name, "aria-selected": String(topic.name === selected),
       onclick: () => select(topic.name), onkeydown: (event) => { if (event.key === "Enter") select(topic.name); },
     }, h("td", {}, topic.name), h("td", { class: "mono" }, topic.type), h("td", { class: "long" }, topic.publishers.join(", ")),
-    h("td", { class: "long" }, topic.subscribers.join(", ")), h("td", { class: "number" }, hertz(topic.rate)))));
+    h("td", { class: "long" }, topic.subscribers.join(", ")), h("td", { class: "number" }, hertz(topic.rate))), 5));
     if (focused) body.querySelector(`[data-name="${CSS.escape(focused)}"]`)?.focus();
     if (!topics.length) replace(body, h("tr", {}, h("td", { colspan: 5, class: "note" }, "There are no topics.")));
   }

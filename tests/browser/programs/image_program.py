@@ -1,0 +1,73 @@
+"""A node that publishes the same four colours as an image in each encoding: `/image/<encoding>`."""
+
+import base64
+import struct
+
+from sensor_msgs.msg import CompressedImage, Image
+
+import rospy
+
+rospy.init_node("images")
+# Red, green; blue, white: 4 x 4 pixels of two by two each, so that a Bayer pattern holds them, too.
+RGB = [[(255, 0, 0)] * 2 + [(0, 255, 0)] * 2] * 2 + [[(0, 0, 255)] * 2 + [(255, 255, 255)] * 2] * 2
+GREY = [[0, 0, 85, 85]] * 2 + [[170, 170, 255, 255]] * 2
+
+
+def pixels(code, values):
+    return b"".join(struct.pack(code, *value) for row in values for value in row)
+
+
+def bayer(pattern):
+    places = [["rgb".index(pattern[2 * y + x]) for x in (0, 1)] for y in (0, 1)]
+    return bytes(RGB[y][x][places[y % 2][x % 2]] for y in range(4) for x in range(4))
+
+
+def luma(red, green, blue):
+    return (
+        round(0.299 * red + 0.587 * green + 0.114 * blue),
+        min(255, round(128 - 0.169 * red - 0.331 * green + 0.5 * blue)),
+        min(255, round(128 + 0.5 * red - 0.419 * green - 0.081 * blue)),
+    )
+
+
+def yuv(order):
+    data = bytearray()
+    for row in RGB:
+        for left in (0, 2):
+            (y0, u, v), (y1, _, _) = luma(*row[left]), luma(*row[left + 1])
+            data += bytes({"y": y0, "Y": y1, "u": u, "v": v}[letter] for letter in order)
+    return bytes(data)
+
+
+PNG = (
+    "iVBORw0KGgoAAAANSUhEUgAAAAQAAAAECAIAAAAmkwkpAAAAHklEQVR4nGXJsQ0AAAgDIOr/P9fVRFZSkMI4QtE/C5t8BQPTgUebAAAAAElF"
+    "TkSuQmCC"
+)
+IMAGES = {
+    "rgb8": (12, pixels("3B", RGB)),
+    "bgr8": (12, pixels("3B", [[value[::-1] for value in row] for row in RGB])),
+    "rgba8": (16, pixels("4B", [[(*value, 9) for value in row] for row in RGB])),
+    "bgra8": (16, pixels("4B", [[(*value[::-1], 9) for value in row] for row in RGB])),
+    "mono8": (4, bytes(value for row in GREY for value in row)),
+    "mono16": (8, pixels("<H", [[(value * 10 + 7,) for value in row] for row in GREY])),
+    "32FC1": (16, pixels("<f", [[(value / 100 - 1,) for value in row] for row in GREY])),
+    "bayer_rggb8": (4, bayer("rggb")),
+    "bayer_bggr8": (4, bayer("bggr")),
+    "bayer_gbrg8": (4, bayer("gbrg")),
+    "bayer_grbg8": (4, bayer("grbg")),
+    "yuv422": (8, yuv("uyvY")),
+    "yuv422_yuy2": (8, yuv("yuYv")),
+}
+messages = {
+    rospy.Publisher(f"/image/{name.lower()}", Image, queue_size=1): Image(
+        width=4, height=4, encoding=name, step=step, data=data
+    )
+    for name, (step, data) in IMAGES.items()
+}
+compressed = CompressedImage(format="rgb8; png compressed bgr8", data=base64.b64decode(PNG))
+messages[rospy.Publisher("/image/compressed", CompressedImage, queue_size=1)] = compressed
+rate = rospy.Rate(10)
+while not rospy.is_shutdown():
+    for publisher, message in messages.items():
+        publisher.publish(message)
+    rate.sleep()

@@ -1,0 +1,173 @@
+"""What the tabs do beyond showing: curves, logs, images, frames and diagnostics in use."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page as Tab
+from playwright.sync_api import expect
+
+from tests.browser.conftest import OpenTab
+from tests.support.page import Page
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+PROGRAMS = Path(__file__).parent / "programs"
+
+
+@pytest.fixture
+def robot(ros: RosSystem) -> RosSystem:
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, PROGRAMS / "robot_program.py", "robot")
+    ros.wait_for_publisher("/imu")
+    return ros
+
+
+def numbers_in(tab: Tab, selector: str) -> list[float]:
+    return [float(text) for text in re.findall(r": (-?[\d.]+)", tab.locator(selector).inner_text())]
+
+
+def test_curves_pause_zoom_follow_and_are_saved(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "plot/%2Fimu%2Fangular_velocity%2Fx%3Ay")
+    legend = tab.locator(".legend")
+    expect(legend).to_contain_text(
+        re.compile(r"/imu/angular_velocity/x: -?\d.*/imu/angular_velocity/y: -?\d")
+    )
+
+    def changes() -> bool:
+        before = legend.inner_text()
+        tab.wait_for_timeout(300)
+        return legend.inner_text() != before
+
+    wait_until(changes, 30, "values that go on")
+    tab.get_by_role("button", name="Pause").click()
+    wait_until(lambda: not changes(), 30, "values that stand still")
+    tab.get_by_role("button", name="Go on").click()
+    wait_until(changes, 30, "values that go on again")
+
+    chart = tab.locator(".u-over").bounding_box()
+    assert chart is not None
+    right, middle = chart["x"] + chart["width"], chart["y"] + chart["height"] / 2
+    tab.mouse.move(right - 3, middle)
+    expect(tab.locator(".legend .at")).to_have_text(re.compile(r"at \d\d:\d\d:\d\d"))
+    ticks = tab.locator(".chart canvas").first
+
+    tab.get_by_label("Time span").select_option("10 s")
+    tab.mouse.move(right - 60, middle)
+    tab.mouse.down()
+    tab.mouse.move(right - 20, middle, steps=4)
+    expect(tab.locator(".u-select")).not_to_have_css("width", "0px")
+    tab.mouse.up()
+    tab.get_by_label("Lowest value").fill("-2")
+    tab.get_by_label("Lowest value").press("Tab")
+    tab.get_by_label("Highest value").fill("2")
+    tab.get_by_label("Highest value").press("Tab")
+    expect(ticks).to_be_visible()
+    with tab.expect_download() as download:
+        tab.get_by_role("button", name="CSV").click()
+    lines = Path(download.value.path()).read_text().splitlines()
+    assert lines[0] == "time,field,value"
+    assert {line.split(",")[1] for line in lines[1:]} == {
+        "/imu/angular_velocity/x",
+        "/imu/angular_velocity/y",
+    }
+    assert all(-1.0 <= float(line.split(",")[2]) <= 1.0 for line in lines[1:])
+    tab.get_by_role("button", name="Remove /imu/angular_velocity/x").click()
+    expect(legend).not_to_contain_text("angular_velocity/x")
+    assert "angular_velocity%2Fy" in tab.url
+
+
+FRAMES = """async () => {
+  const log = document.querySelector(".log");
+  const times = [];
+  let last = await new Promise(requestAnimationFrame);
+  for (let i = 0; i < 60; i += 1) {
+    log.scrollTop = ((i * 7919) % 60) / 60 * log.scrollHeight;
+    const now = await new Promise(requestAnimationFrame);
+    times.push(now - last);
+    last = now;
+  }
+  return times.sort((a, b) => a - b);
+}"""
+
+
+def test_the_console_holds_100_000_entries_and_stays_fluid(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    tab = open_tab(Page(ros), "console")
+    tab.wait_for_selector(".log")
+    ros.pipros.start(sys.executable, PROGRAMS / "log_program.py")
+    count = tab.locator(".bar .count")
+    expect(count).to_have_text(re.compile(r"^1\d{5} of 1\d{5}"), timeout=90_000)
+    frames = tab.evaluate(FRAMES)
+    print(f"frames while scrolling: median {frames[30]:.0f} ms, longest {frames[-1]:.0f} ms")
+    assert tab.locator(".entry").count() < 100  # only what is in sight is in the document
+    assert frames[30] < 1000
+    tab.get_by_label("Fatal").uncheck()
+    tab.get_by_label("Info").uncheck()
+    expect(count).to_have_text(re.compile(r"^[67]\d{4} of 1\d{5}"))
+    tab.get_by_label("Filter by text").fill("entry 77")
+    expect(count).to_have_text(re.compile(r"^\d{1,4} of 1\d{5}"))
+    expect(tab.locator(".entry").last).to_contain_text("entry 77")
+    tab.locator(".log").press("ArrowUp")
+    expect(tab.locator("aside")).to_contain_text("busy.py:")
+    tab.locator(".log").press("Escape")
+    expect(tab.locator("aside")).to_be_hidden()
+
+
+COLOURS = "[[255,0,0],[0,255,0],[0,0,255],[255,255,255]]"
+GREYS = "[[0,0,0],[85,85,85],[170,170,170],[255,255,255]]"
+CORNERS = """([expected, size]) => {
+  const canvas = document.querySelector("canvas");
+  if (canvas.width !== size) return false;
+  const context = canvas.getContext("2d");
+  const corners = [[0, 0], [size - 1, 0], [0, size - 1], [size - 1, size - 1]];
+  return corners.every(([x, y], i) => [...context.getImageData(x, y, 1, 1).data].slice(0, 3)
+    .every((value, part) => Math.abs(value - JSON.parse(expected)[i][part]) <= 4));
+}"""
+
+
+def wait_for_corners(tab: Tab, expected: str, topic: str) -> None:
+    wait_until(lambda: tab.evaluate(CORNERS, [expected, 4]), 30, f"the colours of {topic}")
+
+
+def test_images_have_their_colours_in_each_encoding(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, PROGRAMS / "image_program.py")
+    ros.wait_for_publisher("/image/compressed")
+    tab = open_tab(Page(ros), "images/%2Fimage%2Frgb8")
+    choice = tab.get_by_label("Topic")
+    expect(choice.locator("option")).to_have_count(14)
+    for topic in choice.locator("option").all_inner_texts():
+        choice.select_option(topic)
+        expect(tab.locator(".bar")).to_contain_text(topic.removeprefix("/image/"), ignore_case=True)
+        wait_for_corners(tab, GREYS if re.search("mono|32fc", topic) else COLOURS, topic)
+    with tab.expect_download() as download:
+        tab.get_by_role("button", name="Save PNG").click()
+    assert Path(download.value.path()).read_bytes().startswith(b"\x89PNG")
+
+
+def test_frames_get_old_when_nobody_sends_them(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_master()
+    robot = ros.pipros.start(sys.executable, PROGRAMS / "robot_program.py", "robot")
+    ros.pipros.start("rosrun", "tf2_ros", "static_transform_publisher", *(*"001000", "base_link", "laser"))
+    ros.wait_for_publisher("/tf_static")
+    tab = open_tab(Page(ros), "tf")
+    row = tab.locator("tr", has_text="wheel_left")
+    expect(row).to_contain_text(re.compile(r"base_link/robot\d+\.\d+ Hz0\.\d s"))
+    expect(tab.locator("tr", has_text="laser")).to_contain_text("static")
+    expect(tab.locator("svg.canvas")).to_contain_text("laser")
+    robot.kill()
+    expect(row).to_contain_text(re.compile(r"[2-9]\.\d s"))
+
+
+def test_diagnostics_have_values_and_a_history(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "diagnostics")
+    tab.get_by_role("button", name=re.compile("^right")).click()
+    side = tab.locator("aside")
+    expect(side).to_contain_text("temperature41")
+    expect(side.locator(".history .diagnostic-0").first).to_be_visible()
+    expect(side.locator(".history .diagnostic-2").first).to_be_visible()
+    expect(tab.locator(".bar")).to_contain_text(re.compile(r"OK: [23]Warning: 1"))
