@@ -5,15 +5,16 @@ Facade of `pipros.bag.migration`. Rules are parsed, not run, so rules cannot be 
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 
 from pipros.bag.migration import Change, Migrator
-from pipros.bag.migration_rules import parse_rules
+from pipros.bag.migration_plugins import installed_rules, rules_of_files
 from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.rewrite import replaced_file
 from pipros.errors import PiprosError
-from pipros.input_file import read_text
+from pipros.workspace.index import PackageIndex
 
 __all__ = ["BagMigrationException", "MessageMigrator", "checkbag", "fixbag", "fixbag2"]
 
@@ -27,19 +28,23 @@ class MessageMigrator:
 
     Args:
         input_rule_files: their paths.
-        plugins: has no effect: rules of installed packages are not looked for.
+        plugins: also the rules that installed packages export.
 
     Raises:
         BagMigrationException: a file cannot be read, or is not a rule file.
     """
 
     def __init__(self, input_rule_files: Iterable[str] = (), plugins: bool = True) -> None:
-        del plugins
         try:
-            rules = [rule for file in input_rule_files for rule in parse_rules(read_text(file), file)]
+            installed = installed_rules(PackageIndex.from_environment(), _warn) if plugins else []
+            rules = [*installed, *rules_of_files(input_rule_files)]
         except (PiprosError, OSError) as error:
             raise BagMigrationException(str(error)) from error
         self._migrator = Migrator(rules)
+
+
+def _warn(text: str) -> None:
+    print(text, file=sys.stderr)
 
 
 def checkbag(migrator: MessageMigrator, inbag: str) -> list[Change]:

@@ -103,6 +103,7 @@ PACKAGES = " ".join(
         "ros-core-dev",
         "ros-message-generation",
         "ros-message-runtime",
+        "ros-sensor-msgs",
         "rosbash",
         "rospack-tools",
         "tf-tools",

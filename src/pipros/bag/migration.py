@@ -5,18 +5,18 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache, partial
 from typing import Any
 
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
-from pipros.bag.filter_expression import field_of
-from pipros.bag.migration_rules import Migration, Rule
+from pipros.bag.migration_rules import Rule
+from pipros.bag.migration_update import Update
 from pipros.bag.reader import BagReader
 from pipros.bag.writer import MessageWriter
 from pipros.msg.base import Message
 from pipros.msg.class_finder import installed_class
 from pipros.msg.dynamic import message_classes_from_text
-from pipros.safe.expr import Expression
 
 _LONGEST_CHAIN = 50
 
@@ -44,6 +44,7 @@ class Migrator:
     def __init__(self, rules: Sequence[Rule] = ()) -> None:
         self._rules = {rule.old: rule for rule in rules if rule.is_valid}
         self._classes: dict[Kind, type[Message]] = {}
+        self._updates: dict[Kind, Update] = {}
         self._parts: dict[tuple[type[Message], str], type[Message] | None] = {}
 
     def changes(self, bag: BagReader) -> list[Change]:
@@ -70,7 +71,9 @@ class Migrator:
             name = rule.new[0]
             rule = self._rules.get(rule.new)
         installed = installed_class(name)
-        return None if installed is None or installed._md5sum == connection.md5sum else installed
+        if installed is None or (installed._type, installed._md5sum) == (connection.type, connection.md5sum):
+            return None
+        return installed
 
     def _missing(self, old: type[Message], new: type[Message]) -> list[tuple[Kind, Kind]]:
         if old._md5sum == new._md5sum:
@@ -135,22 +138,13 @@ class Migrator:
         return made  # type: ignore[no-any-return]
 
     def _updated(self, old: Message, rule: Rule, cls: type[Message]) -> Message:
+        update = self._updates.get(rule.old)
+        if update is None:
+            find = partial(_class_of_text, rule)
+            update = Update(rule.name, rule.methods, self.migrate, find, self._set)
+            self._updates[rule.old] = update
         made = cls()
-        for statement in rule.statements:
-            owner: Any = made
-            for name in statement.path[:-1]:
-                owner = getattr(owner, name)
-            if isinstance(statement, Migration):
-                value: Any = old
-                for name in statement.source:
-                    value = field_of(value, name)
-            else:
-                value = Expression(statement.expression, fields=field_of).value({"old_msg": old})
-            if statement.path[-1] not in owner.__slots__:
-                raise BagError(
-                    f"rule {rule.name}: {owner._type} does not have a field [{statement.path[-1]}]"
-                )
-            self._set(owner, statement.path[-1], value)
+        update.run(old, made)
         return made
 
     def _set(self, owner: Any, name: str, value: Any) -> None:
@@ -197,6 +191,15 @@ class Migrator:
             header["md5sum"] = target._md5sum.encode()
             header["message_definition"] = target._full_text.encode()
         return writer.add_connection(connection.topic, header), target
+
+
+@lru_cache(maxsize=1000)
+def _class_of_text(rule: Rule, side: str, name: str) -> type[Message] | None:
+    """A type of the old or the new definition of a rule; its package may be left out."""
+    top, text = (rule.new[0], rule.new_text) if side == "new" else (rule.old[0], rule.old_text)
+    classes = message_classes_from_text(top, text)
+    names = name, f"std_msgs/{name}", f"{top.partition('/')[0]}/{name}"
+    return next((classes[each] for each in names if each in classes), None)
 
 
 def _class_of_part(cls: type[Message], field: str) -> type[Message] | None:

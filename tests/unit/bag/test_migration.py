@@ -6,11 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from geometry_msgs.msg import Point32, Polygon
 from std_msgs.msg import String
 
 from pipros.bag import BagError, BagReader, BagWriter
+from pipros.bag.migration import Migrator
 from pipros.bag.migration_rules import parse_rules
 from pipros.cli.rosbag import main
+from pipros.errors import PiprosError
 from pipros.msg.dynamic import message_classes_from_text
 from rosbag import migration
 from tests.support.bags import header_of, rows_of
@@ -132,3 +135,123 @@ def test_the_module_has_the_functions_of_noetic(bag: Path) -> None:
     assert Path("new.bag").exists()
     with pytest.raises(migration.BagMigrationException):
         migration.MessageMigrator(["none.bmr"])
+
+
+RULE = '''
+class renamed_and_more(MessageUpdateRule):
+    old_type = "std_msgs/String"
+    old_full_text = """string data
+int32 more
+"""
+    new_type = "geometry_msgs/Polygon"
+    new_full_text = """geometry_msgs/Point32[] points
+================================================================================
+MSG: geometry_msgs/Point32
+float32 x
+float32 y
+float32 z
+"""
+    order = 0
+    migrated_types = []
+    valid = True
+
+    def one(self, old_msg, new_msg):
+        new_msg.points.append(self.get_new_class("geometry_msgs/Point32")(1, y=2.5))
+
+    def many(self, old_msg, new_msg):
+        total = 0
+        for x in range(old_msg.more):
+            total += x
+            if x % 2:
+                made = self.get_new_class("Point32")(total, x, old_msg.more)
+                new_msg.points.append(made)
+            else:
+                pass
+
+    def update(self, old_msg, new_msg):
+        """Chooses by the text."""
+        ways = {"one": self.one, "hello": self.many}
+        assert old_msg.data in ways, "no way for %s" % old_msg.data
+        ways[old_msg.data](old_msg, new_msg)
+'''
+
+
+def rules(text: str) -> Migrator:
+    return Migrator(parse_rules(text, "x.bmr"))
+
+
+def migrated(text: str, data: str = "hello", more: int = 6) -> Any:
+    old = message_classes_from_text("std_msgs/String", OLD.partition("#")[0])["std_msgs/String"]
+    return rules(text).migrate(old(data, more), Polygon)
+
+
+def test_rules_have_methods_conditions_loops_and_make_messages() -> None:
+    points = migrated(RULE).points
+
+    assert [(point.x, point.y, point.z) for point in points] == [(1, 1, 6), (6, 3, 6), (15, 5, 6)]
+    assert all(type(point) is Point32 for point in points)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("hello", "bye", "line 35: the rule does not apply to a message: no way for hello"),
+        ('"hello": self.many', '"hello": self.one', "has 3 fields, got 1"),
+        ("assert old_msg.data", "assert old_msg.nothing", "has no field .nothing"),
+        ("assert old_msg.data in ways,", "new_msg.nothing =", "does not have a field .nothing"),
+        ("ways[old_msg.data](", '["no method"][0](', "what is called must be a method of the rule"),
+        ("ways[old_msg.data](", '["update"][0](', "called too deeply"),
+        ('assert old_msg.data in ways, "no way for %s" %', "new_msg.points = 3 +", "unsupported|cannot|int"),
+    ],
+)
+def test_what_goes_wrong_in_a_rule_is_told_with_its_place(old: str, new: str, complaint: str) -> None:
+    with pytest.raises(PiprosError, match=complaint):
+        migrated(RULE.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        *("old_msg.data = 1", "new_msg.points[0] = 1", "a = b = 1", "print(1)", "self.missing(old_msg)"),
+        *("while True: pass", "for a, b in old_msg.x: pass", "with open('x'): pass", "del new_msg.points"),
+        *("new_msg.points.extend([1])", "import os", "return 1", "self.migrate(old_msg)", "x.__class__ = 1"),
+    ],
+)
+def test_statements_that_are_not_understood_are_refused(line: str) -> None:
+    with pytest.raises(BagError, match=r"^x\.bmr:37: "):
+        parse_rules(RULE + f"        {line}\n", "x.bmr")
+
+
+def test_a_loop_without_end_is_ended() -> None:
+    loops = "".join(f"{' ' * (8 + n)}for a{n} in range(1000):\n" for n in range(3)) + " " * 12 + "b = 1\n"
+    with pytest.raises(BagError, match="more than 100000 statements for one message"):
+        migrated(RULE.partition("        ways =")[0] + loops)
+
+
+def test_rules_of_installed_packages_are_found(
+    tmp_path: Path, bag: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["check", "-n", "-g", "rules.bmr", "old.bag"])
+    text = Path("rules.bmr").read_text().replace("valid = False", "valid = True")
+    package = tmp_path / "src" / "my_rules"
+    package.mkdir(parents=True)
+    (package / "package.xml").write_text(
+        "<package><name>my_rules</name><version>1.0.0</version><description>x</description>"
+        "<maintainer email='a@b.c'>a</maintainer><license>x</license>"
+        "<run_depend>rosbag_migration_rule</run_depend><export>"
+        "<rosbag_migration_rule rule_file='a.bmr'/><rosbag_migration_rule rule_file='none.bmr'/>"
+        "<rosbag migration_rule_file='not_depended_on.bmr'/></export></package>"
+    )
+    (package / "a.bmr").write_text(text + "\nclass Wrong(MessageUpdateRule):\n\tx = open('x')\n")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
+    capsys.readouterr()
+
+    assert main(["fix", "-n", "old.bag", "new.bag"]) == 1
+    assert main(["fix", "old.bag", "new.bag"]) == 0
+    told = capsys.readouterr().err
+    assert "a value must be a literal" in told
+    assert "none.bmr] in package [my_rules]" in told
+    assert "not_depended_on" not in told
+    assert migration.fixbag(migration.MessageMigrator(), "old.bag", "newer.bag") is True
+    with BagReader("newer.bag") as reader:
+        assert [row[1] for row in rows_of(reader)] == ["hello", "new"]

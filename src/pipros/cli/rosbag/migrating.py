@@ -7,13 +7,13 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from pipros.bag.migration import Change, Kind, Migrator, rule_text
-from pipros.bag.migration_rules import parse_rules
+from pipros.bag.migration_plugins import installed_rules, rules_of_files
 from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.reader import BagReader
 from pipros.bag.rewrite import replaced_file
 from pipros.cli.command import option_parser
-from pipros.input_file import read_text
 from pipros.msg.class_finder import installed_class
+from pipros.workspace.index import PackageIndex
 
 
 def check(argv: Sequence[str]) -> int:
@@ -44,7 +44,7 @@ def check(argv: Sequence[str]) -> int:
         if not options.append:
             parser.error(f"The file {options.rulefile} already exists.  Include -a if you intend to append.")
         rule_files.append(options.rulefile)
-    migrator = _migrator(rule_files)
+    migrator = _migrator(rule_files, has_plugins=not options.noplugins)
     with open_bag(arguments[0]) as bag:
         changes = migrator.changes(bag)
         if not changes:
@@ -84,7 +84,7 @@ def fix(argv: Sequence[str]) -> int:
     source, target = Path(arguments[0]), Path(arguments[1])
     if target.exists() and source.samefile(target):
         parser.error("Input and output must be different files.")
-    migrator = _migrator(arguments[2:])
+    migrator = _migrator(arguments[2:], has_plugins=not options.noplugins)
     with open_bag(source) as bag:
         missing = [] if options.force else [change for change in migrator.changes(bag) if change.missing]
         if not missing:
@@ -101,8 +101,13 @@ def fix(argv: Sequence[str]) -> int:
     return 1
 
 
-def _migrator(files: Iterable[str]) -> Migrator:
-    return Migrator([rule for file in files for rule in parse_rules(read_text(file), file)])
+def _migrator(files: Iterable[str], *, has_plugins: bool) -> Migrator:
+    installed = installed_rules(PackageIndex.from_environment(), _warn) if has_plugins else []
+    return Migrator([*installed, *rules_of_files(files)])
+
+
+def _warn(text: str) -> None:
+    print(text, file=sys.stderr)
 
 
 def _show(changes: Iterable[Change]) -> None:

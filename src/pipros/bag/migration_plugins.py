@@ -1,0 +1,55 @@
+"""The migration rules that installed packages export, as `rosbag check` and `fix` of Noetic find them.
+
+A package that depends on one of the names below exports `<NAME ATTRIBUTE="file.bmr"/>` in its manifest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pipros.bag.migration_rules import Rule, parse_rules
+from pipros.errors import PiprosError
+from pipros.input_file import read_text
+from pipros.workspace.dependency_graph import DependencyGraph
+from pipros.workspace.index import PackageIndex
+
+if TYPE_CHECKING:
+    from pipros.printable import Say
+
+_EXPORTS = {
+    "rosbagmigration": "rule_file",
+    "rosbag": "migration_rule_file",
+    "rosbag_migration_rule": "rule_file",
+}
+
+
+def installed_rules(index: PackageIndex, warn: Say) -> list[Rule]:
+    """The rules of all packages. What cannot be read or understood is left out, and told."""
+    found: list[Rule] = []
+    for package, file in _files(index, warn):
+        try:
+            found += parse_rules(read_text(file), str(file), warn)
+        except (PiprosError, OSError) as error:
+            warn(f"Cannot load rule file [{file}] in package [{package}]: {error}")
+    return found
+
+
+def _files(index: PackageIndex, warn: Say) -> Iterator[tuple[str, Path]]:
+    graph = DependencyGraph(index)
+    for package in index:
+        try:
+            manifest = graph.manifest(package.name)
+        except (PiprosError, OSError) as error:
+            warn(f"Cannot read the manifest of package [{package.name}]: {error}")
+            continue
+        for export in manifest.exports:
+            value = export.attributes.get(_EXPORTS.get(export.tag, ""))
+            if value is not None and export.tag in manifest.depends():
+                yield package.name, package.path / value
+
+
+def rules_of_files(files: Iterable[str]) -> list[Rule]:
+    """The rules of these files. Raises `BagError`, or `OSError` where one cannot be read."""
+    return [rule for file in files for rule in parse_rules(read_text(file), file)]

@@ -1,0 +1,86 @@
+"""The rules that Debian's packages have do to messages what genuine rosbag does by running them."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipros.bag import BagReader, BagWriter
+from pipros.bag.migration_rules import Rule, parse_rules
+from pipros.msg.dynamic import message_classes_from_text
+from pipros.msg.time import Duration, Time
+from tests.support.ros import RosSystem
+
+FILE = Path("/usr/share/sensor_msgs/migration_rules/sensor_msgs.bmr")
+
+
+@pytest.fixture
+def sides(tmp_path: Path, bare_tools: Path) -> Any:
+    system = RosSystem(1, tmp_path, bare_tools)  # no master is needed
+    yield system
+    system.close()
+
+
+def fill(message: Any, count: list[int]) -> None:
+    """Gives each field another value."""
+    classes = message_classes_from_text(message._type, message._full_text)
+    for name, kind in zip(message.__slots__, message._slot_types, strict=True):
+        base, _, length = kind.partition("[")
+
+        def value(base: str = base) -> Any:
+            count[0] += 1
+            if base in classes:
+                inner = classes[base]()
+                fill(inner, count)
+                return inner
+            known = {"string": f"text {count[0]}", "bool": True, "time": Time(count[0], 7)}
+            known["duration"] = Duration(count[0], 8)
+            return known.get(base, float(count[0] % 100) if base.startswith("float") else count[0] % 100)
+
+        size = int(length.rstrip("]") or 2) if length else 0
+        if length and base in ("uint8", "char"):
+            setattr(message, name, bytes(range(size)))
+        else:
+            setattr(message, name, [value() for _ in range(size)] if length else value())
+
+
+def old_bag(rule: Rule) -> bytes:
+    """A bag with one message of the old definition of a rule."""
+    cls: Any = message_classes_from_text(rule.old[0], rule.old_text)[rule.old[0]]
+    message = cls()
+    fill(message, [0])
+    if "depth" in cls.__slots__:
+        dimension = type(message.uint8_data.layout.dim[0])
+        message.encoding, message.depth = "rgb", "uint8"
+        message.uint8_data.data = bytes(18)
+        sizes = [("height", 2, 18), ("width", 3, 9), ("channel", 3, 3)]
+        message.uint8_data.layout.dim = [dimension(*each) for each in sizes]
+    file = io.BytesIO()
+    writer = BagWriter(file)
+    header = {"topic": "/a", "type": rule.old[0], "md5sum": rule.old[1], "message_definition": rule.old_text}
+    connection = writer.add_connection("/a", {name: text.encode() for name, text in header.items()})
+    writer.write_message(connection, 5, 6, message)
+    writer.finish()
+    return file.getvalue()
+
+
+RULES = parse_rules(FILE.read_text(), str(FILE)) if FILE.exists() else []
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.name.removeprefix("update_")[:-28])
+def test_rules_of_packages_do_what_they_do_in_genuine_rosbag(rule: Rule, sides: RosSystem) -> None:
+    old = sides.home / "old.bag"
+    old.write_bytes(old_bag(rule))
+    found = []
+    for side, name in ((sides.genuine, "genuine.bag"), (sides.pipros, "pipros.bag")):
+        done = side.run("rosbag", "fix", "-n", "old.bag", name, FILE)
+        assert (done.returncode, done.stdout) == (0, ["Bag migrated successfully."])
+        with BagReader(sides.home / name) as bag:
+            found.append([(each[0].type, each[0].md5sum, *each[1:4]) for each in bag.raw_messages()])
+
+    genuine, ours = found
+    assert len(genuine) == 1
+    assert ours == genuine
