@@ -28,6 +28,7 @@ _MODULES = {
     "tf2_geometry_msgs": "python3-tf2-geometry-msgs",
     "tf2_sensor_msgs": "python3-tf2-sensor-msgs",
     "tf_conversions": "python3-tf-conversions",
+    "visualization_msgs": "python3-visualization-msgs",
 }
 _FILES = {
     "/usr/bin/catkin_make": "catkin",
@@ -100,6 +101,7 @@ PACKAGES = " ".join(
         "python3-tf2-kdl",
         "python3-tf2-ros",
         "python3-tf2-sensor-msgs",
+        "python3-visualization-msgs",
         "ros-core-dev",
         "ros-message-generation",
         "ros-message-runtime",

@@ -29,7 +29,7 @@ LAYERS: list[list[set[str]]] = [
     [{"startup", "net", "workspace"}],
     [{"master", "node"}],
     [
-        {"launch", "graph", "transforms", "filters", "actions", "diagnostics", "bag", "vision"},
+        {"launch", "graph", "transforms", "filters", "actions", "diagnostics", "bag", "vision", "markers"},
         {"topic_tools"},
     ],
     [{"testing", "web", "health"}],
@@ -47,6 +47,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "diagnostic_updater": {"rospy"},
     "dynamic_reconfigure": {"rospy", "rosservice"},
     "genpy": {"genmsg"},  # the exceptions of generate_dynamic
+    "interactive_markers": {"rospy"},
     "message_filters": {"rospy"},  # topics, the clock and logs of rospy's node
     "roslaunch": {"rosgraph"},  # its server is a rosgraph.xmlrpc.XmlRpcNode
     "roslib": {"genmsg", "genpy", "rosgraph"},  # the former home of their names, messages and network

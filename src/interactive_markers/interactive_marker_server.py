@@ -1,0 +1,171 @@
+"""InteractiveMarkerServer: tells viewers of markers, and callbacks of what viewers do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Lock
+from typing import Any
+
+from geometry_msgs.msg import Pose
+from std_msgs.msg import Header
+from visualization_msgs.msg import (
+    InteractiveMarker,
+    InteractiveMarkerFeedback,
+    InteractiveMarkerInit,
+    InteractiveMarkerPose,
+    InteractiveMarkerUpdate,
+)
+
+import rospy
+from pipros.markers.state import MarkerContext as MarkerContext
+from pipros.markers.state import Markers
+from pipros.markers.state import UpdateContext as UpdateContext
+
+_KEEP_ALIVE_PERIOD_S = 0.5
+_EMPTY_HEADER = Header()
+
+
+class InteractiveMarkerServer:
+    """Shows markers to the viewers of a namespace.
+
+    `insert`, `setPose`, `erase` and `clear` take effect with `applyChanges`; callbacks count at once. All
+    methods may be called from any thread, and from callbacks.
+
+    Topics: `<topic_ns>/update` has the changes, and twice a second a sign of life; `<topic_ns>/update_full`,
+    latched, all markers; `<topic_ns>/feedback` is what viewers send.
+
+    Args:
+        topic_ns: the namespace.
+        server_id: added to the node's name; needed where a node has several servers of one namespace.
+        q_size: how many feedback messages may wait.
+    """
+
+    DEFAULT_FEEDBACK_CB = 255
+
+    def __init__(self, topic_ns: str, server_id: str = "", q_size: int = 100) -> None:
+        self.topic_ns = topic_ns
+        self.server_id = rospy.get_name() + server_id
+        self.seq_num = 0
+        self.mutex = Lock()
+        self._markers = Markers(InteractiveMarker)
+        self.init_pub = rospy.Publisher(
+            f"{topic_ns}/update_full", InteractiveMarkerInit, latch=True, queue_size=100
+        )
+        self.update_pub = rospy.Publisher(f"{topic_ns}/update", InteractiveMarkerUpdate, queue_size=100)
+        rospy.Subscriber(
+            f"{topic_ns}/feedback", InteractiveMarkerFeedback, self.processFeedback, queue_size=q_size
+        )
+        rospy.Timer(rospy.Duration(_KEEP_ALIVE_PERIOD_S), self.keepAlive, reset=True)
+        self.publishInit()
+
+    @property
+    def marker_contexts(self) -> dict[str, MarkerContext]:
+        """The markers that viewers know, by name."""
+        return self._markers.contexts
+
+    @property
+    def pending_updates(self) -> dict[str, UpdateContext]:
+        """The changes that wait for `applyChanges`, by the marker's name."""
+        return self._markers.pending
+
+    def insert(
+        self,
+        marker: InteractiveMarker,
+        feedback_cb: Callable[[InteractiveMarkerFeedback], Any] | int | None = -1,
+        feedback_type: int = DEFAULT_FEEDBACK_CB,
+    ) -> None:
+        """Add a marker, or replace the one with its name; with a callback, as `setCallback` takes it."""
+        with self.mutex:
+            self._markers.insert(marker)
+            if not isinstance(feedback_cb, int):
+                self._markers.set_callback(marker.name, feedback_cb, self._event(feedback_type))
+
+    def setPose(self, name: str, pose: Pose, header: Header = _EMPTY_HEADER) -> bool:
+        """Move a marker; a header without a frame leaves its own.
+
+        Returns False if it does not exist, or waits to be inserted.
+        """
+        with self.mutex:
+            return self._markers.set_pose(name, pose, header)
+
+    def erase(self, name: str) -> bool:
+        """Take a marker away. Returns False if it does not exist."""
+        with self.mutex:
+            return self._markers.erase(name)
+
+    def clear(self) -> None:
+        """Take all markers away, and forget the changes that wait."""
+        with self.mutex:
+            self._markers.clear()
+
+    def setCallback(
+        self,
+        name: str,
+        feedback_cb: Callable[[InteractiveMarkerFeedback], Any] | None,
+        feedback_type: int = DEFAULT_FEEDBACK_CB,
+    ) -> bool:
+        """Call `feedback_cb` with what viewers do to a marker; None calls nothing.
+
+        Args:
+            feedback_type: the type of event, such as `InteractiveMarkerFeedback.POSE_UPDATE`; by default all
+                types that have no callback of their own.
+
+        Returns False if the marker does not exist.
+        """
+        with self.mutex:
+            return self._markers.set_callback(name, feedback_cb, self._event(feedback_type))
+
+    def applyChanges(self) -> None:
+        """Make the changes that wait, and tell the viewers. Nothing is sent when nothing waits."""
+        with self.mutex:
+            changes = self._markers.apply()
+            if changes is None:
+                return
+            self.seq_num += 1
+            self.publish(
+                InteractiveMarkerUpdate(
+                    type=InteractiveMarkerUpdate.UPDATE,
+                    markers=changes.inserted,
+                    poses=[
+                        InteractiveMarkerPose(marker.header, marker.pose, marker.name)
+                        for marker in changes.moved
+                    ],
+                    erases=changes.erased,
+                )
+            )
+            self._publish_init()
+
+    def get(self, name: str) -> InteractiveMarker | None:
+        """The marker as it will be after `applyChanges`; None if it does not exist then."""
+        with self.mutex:
+            marker: InteractiveMarker | None = self._markers.get(name)
+        return marker
+
+    def processFeedback(self, feedback: InteractiveMarkerFeedback) -> None:
+        """Take what a viewer sent: where it moved a marker, `applyChanges` tells the others."""
+        with self.mutex:
+            is_move = feedback.event_type == InteractiveMarkerFeedback.POSE_UPDATE
+            callback = self._markers.take_feedback(feedback, is_move, rospy.Time.now().to_sec())
+        if callback:
+            callback(feedback)
+
+    def keepAlive(self, msg: Any) -> None:  # noqa: ARG002 # the event of the timer
+        """Tell viewers that the server is there."""
+        self.publish(InteractiveMarkerUpdate(type=InteractiveMarkerUpdate.KEEP_ALIVE))
+
+    def publish(self, update: InteractiveMarkerUpdate) -> None:
+        """Send an update with the server's name and number."""
+        update.server_id, update.seq_num = self.server_id, self.seq_num
+        self.update_pub.publish(update)
+
+    def publishInit(self) -> None:
+        """Send all markers to those who begin to view."""
+        with self.mutex:
+            self._publish_init()
+
+    def _publish_init(self) -> None:
+        markers = [context.int_marker for context in self._markers.contexts.values()]
+        self.init_pub.publish(InteractiveMarkerInit(self.server_id, self.seq_num, markers))
+
+    def _event(self, feedback_type: int) -> int | None:
+        return None if feedback_type == self.DEFAULT_FEEDBACK_CB else feedback_type

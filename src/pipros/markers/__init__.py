@@ -1,0 +1,1 @@
+"""Interactive markers: what a server shows, and the changes that wait. No topics, no clock."""
