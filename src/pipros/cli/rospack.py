@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from pipros.cli.query_arguments import TOO_MANY_WORDS, complain, split_arguments
 from pipros.cli.streams import command
 from pipros.errors import PiprosError
 from pipros.workspace.dependency_graph import DependencyGraph
@@ -51,6 +52,7 @@ USAGE: rospack <command> [options] [package]
 _NO_SUCH_PACKAGE = dict.fromkeys(("depends", "depends1", "depends-on", "depends-on1"), "no such package {}")
 
 _VALUE_OPTIONS = ("--target", "--attrib", "--top", "--length", "--lang")
+_FLAGS = ("-q", "--deps-only", "--zombie-only")
 
 
 class _Failed(PiprosError):
@@ -91,11 +93,11 @@ class _Query:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command and returns its exit code."""
-    words, options, problem = _sort(list(sys.argv[1:] if argv is None else argv))
+    words, options, problem = split_arguments(sys.argv[1:] if argv is None else argv, _VALUE_OPTIONS, _FLAGS)
     if problem:
-        return _complain(problem, options)
+        return complain("rospack", problem, options)
     if not words:
-        _complain("no command given.  Try 'rospack help'", options)
+        complain("rospack", "no command given.  Try 'rospack help'", options)
         return 0
     command = words.pop(0)
     if command in ("help", "-h", "--help"):
@@ -105,46 +107,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         command = command.replace("deps", "depends")
     answer = _COMMANDS.get(command)
     if answer is None:
-        return _complain(f"command {command} not implemented", options)
+        return complain("rospack", f"command {command} not implemented", options)
     if len(words) > 1:
-        return _complain(
-            "failed to parse command-line options: too many positional options have been specified on the "
-            "command line",
-            options,
-        )
+        return complain("rospack", TOO_MANY_WORDS, options)
     try:
         lines = answer(_Query(command, words, options))
     except (PiprosError, OSError) as error:
-        return _complain(str(error), options)
+        return complain("rospack", str(error), options)
     for line in lines:
         print(line)
     return 0
-
-
-def _sort(arguments: list[str]) -> tuple[list[str], dict[str, str], str]:
-    """Words, options, and what is wrong with them."""
-    words: list[str] = []
-    options: dict[str, str] = {}
-    while arguments:
-        argument = arguments.pop(0)
-        name, sign, value = argument.partition("=")
-        if name in _VALUE_OPTIONS:
-            if not sign and not arguments:
-                return words, options, f"the required argument for option '{name}' is missing"
-            options[name] = value if sign else arguments.pop(0)
-        elif argument in ("-q", "--deps-only", "--zombie-only"):
-            options[argument] = "yes"
-        elif argument.startswith("-") and argument not in ("-h", "--help"):
-            return words, options, f"failed to parse command-line options: unrecognised option '{argument}'"
-        else:
-            words.append(argument)
-    return words, options, ""
-
-
-def _complain(text: str, options: Mapping[str, str]) -> int:
-    if "-q" not in options:
-        print(f"[rospack] Error: {text}", file=sys.stderr)
-    return 1
 
 
 def _find(query: _Query) -> list[str]:

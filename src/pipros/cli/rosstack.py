@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from pipros.cli.query_arguments import TOO_MANY_WORDS, complain, split_arguments
 from pipros.cli.streams import command
 from pipros.errors import PiprosError
 from pipros.packages.crawl import STACKS
@@ -36,6 +37,7 @@ USAGE: rosstack [options] <command> [stack]
 """.format(blank=" ")
 
 _VALUE_OPTIONS = ("--target", "--length", "--attrib", "--top", "--lang")
+_FLAGS = ("-q", "-h")
 
 # Noetic has three texts for an unknown stack.
 _UNKNOWN = {
@@ -84,14 +86,14 @@ class _Question:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command and returns its exit code."""
-    words, options, problem = _sort(list(sys.argv[1:] if argv is None else argv))
+    words, options, problem = split_arguments(sys.argv[1:] if argv is None else argv, _VALUE_OPTIONS, _FLAGS)
     if problem:
-        return _complain(problem, options)
-    if not words:
+        return complain("rosstack", problem, options)
+    if not words or "--help" in words:
         if "-h" in options:
             print(HELP)
         else:
-            _complain("no command given.  Try 'rosstack help'", options)
+            complain("rosstack", "no command given.  Try 'rosstack help'", options)
         return 0
     asked = words.pop(0)
     if asked == "help":
@@ -101,51 +103,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         asked = asked.replace("deps", "depends")
     answer = _COMMANDS.get(asked)
     if answer is None:
-        return _complain(f"command {asked} not implemented", options)
+        return complain("rosstack", f"command {asked} not implemented", options)
     if len(words) > 1:
-        return _complain(
-            "failed to parse command-line options: too many positional options have been specified on the "
-            "command line",
-            options,
-        )
+        return complain("rosstack", TOO_MANY_WORDS, options)
     question = _Question(asked, words, options)
     if question.has_words and asked in ("list", "list-names", "profile"):
-        return _complain("invalid option(s) given", options)
+        return complain("rosstack", "invalid option(s) given", options)
     try:
         lines = answer(question)
     except (PiprosError, OSError) as error:
-        return _complain(str(error), options)
+        return complain("rosstack", str(error), options)
     for line in lines:
         print(line)
     return 0
-
-
-def _sort(arguments: list[str]) -> tuple[list[str], dict[str, str], str]:
-    """Words, options, and what is wrong with them."""
-    words: list[str] = []
-    options: dict[str, str] = {}
-    while arguments:
-        argument = arguments.pop(0)
-        name, sign, value = argument.partition("=")
-        if name in _VALUE_OPTIONS:
-            if not sign and not arguments:
-                return words, options, f"the required argument for option '{name}' is missing"
-            options[name] = value if sign else arguments.pop(0)
-        elif argument in ("-q", "-h"):
-            options[argument] = "yes"
-        elif argument == "--help":
-            return [], options, ""
-        elif argument.startswith("-"):
-            return words, options, f"failed to parse command-line options: unrecognised option '{argument}'"
-        else:
-            words.append(argument)
-    return words, options, ""
-
-
-def _complain(text: str, options: Mapping[str, str]) -> int:
-    if "-q" not in options:
-        print(f"[rosstack] Error: {text}", file=sys.stderr)
-    return 1
 
 
 def _contents(question: _Question) -> list[str]:

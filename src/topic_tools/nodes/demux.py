@@ -6,9 +6,9 @@ import threading
 
 import rospy
 from pipros.node.any_msg import RawMessage
-from pipros.topic_tools.selection import Refused, Selection
+from pipros.topic_tools.selection import Selection
 from topic_tools.nodes.output import Input, Output, base_name
-from topic_tools.nodes.switching import Services
+from topic_tools.nodes.switching import Services, selection_of
 
 USAGE = "\nusage: demux IN_TOPIC OUT_TOPIC1 [OUT_TOPIC2 [...]]\n"
 
@@ -68,13 +68,7 @@ def main() -> int:
         return 1
     source, *targets = arguments
     rospy.init_node(f"{base_name(source)}_demux", anonymous=True)
-    selection = Selection([], "demux")
-    try:
-        for target in dict.fromkeys(map(rospy.resolve_name, targets)):
-            selection.add(target)
-    except Refused as error:
-        raise SystemExit(str(error)) from None
-    selection.select(selection.topics[0])
+    selection = selection_of("demux", targets)
     demux = Demux(selection)
     services = Services("Demux", selection)
 

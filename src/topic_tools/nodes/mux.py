@@ -8,7 +8,7 @@ import rospy
 from pipros.node.any_msg import RawMessage
 from pipros.topic_tools.selection import NONE, Refused, Selection
 from topic_tools.nodes.output import Input, Output, base_name
-from topic_tools.nodes.switching import Services
+from topic_tools.nodes.switching import Services, selection_of
 
 USAGE = "\nusage: mux OUT_TOPIC IN_TOPIC1 [IN_TOPIC2 [...]]\n"
 
@@ -90,18 +90,12 @@ def main() -> int:
         return 1
     target, *sources = arguments
     rospy.init_node(f"{base_name(target)}_mux", anonymous=True)
-    selection = Selection([], "mux")
-    try:
-        for source in dict.fromkeys(map(rospy.resolve_name, sources)):
-            selection.add(source)
-    except Refused as error:
-        raise SystemExit(str(error)) from None
+    selection = selection_of("mux", sources)
     first = str(rospy.get_param("~initial_topic", "")) or sources[0]
     try:
         selection.select(first if first == NONE else rospy.resolve_name(first))
     except Refused as error:  # as the service refuses it
         rospy.logwarn("~initial_topic: %s", error)
-        selection.select(selection.topics[0])
     lazy, latch = (bool(rospy.get_param(name, False)) for name in ("~lazy", "~latch"))
     mux = Mux(target, selection, lazy=lazy, latch=latch)
     services = Services("Mux", selection)

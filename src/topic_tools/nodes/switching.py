@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import rospy
@@ -13,6 +13,18 @@ from pipros.topic_tools.selection import NONE, Refused, Selection
 def resolved(topic: str) -> str:
     """The global name of a topic that a service was given; `__none` stays as it is."""
     return topic if topic == NONE else rospy.resolve_name(topic)
+
+
+def selection_of(tool: str, topics: Iterable[str]) -> Selection:
+    """The topics of a command line, of which the first is selected. Ends the program if one is refused."""
+    selection = Selection([], tool)
+    try:
+        for topic in dict.fromkeys(map(rospy.resolve_name, topics)):
+            selection.add(topic)
+    except Refused as error:
+        raise SystemExit(str(error)) from None
+    selection.select(selection.topics[0])
+    return selection
 
 
 class Services:
