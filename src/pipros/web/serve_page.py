@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import hashlib
 import os
 import signal
 import socket
@@ -12,11 +13,13 @@ import threading
 import webbrowser
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from pipros.errors import PiprosError
 from pipros.graph.client import GraphClient
 from pipros.node import Node
+from pipros.web.access import Access
 from pipros.web.server import Action, PageServer, Services, View
 from pipros.web.views.calls import CallViews
 from pipros.web.views.console import ConsoleViews
@@ -35,6 +38,8 @@ CHANGING = frozenset(
     {"call_service", "delete_param", "publishing", "set_logger_level", "set_param", "set_reconfigured"}
 )
 """The views and actions that change the system."""
+
+_EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - only when --bind says so
 
 
 class ServerFailed(PiprosError):
@@ -89,12 +94,12 @@ async def _serve(options: PageOptions, system: WatchedSystem) -> None:
         shown = "localhost" if host in ("127.0.0.1", "::1") else f"[{host}]" if ":" in host else host
         names = () if shown == "localhost" else (shown.lower(), socket.gethostname().lower())
         await server.start(host, options.port, names=names, tls=_tls(options))
-        url = server.access.url("localhost" if shown in ("0.0.0.0", "[::]") else shown, options.tab)  # noqa: S104
+        url = server.access.url("localhost" if host in _EVERYWHERE else shown, options.tab)
         print(f"{options.tool}: {url}", flush=True)
         if not options.has_control:
             print("The page only looks. With --control it can also change the system.", file=sys.stderr)
         if shown != "localhost":
-            _warn_about_network(options)
+            _warn_about_network(options, server.access)
         if options.opens_browser and _has_display():
             threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
         await over.wait()
@@ -158,11 +163,25 @@ def _tls(options: PageOptions) -> ssl.SSLContext | None:
     return context
 
 
-def _warn_about_network(options: PageOptions) -> None:
+def _warn_about_network(options: PageOptions, access: Access) -> None:
     what = "see and change" if options.has_control else "see"
     print(f"Others on this network can {what} the system when they have this address.", file=sys.stderr)
+    if options.host.strip("[]") in _EVERYWHERE:
+        print(f"From other computers: {access.url(socket.gethostname(), options.tab)}", file=sys.stderr)
     if options.certificate is None:
         print("It is not encrypted: with --cert and --key it would be.", file=sys.stderr)
+    elif fingerprint := fingerprint_of(options.certificate):
+        print(f"Encrypted with TLS; the certificate's SHA-256 fingerprint is {fingerprint}.", file=sys.stderr)
+
+
+def fingerprint_of(certificate: str) -> str:
+    """The SHA-256 of the first certificate in a PEM file, as browsers show it; empty when there is none."""
+    text = Path(certificate).read_text(encoding="ascii", errors="replace")
+    begin, end = text.find(ssl.PEM_HEADER), text.find(ssl.PEM_FOOTER)
+    if not 0 <= begin < end:
+        return ""
+    der = ssl.PEM_cert_to_DER_cert(text[begin : end + len(ssl.PEM_FOOTER)])
+    return hashlib.sha256(der).digest().hex(":").upper()
 
 
 def _has_display() -> bool:

@@ -1,0 +1,97 @@
+"""The page on a network: `--bind`, a certificate, and what is said of them. The network is 127.0.0.2 here."""
+
+from __future__ import annotations
+
+import hashlib
+import http.client
+import json
+import ssl
+import sys
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from websockets import Origin
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from tests.support.ros import RosSystem
+
+CERTIFICATES = Path(__file__).parents[1] / "support" / "certificates"
+FINGERPRINT = hashlib.sha256(ssl.PEM_cert_to_DER_cert((CERTIFICATES / "cert.pem").read_text())).hexdigest()
+HOST = "127.0.0.2"
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="127.0.0.2 is an address on Linux only")
+
+
+def trusting() -> ssl.SSLContext:
+    """Trusts the test's certificate, and checks names."""
+    return ssl.create_default_context(cafile=str(CERTIFICATES / "cert.pem"))
+
+
+@pytest.mark.parametrize("is_one_file", [False, True])
+def test_a_certificate_makes_everything_https(ros: RosSystem, tmp_path: Path, is_one_file: bool) -> None:
+    ros.pipros.start_bare_master()
+    cert, key = CERTIFICATES / "cert.pem", CERTIFICATES / "key.pem"
+    files: tuple[str | Path, ...] = ("--cert", cert, "--key", key)
+    if is_one_file:
+        both = tmp_path / "both.pem"
+        both.write_text(key.read_text() + cert.read_text())
+        files = ("--cert", both)
+    server = ros.pipros.start("rqt_graph", "--no-browser", "--bind", f"{HOST}:0", *files)
+    url = urlsplit(server.wait_for(r"https://\S+")[0])
+    assert url.hostname == HOST
+    server.wait_for("Others on this network can see the system when they have this address.")
+    said = server.wait_for("Encrypted with TLS; the certificate's SHA-256 fingerprint is ([0-9A-F:]{95})")[1]
+    assert said.replace(":", "").lower() == FINGERPRINT
+
+    connection = http.client.HTTPSConnection(url.netloc, context=trusting(), timeout=30)
+    connection.request("GET", f"/?{url.query}")
+    answer = connection.getresponse()
+    assert answer.status == 200
+    cookie = answer.headers["Set-Cookie"]
+    assert cookie.endswith("; HttpOnly; SameSite=Strict; Secure")
+    assert b"app.js" in answer.read()
+
+    headers = {"Cookie": cookie.partition(";")[0]}
+    live = f"wss://{url.netloc}/live"
+
+    def socket(scheme: str) -> connect:
+        origin = Origin(f"{scheme}://{url.netloc}")
+        return connect(
+            live, origin=origin, additional_headers=headers, ssl=trusting(), proxy=None, open_timeout=60
+        )
+
+    with socket("https") as browser:
+        browser.send(json.dumps({"id": 1, "action": "about"}))
+        assert json.loads(browser.recv(timeout=30))["data"]["master"] == ros.master_uri
+    with pytest.raises(InvalidStatus) as refused, socket("http"):
+        pass
+    assert refused.value.response.status_code == 403
+
+    plain = http.client.HTTPConnection(url.netloc, timeout=30)
+    plain.request("GET", f"/?{url.query}")
+    with pytest.raises((http.client.HTTPException, OSError)):
+        plain.getresponse()
+    server.press_ctrl_c()
+    assert server.wait() == 0
+
+
+def test_without_a_certificate_it_says_that_nothing_is_encrypted(ros: RosSystem) -> None:
+    ros.pipros.start_bare_master()
+    server = ros.pipros.start("rqt_graph", "--no-browser", "--control", "--bind", HOST)
+    url = urlsplit(server.wait_for(r"http://\S+")[0])
+    server.wait_for("Others on this network can see and change the system when they have this address.")
+    server.wait_for("It is not encrypted: with --cert and --key it would be.")
+    connection = http.client.HTTPConnection(url.netloc, timeout=30)
+    connection.request("GET", f"/?{url.query}")
+    assert connection.getresponse().status == 200
+
+
+def test_a_key_of_another_certificate_is_refused(ros: RosSystem) -> None:
+    ros.pipros.start_bare_master()
+    done = ros.pipros.run(
+        "rqt_graph", "--no-browser", "--cert", CERTIFICATES / "cert.pem", "--key", "/dev/null"
+    )
+    assert done.returncode == 1
+    assert f"cannot use the certificate {CERTIFICATES}/cert.pem" in done.output

@@ -1,0 +1,27 @@
+"""What genuine rosgraph, by which rqt_graph draws, finds in a system, as JSON: the edges of its graph."""
+
+import json
+import logging
+
+from rosgraph.impl.graph import Graph
+
+logging.disable()  # of dead nodes, whose tracebacks say nothing
+graph = Graph()
+graph.update()
+
+
+def edges(found):
+    return sorted([str(edge.start), str(edge.end), str(edge.label)] for edge in found)
+
+
+print(
+    json.dumps(
+        {
+            "connections": edges(graph.nn_edges),
+            "topics": edges(graph.nt_edges),
+            "registered": edges(graph.nt_all_edges),
+            "nodes": sorted(map(str, graph.nn_nodes)),
+            "bad": sorted(map(str, graph.bad_nodes)),
+        }
+    )
+)
