@@ -29,7 +29,18 @@ LAYERS: list[list[set[str]]] = [
     [{"startup", "net", "workspace"}],
     [{"master", "node"}],
     [
-        {"launch", "graph", "transforms", "filters", "actions", "diagnostics", "bag", "vision", "markers"},
+        {
+            "launch",
+            "graph",
+            "transforms",
+            "filters",
+            "actions",
+            "diagnostics",
+            "bag",
+            "bonds",
+            "vision",
+            "markers",
+        },
         {"topic_tools"},
     ],
     [{"testing", "web", "health"}],
@@ -44,6 +55,7 @@ STEP = {package: step for step, packages in enumerate(STEPS) for package in pack
 # Facades that stand on others, whose names are part of what they promise.
 FACADES_BELOW: dict[str, set[str]] = {
     "actionlib": {"rospy"},
+    "bondpy": {"rospy", "smclib"},  # bond.sm is a machine of smclib
     "diagnostic_updater": {"rospy"},
     "dynamic_reconfigure": {"rospy", "rosservice"},
     "genpy": {"genmsg"},  # the exceptions of generate_dynamic

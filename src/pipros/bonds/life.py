@@ -1,0 +1,69 @@
+"""The state machine of one side of a bond, without topics and clock.
+
+Both sides say periodically that they live. WAITING ends with the first message of the other side, the
+sister. ALIVE ends at once when the sister is silent for too long, or in agreement, when one of the sides
+wants it: then a side says that it ends (ENDING) until the sister has answered, or has not for too long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum, auto
+
+
+class State(Enum):
+    """The states, with the names that Noetic's machine gives them."""
+
+    WAITING = "SM.WaitingForSister"
+    ALIVE = "SM.Alive"
+    ENDING = "SM.AwaitSisterDeath"
+    DEAD = "SM.Dead"
+
+
+class Event(Enum):
+    """What happens to a side."""
+
+    SISTER_ALIVE = auto()
+    SISTER_ENDS = auto()
+    BREAK = auto()
+    """This side is to end the bond."""
+    CONNECT_TIMEOUT = auto()
+    HEARTBEAT_TIMEOUT = auto()
+    DISCONNECT_TIMEOUT = auto()
+
+
+_W, _A, _E, _D = State.WAITING, State.ALIVE, State.ENDING, State.DEAD
+
+# In all states that are not listed, an event changes nothing.
+NEXT: Mapping[tuple[State, Event], State] = {
+    (_W, Event.SISTER_ALIVE): _A,
+    (_W, Event.SISTER_ENDS): _E,
+    (_W, Event.CONNECT_TIMEOUT): _D,
+    (_W, Event.BREAK): _D,
+    (_A, Event.SISTER_ENDS): _E,
+    (_A, Event.HEARTBEAT_TIMEOUT): _D,
+    (_A, Event.BREAK): _E,
+    (_E, Event.SISTER_ENDS): _D,
+    (_E, Event.DISCONNECT_TIMEOUT): _D,
+}
+
+
+class Life:
+    """One side of a bond.
+
+    >>> life = Life()
+    >>> [life.take(event).name for event in (Event.SISTER_ALIVE, Event.BREAK, Event.SISTER_ENDS)]
+    ['ALIVE', 'ENDING', 'DEAD']
+    """
+
+    def __init__(self) -> None:
+        self.state = State.WAITING
+        self.was_formed = False
+        """Whether the sister was heard of before the end."""
+
+    def take(self, event: Event) -> State:
+        """Takes an event over. Returns the state after it."""
+        before, self.state = self.state, NEXT.get((self.state, event), self.state)
+        if before is State.WAITING and event in (Event.SISTER_ALIVE, Event.SISTER_ENDS):
+            self.was_formed = True
+        return self.state

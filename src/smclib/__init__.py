@@ -1,0 +1,1 @@
+"""smclib: what state machines that SMC has generated stand on."""

@@ -1,0 +1,135 @@
+"""Bonds between processes of both sides: formed, broken, and their other side gone."""
+
+from __future__ import annotations
+
+import random
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+
+PROGRAM = Path(__file__).parent / "programs" / "hold_bond.py"
+EXAMINE = Path(__file__).parent / "programs" / "examine_statemap.py"
+PAIRS = [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros"), ("genuine", "genuine")]
+
+CPP = """#include <bondcpp/bond.h>
+#include <iostream>
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "bond_in_cpp", ros::init_options::NoSigintHandler);
+  ros::AsyncSpinner spinner(1);
+  ros::NodeHandle node;
+  spinner.start();
+  bond::Bond bond("/bonds", argv[1]);
+  bond.setConnectTimeout(60);
+  bond.start();
+  std::cout << "formed: " << bond.waitUntilFormed(ros::Duration(60)) << std::endl;
+  if (std::string(argv[2]) == "break") bond.breakBond();
+  std::cout << "broken: " << bond.waitUntilBroken(ros::Duration(60)) << std::endl;
+}
+"""
+
+
+def hold(ros: RosSystem, side: str, *arguments: str) -> Process:
+    runner = getattr(ros, side)
+    return runner.start("python3", PROGRAM, *arguments)  # type: ignore[no-any-return]
+
+
+def said(process: Process) -> list[str]:
+    """What it printed, without the callbacks, which come from other threads."""
+    process.wait(60)
+    return [line for line in process.stdout if not line.startswith("callback")]
+
+
+@pytest.fixture
+def ros(plain_ros: RosSystem) -> RosSystem:
+    plain_ros.pipros.start_bare_master()
+    return plain_ros
+
+
+@pytest.mark.parametrize(("one", "other"), PAIRS)
+def test_a_bond_is_formed_and_broken(ros: RosSystem, one: str, other: str) -> None:
+    ended = {
+        action: (hold(ros, one, action, "wait"), hold(ros, other, action, action))
+        for action in ("break", "shutdown")
+    }
+
+    for action, (waiting, ending) in ended.items():
+        assert said(waiting) == [
+            f"0.2 2.0 /bonds {action} 36",
+            "AssertionError",
+            "AssertionError",
+            "formed: True True",
+            "broken: True True SM.Dead",
+            "stays broken: True",
+        ], waiting.output
+        assert "callback: formed" in waiting.stdout
+        assert "callback: broken" in waiting.stdout
+        last = ["broken: True True SM.Dead", "stays broken: True"]
+        if action == "shutdown":
+            last = ["after shutdown: True"]
+        assert said(ending)[4:] == last, ending.output
+
+
+@pytest.mark.parametrize(("one", "other"), PAIRS[:3])
+def test_a_bond_breaks_when_the_other_process_is_gone(ros: RosSystem, one: str, other: str) -> None:
+    waiting, killed = hold(ros, one, "gone", "wait", "2"), hold(ros, other, "gone", "wait")
+    killed.wait_for("formed: True True")
+    waiting.wait_for("broken soon: False False")
+
+    killed.kill()
+
+    assert said(waiting)[-2:] == ["broken: True True SM.Dead", "stays broken: True"]
+    assert "callback: broken" in waiting.stdout
+
+
+def test_a_side_alone_gives_up_alike(ros: RosSystem) -> None:
+    ours, genuine = (hold(ros, side, side, "alone") for side in ("pipros", "genuine"))
+
+    assert said(ours)[1:] == said(genuine)[1:]
+    assert "callback: broken" in ours.stdout
+    assert "callback: formed" not in ours.stdout
+    assert "broken: True True SM.Dead" in ours.stdout
+
+
+@pytest.mark.timeout(300)
+@pytest.mark.parametrize("breaks", ["cpp", "python"])
+def test_a_bond_with_bondcpp(ros: RosSystem, bondcpp: Path, breaks: str) -> None:
+    cpp = ros.genuine.start(bondcpp, "mixed", "break" if breaks == "cpp" else "wait")
+    ours = hold(ros, "pipros", "mixed", "break" if breaks == "python" else "wait")
+
+    assert said(ours)[-2:] == ["broken: True True SM.Dead", "stays broken: True"]
+    assert cpp.wait(60) == 0
+    assert cpp.stdout == ["formed: 1", "broken: 1"], cpp.output
+
+
+@pytest.fixture(scope="module")
+def bondcpp(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A program of one side of a bond that stands on genuine bondcpp."""
+    folder = tmp_path_factory.mktemp("bondcpp")
+    (folder / "bond.cpp").write_text(CPP)
+    flags = subprocess.run(
+        ["/usr/bin/pkg-config", "--cflags", "--libs", "bondcpp", "roscpp"],
+        check=True,
+        capture_output=True,
+        text=True,
+        env={"PATH": "/usr/bin:/bin"},
+    ).stdout.split()
+    subprocess.run(["/usr/bin/g++", "-o", folder / "bond", folder / "bond.cpp", *flags], check=True)
+    return folder / "bond"
+
+
+def test_smclib_answers_as_genuine() -> None:
+    seed = str(random.randrange(10**6))  # noqa: S311
+    answers = [
+        subprocess.run(
+            [python, EXAMINE, seed], env={"PATH": "/usr/bin:/bin"}, check=True, capture_output=True, text=True
+        ).stdout
+        for python in (sys.executable, "/usr/bin/python3")
+    ]
+
+    assert answers[0] == answers[1], seed
+    assert len(answers[0].splitlines()) > 400
