@@ -9,6 +9,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from pipros.vision.calibration import Calibration, formatted
+from pipros.vision.calibration_files import save
 from tests.support.environments import REPOSITORY
 
 PROGRAMS = Path(__file__).parent / "programs"
@@ -24,7 +28,8 @@ def asked(python: str, program: str, argument: int | str, **environment: str) ->
         check=False,
     )
     assert ended.returncode == 0, ended.stderr
-    return json.loads(ended.stdout)
+    # Libraries log to standard output, too.
+    return json.loads(next(line for line in ended.stdout.splitlines() if line.startswith("{")))
 
 
 def is_near(one: Any, other: Any) -> bool:
@@ -71,3 +76,29 @@ def test_vectors_of_kdl_move_as_points_of_messages() -> None:
     ours = asked(GENUINE, "examine_kdl", "kdl", PYTHONPATH=str(REPOSITORY / "src"))
 
     assert differing(genuine, ours) == {}
+
+
+def test_files_of_calibrations_are_read_alike() -> None:
+    genuine = asked(GENUINE, "examine_calibrations", 1)
+
+    assert differing(genuine, asked(sys.executable, "examine_calibrations", 1)) == {}
+
+
+@pytest.mark.parametrize("ending", ["yaml", "ini"])
+@pytest.mark.parametrize("name", ["left", "a: b #c", "narrow_stereo/left", "käse", ""])
+def test_files_of_calibrations_are_written_alike(name: str, ending: str, tmp_path: Path) -> None:
+    values = (1.23456789012345678, 1e-20, 3e300, 1234567.891, -0.0, 6e20, 0.1, math.inf, math.nan)
+    calibration = Calibration(name, 640, 480, "plumb_bob", values[:5], values, values, values + values[:3])
+    first, second = tmp_path / "first.yaml", tmp_path / f"second.{ending}"
+    save(str(first), calibration)
+
+    ended = subprocess.run(
+        ["/usr/lib/camera_calibration_parsers/convert", first, second],
+        env={"PATH": "/usr/bin:/bin"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert ended.returncode == 0, ended.stderr
+    assert formatted(calibration, str(second)) == second.read_text()

@@ -53,11 +53,13 @@ _FILES = {
     "/usr/share/message_generation/package.xml": "ros-message-generation",
     "/usr/share/message_runtime/package.xml": "ros-message-runtime",
     "/usr/lib/topic_tools/relay": "topic-tools",
+    "/usr/lib/camera_calibration_parsers/convert": "camera-calibration-parsers-tools",
     "/usr/lib/image_transport/republish": "image-transport-tools",
     "/usr/lib/joint_state_publisher/joint_state_publisher": "joint-state-publisher",
 }
 PACKAGES = " ".join(
     (
+        "camera-calibration-parsers-tools",
         "catkin",
         "image-transport-tools",
         "joint-state-publisher",

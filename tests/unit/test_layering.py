@@ -56,6 +56,7 @@ STEP = {package: step for step, packages in enumerate(STEPS) for package in pack
 FACADES_BELOW: dict[str, set[str]] = {
     "actionlib": {"rospy"},
     "bondpy": {"rospy", "smclib"},  # bond.sm is a machine of smclib
+    "camera_info_manager": {"camera_calibration_parsers", "rospy"},  # the messages of files
     "diagnostic_updater": {"rospy"},
     "dynamic_reconfigure": {"rospy", "rosservice"},
     "genpy": {"genmsg"},  # the exceptions of generate_dynamic

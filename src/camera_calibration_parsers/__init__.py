@@ -1,0 +1,55 @@
+"""camera_calibration_parsers, as Noetic has it, on pipros: files with calibrations of cameras."""
+
+from __future__ import annotations
+
+import sys
+
+from sensor_msgs.msg import CameraInfo
+
+from pipros.vision.calibration import Calibration, CalibrationError
+from pipros.vision.calibration_files import load, save
+
+
+def readCalibration(file_name: str) -> tuple[str, CameraInfo] | None:
+    """The name of the camera and its CameraInfo, from a file that ends with .yaml, .yml or .ini.
+
+    None where the file cannot be read; standard error says why.
+    """
+    try:
+        found = load(file_name)
+    except (OSError, CalibrationError) as error:
+        print(f"Failed to load a camera calibration: {error}", file=sys.stderr)
+        return None
+    return found.name, camera_info(found)
+
+
+def writeCalibration(file_name: str, camera_name: str, cam_info: CameraInfo) -> bool:
+    """Write a file that ends with .yaml, .yml or .ini. Genuine has this function in C++ only.
+
+    Returns False where it cannot be written; standard error says why.
+    """
+    try:
+        save(file_name, calibration(camera_name, cam_info))
+    except (OSError, CalibrationError) as error:
+        print(f"Failed to save a camera calibration to {file_name}: {error}", file=sys.stderr)
+        return False
+    return True
+
+
+def camera_info(calibration: Calibration) -> CameraInfo:
+    """The message for a calibration."""
+    return CameraInfo(
+        width=calibration.width,
+        height=calibration.height,
+        distortion_model=calibration.model,
+        D=calibration.d,
+        K=calibration.k,
+        R=calibration.r,
+        P=calibration.p,
+    )
+
+
+def calibration(camera_name: str, cam_info: CameraInfo) -> Calibration:
+    """The calibration of a message."""
+    d, k, r, p = (tuple(map(float, values)) for values in (cam_info.D, cam_info.K, cam_info.R, cam_info.P))
+    return Calibration(camera_name, cam_info.width, cam_info.height, cam_info.distortion_model, d, k, r, p)

@@ -1,0 +1,17 @@
+"""camera_info_manager, as camera_info_manager_py has it: the calibration of a camera, and its service."""
+
+from camera_info_manager.camera_info_manager import CameraInfoError as CameraInfoError
+from camera_info_manager.camera_info_manager import CameraInfoManager as CameraInfoManager
+from camera_info_manager.camera_info_manager import CameraInfoMissingError as CameraInfoMissingError
+from camera_info_manager.camera_info_manager import URL_empty as URL_empty
+from camera_info_manager.camera_info_manager import URL_file as URL_file
+from camera_info_manager.camera_info_manager import URL_invalid as URL_invalid
+from camera_info_manager.camera_info_manager import URL_package as URL_package
+from camera_info_manager.camera_info_manager import default_camera_info_url as default_camera_info_url
+from camera_info_manager.camera_info_manager import genCameraName as genCameraName
+from camera_info_manager.camera_info_manager import getPackageFileName as getPackageFileName
+from camera_info_manager.camera_info_manager import loadCalibrationFile as loadCalibrationFile
+from camera_info_manager.camera_info_manager import parseURL as parseURL
+from camera_info_manager.camera_info_manager import resolveURL as resolveURL
+from camera_info_manager.camera_info_manager import saveCalibration as saveCalibration
+from camera_info_manager.camera_info_manager import saveCalibrationFile as saveCalibrationFile

@@ -1,0 +1,39 @@
+"""camera_info_manager as the driver of a camera has it: a calibration is set by its service."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipros.master.master import Master
+from tests.support.environments import make_tool_folder, pipros_environment
+from tests.support.processes import Processes
+
+PROGRAM = """
+import rospy
+from camera_info_manager import CameraInfoManager
+from sensor_msgs.srv import SetCameraInfo
+
+rospy.init_node("driver")
+manager = CameraInfoManager("left", "file://${ROS_HOME}/${NAME}.yaml", "stereo/left")
+manager.loadCameraInfo()
+print(manager.isCalibrated())
+service = rospy.ServiceProxy("/stereo/left/set_camera_info", SetCameraInfo)
+service.wait_for_service(30)
+request = SetCameraInfo._request_class()
+request.camera_info.width = 640
+request.camera_info.K = [5.0] * 9
+print(service(request))
+print(manager.isCalibrated(), manager.getCameraInfo().width)
+"""
+
+
+def test_the_service_sets_and_saves_a_calibration(tmp_path: Path) -> None:
+    with Master(port=0) as master:
+        environment = pipros_environment(tmp_path, master.uri, make_tool_folder(tmp_path / "tools"))
+        ran = Processes(environment | {"ROS_HOME": str(tmp_path)}, tmp_path).run("python3", "-c", PROGRAM)
+
+    assert ran.returncode == 0, ran.output
+    assert [line for line in ran.stdout if "[INFO]" not in line] == [
+        *("False", "success: True", "status_message: ''", "True 640")
+    ], ran.output
+    assert "camera_name: left" in (tmp_path / "left.yaml").read_text()
