@@ -1,0 +1,1 @@
+"""diagnostic_aggregator: sorts what is reported on /diagnostics into a tree."""

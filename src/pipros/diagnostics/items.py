@@ -1,0 +1,52 @@
+"""One reported status, as the aggregator keeps and passes it on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+OK, WARN, ERROR, STALE = range(4)
+
+LEVEL_NAMES = ("OK", "Warning", "Error", "Stale")
+
+
+def level_name(level: int) -> str:
+    """What a level is called: `OK`, `Warning`, `Error`, `Stale`."""
+    return LEVEL_NAMES[level] if 0 <= level < len(LEVEL_NAMES) else f"Level {level}"
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """A status, as in diagnostic_msgs/DiagnosticStatus."""
+
+    name: str
+    level: int = STALE
+    message: str = "Missing"
+    hardware_id: str = ""
+    values: Sequence[tuple[str, str]] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """A status and when it came, in seconds; never yet for one that is only expected."""
+
+    status: Status
+    updated_s: float | None = None
+
+    def below(self, path: str, prefixes: Sequence[str], is_stale: bool) -> Status:
+        """The status as it is published below an analyzer's path, without the prefixes of its name."""
+        name = f"{path}/{output_name(self.status.name, prefixes)}"
+        return replace(self.status, name=name, level=STALE if is_stale else self.status.level)
+
+
+def output_name(name: str, prefixes: Sequence[str]) -> str:
+    """A status' name as a part of a path: without the first of the prefixes that it has, and without slashes.
+
+    >>> output_name("hokuyo_node: Frequency", ["hokuyo_node"]), output_name("/arm/left", [])
+    ('Frequency', ' arm left')
+    """
+    for prefix in prefixes:
+        if prefix and name.startswith(prefix):
+            name = name[len(prefix) :].removeprefix(":").lstrip(" ")
+            break
+    return name.replace("/", " ")

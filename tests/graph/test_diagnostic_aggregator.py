@@ -1,0 +1,77 @@
+"""The aggregator on a graph: parameters, topics, and analyzers that another node lends it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.env import Environment
+from pipros.msg import load_message_class
+from pipros.node import Node
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+DiagnosticArray: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
+DiagnosticStatus: Any = load_message_class("diagnostic_msgs/DiagnosticStatus")
+LAUNCH = """<launch>
+  <node pkg="diagnostic_aggregator" type="aggregator_node" name="aggregator" output="screen">
+    <param name="pub_rate" value="50"/>
+    <rosparam>
+      analyzers:
+        good: {type: diagnostic_aggregator/GenericAnalyzer, path: Good, startswith: good}
+        bad: {type: my_pkg/MyAnalyzer, path: Bad}
+    </rosparam>
+  </node>
+</launch>"""
+
+
+def test_an_aggregator_and_what_others_add_to_it(ros: RosSystem) -> None:
+    ros.pipros.start_bare_master()
+    launch = ros.home / "aggregator.launch"
+    launch.write_text(LAUNCH)
+    launched = ros.pipros.start("roslaunch", launch)
+    states: list[int] = []
+    newest: dict[str, Any] = {}
+
+    def keep(array: Any) -> None:
+        newest.clear()
+        newest.update({status.name: status for status in array.status})
+
+    with Node("probe", environment=Environment(master_uri=ros.master_uri)) as node:
+        node.subscribe("/diagnostics_agg", DiagnosticArray, keep)
+        node.subscribe(
+            "/diagnostics_toplevel_state", DiagnosticStatus, lambda state: states.append(state.level)
+        )
+        publisher = node.advertise("/diagnostics", DiagnosticArray, latch=True)
+        array = DiagnosticArray(
+            status=[DiagnosticStatus(0, name, "m", "hw", []) for name in ("good: 1", "lent")]
+        )
+        array.header.stamp.secs = 1
+
+        def has_reported(*names: str) -> bool:
+            publisher.publish(array)
+            return set(newest) == set(names)
+
+        before = ["/Good", "/Good/good: 1", "/bad", "/Other", "/Other/lent"]
+        wait_until(lambda: has_reported(*before), 30, lambda: f"{list(newest)} {launched.output}")
+        good, bad = newest["/Good/good: 1"], newest["/bad"]
+        assert (good.level, good.message, good.hardware_id) == (0, "m", "hw")
+        assert (bad.level, bad.message) == (2, "Pluginlib exception loading analyzer")
+        assert bad.values[0].value.startswith("there is no analyzer my_pkg/MyAnalyzer")
+        wait_until(lambda: states and states[-1] == 2, 30, "the level of everything")
+        assert "the analyzer /bad is left out" in launched.output
+
+        node.master.set_param(
+            "/lender/analyzers", {"a": {"type": "GenericAnalyzer", "path": "L", "name": "lent"}}
+        )
+        lender = ros.pipros.start("rosrun", "diagnostic_aggregator", "add_analyzers", "__name:=lender")
+        lender.wait_for("the analyzers are added")
+        wait_until(lambda: has_reported("/Good", "/Good/good: 1", "/bad", "/L", "/L/lent"), 30, str(newest))
+        lender.press_ctrl_c()
+        assert lender.wait() == 0
+        wait_until(lambda: has_reported(*before), 30, lambda: f"{list(newest)} {launched.output}")
+
+        refused = ros.pipros.run("rosrun", "diagnostic_aggregator", "add_analyzers", "__name:=poor")
+        assert (refused.returncode, "/poor/analyzers is not set" in refused.output) == (1, True)
+        node.master.set_param("/wrong/analyzers", {"a": {"type": "my_pkg/MyAnalyzer", "path": "L"}})
+        refused = ros.pipros.run("rosrun", "diagnostic_aggregator", "add_analyzers", "__name:=wrong")
+        assert (refused.returncode, "there is no analyzer my_pkg" in refused.output) == (1, True)
