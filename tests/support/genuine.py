@@ -56,6 +56,7 @@ _FILES = {
     "/usr/lib/camera_calibration_parsers/convert": "camera-calibration-parsers-tools",
     "/usr/lib/image_transport/republish": "image-transport-tools",
     "/usr/lib/joint_state_publisher/joint_state_publisher": "joint-state-publisher",
+    "/usr/lib/robot_state_publisher/robot_state_publisher": "ros-robot-state-publisher",
 }
 PACKAGES = " ".join(
     (
@@ -111,6 +112,7 @@ PACKAGES = " ".join(
         "ros-core-dev",
         "ros-message-generation",
         "ros-message-runtime",
+        "ros-robot-state-publisher",
         "ros-sensor-msgs",
         "rosbash",
         "rospack-tools",

@@ -41,7 +41,7 @@ LAYERS: list[list[set[str]]] = [
             "vision",
             "markers",
         },
-        {"topic_tools"},
+        {"robot_model", "topic_tools"},
     ],
     [{"testing", "web", "health"}],
     [{"cli"}],
@@ -63,6 +63,8 @@ FACADES_BELOW: dict[str, set[str]] = {
     "genpy": {"genmsg"},  # the exceptions of generate_dynamic
     "interactive_markers": {"rospy"},
     "message_filters": {"rospy"},  # topics, the clock and logs of rospy's node
+    "joint_state_publisher": {"rospy"},
+    "robot_state_publisher": {"rospy", "tf2_ros"},
     "roslaunch": {"rosgraph"},  # its server is a rosgraph.xmlrpc.XmlRpcNode
     "roslib": {"genmsg", "genpy", "rosgraph"},  # the former home of their names, messages and network
     "rosbag": {"rospy"},  # timestamps are rospy.Time

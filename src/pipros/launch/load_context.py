@@ -17,6 +17,7 @@ from pipros.launch.substitute import FindResource, anonymous_name
 from pipros.limits import process_limits
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.overlays import built_workspaces
+from pipros.workspace.program_start import program_environment
 
 if TYPE_CHECKING:
     import subprocess
@@ -79,8 +80,9 @@ def _run_command(command_line: str) -> str:
     command = shlex.split(command_line)
     if not command:
         raise CommandFailed("the command is empty")
+    environment = program_environment(os.environ)  # `$(find xacro)/xacro` needs the Python of pipros
     try:
-        with subprocess.Popen(command, stdout=subprocess.PIPE) as process:  # noqa: S603
+        with subprocess.Popen(command, stdout=subprocess.PIPE, env=environment) as process:  # noqa: S603
             printed = _read_output(process, command)
     except OSError as error:
         reason = "no such command" if isinstance(error, FileNotFoundError) else str(error)

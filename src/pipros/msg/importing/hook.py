@@ -29,6 +29,9 @@ KINDS = ("msg", "srv")
 NEVER_PACKAGES = frozenset(("pipros", "sitecustomize", "usercustomize", "org", "java"))
 """Names that Python and its library try to import at every start, mostly without success, and our own."""
 
+PACKAGE_OF_MODULE = {"urdf_parser_py": "urdfdom_py"}
+"""Python packages of Noetic that are in a ROS package with another name, and that come from PyPI."""
+
 
 def install() -> None:
     """Makes the packages that `ImportablePackages` finds importable. Further calls have no effect."""
@@ -96,7 +99,11 @@ class PackageFinder:
             return cfg_spec(self._find_package, name)
         if not _may_be_package(name) or _is_python_starting():
             return None
-        found = self._find_package(name)
+        if name == "ament_index_python" and "xacro" in sys.modules:
+            from pipros.packages import ament_index_python
+
+            return _spec_of(name, os.path.dirname(ament_index_python.__file__))
+        found = self._find_package(PACKAGE_OF_MODULE.get(name, name))
         folder = None if found is None else os.fspath(found)
         if folder is not None:
             modules = os.path.join(folder, "src", name)

@@ -1,0 +1,24 @@
+"""Finds the folders of ROS packages. xacro 2 imports this as `ament_index_python.packages`."""
+
+from __future__ import annotations
+
+from pipros.packages import ImportablePackages
+
+
+class PackageNotFoundError(LookupError):
+    """The package path does not have this package."""
+
+
+def get_package_share_directory(package_name: str) -> str:
+    """The folder of a package on `ROS_PACKAGE_PATH`, or of one that comes with pipros.
+
+    Raises:
+        PackageNotFoundError: there is none of that name.
+    """
+    found = ImportablePackages().find(package_name)
+    if found is None:
+        raise PackageNotFoundError(
+            f"there is no package {package_name}. Is its folder on ROS_PACKAGE_PATH, or did you forget to "
+            "source devel/setup.bash?"
+        )
+    return found
