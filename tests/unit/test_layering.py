@@ -24,7 +24,7 @@ LAYERS: list[list[set[str]]] = [
         {"names", "env", "graph_variables", "wire", "safe"},
         {"log_folders"},
     ],
-    [{"packages", "cmake", "reconfigure"}],
+    [{"packages", "cmake"}, {"reconfigure"}],
     [{"msg"}],
     [{"startup", "net", "workspace"}],
     [{"master", "node"}],

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
+import threading
 from pathlib import Path
 from typing import Any
 
 from pipros.errors import PiprosError
+from pipros.reconfigure import cache
 from pipros.reconfigure.generator import OUTPUT_VARIABLE
 
 TIME_LIMIT_S = 30.0
@@ -48,32 +53,73 @@ def names(package_folder: Path) -> list[str]:
 def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
     """What the file declares: `name`, `description` and `constants`.
 
+    A file that has run before, and has not changed, is not run again.
+
     Raises:
         BadConfigFile: it failed, declared nothing, or did not end within the time limit.
     """
+    try:
+        if (kept := cache.recall(path)) is not None:
+            return kept
+    except OSError as error:
+        raise BadConfigFile(f"{path} cannot be read: {error}") from None
     with tempfile.TemporaryDirectory(prefix="pipros_cfg_") as folder:
         output = Path(folder) / "declared.json"
         # The four arguments that genuine's generator asks for: old files look at their number.
         arguments = [sys.executable, str(path), folder, folder, folder, folder]
-        environment = {**os.environ, OUTPUT_VARIABLE: str(output)}
-        try:
-            ended = subprocess.run(  # noqa: S603 # the user's own program
-                arguments,
-                env=environment,
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                text=True,
-                errors="replace",
-                timeout=time_limit_s,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            raise BadConfigFile(f"{path} did not end within {time_limit_s:g} s") from None
+        code, said = _run(arguments, {**os.environ, OUTPUT_VARIABLE: str(output)}, time_limit_s)
+        if code is None:
+            raise BadConfigFile(f"{path} did not end within {time_limit_s:g} s")
         if not output.exists():
-            said = ended.stderr.strip()[-_SHOWN_CHARACTERS:] or "it never called generate()"
-            raise BadConfigFile(f"{path} declared no parameters (exit code {ended.returncode}):\n{said}")
+            said = said or "it never called generate()"
+            raise BadConfigFile(f"{path} declared no parameters (exit code {code}):\n{said}")
         declared: dict[str, Any] = json.loads(output.read_text(encoding="utf-8"))
-        return declared
+    if cache.SOURCES in declared:
+        cache.keep(path, declared)
+    return declared
+
+
+def _run(arguments: list[str], environment: dict[str, str], limit_s: float) -> tuple[int | None, str]:
+    """Runs the user's own program. Returns its exit code and the end of what it printed as errors.
+
+    The exit code is None for one that did not end. Whatever it has started ends with it.
+    """
+    process = subprocess.Popen(  # noqa: S603
+        arguments,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
+    said = b""
+
+    def read_errors() -> None:
+        nonlocal said
+        assert isinstance(process.stderr, io.BufferedReader)  # noqa: S101 # a pipe
+        with process.stderr as errors:
+            while chunk := errors.read1(65536):
+                said = (said + chunk)[-4 * _SHOWN_CHARACTERS :]
+
+    reader = threading.Thread(target=read_errors, daemon=True)
+    reader.start()
+    try:
+        code: int | None = process.wait(limit_s)
+    except subprocess.TimeoutExpired:
+        code = None
+    finally:
+        _end_all(process)
+        process.wait()
+        reader.join(1.0)
+    return code, said.decode("utf-8", "replace").strip()[-_SHOWN_CHARACTERS:]
+
+
+def _end_all(process: subprocess.Popen[bytes]) -> None:
+    if hasattr(os, "killpg"):
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
 
 
 def parameters(group: dict[str, Any]) -> list[dict[str, Any]]:

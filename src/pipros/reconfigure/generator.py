@@ -5,6 +5,7 @@ The description is that of the modules that genuine dynamic_reconfigure generate
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
@@ -12,6 +13,8 @@ import re
 import sys
 from pathlib import Path
 from typing import Any
+
+from pipros.reconfigure.cache import SOURCES, sources
 
 OUTPUT_VARIABLE = "PIPROS_CFG_OUTPUT"
 """The environment variable with the file where a `.cfg` program writes what it declares."""
@@ -158,7 +161,13 @@ class ParameterGenerator:
                 file=sys.stderr,
             )
             return 1
-        declared = {"name": name, "description": self.group.to_dict(), "constants": self.constants}
+        declared: dict[str, Any] = {
+            "name": name,
+            "description": self.group.to_dict(),
+            "constants": self.constants,
+        }
+        with contextlib.suppress(OSError):  # a module without a file: what was declared is not kept
+            declared[SOURCES] = sources(list(sys.modules.values()))
         Path(output).write_text(json.dumps(declared), encoding="utf-8")
         return 0
 

@@ -16,8 +16,11 @@ from dynamic_reconfigure.encoding import (
     encode_description,
 )
 from pipros.msg.importing.hook import PackageFinder
+from pipros.packages import cache_folder
+from pipros.reconfigure import cache
 from pipros.reconfigure.cfg_file import BadConfigFile, module_contents, read
 from pipros.reconfigure.generator import ParameterGenerator
+from tests.support.waiting import wait_until
 
 HEAD = "from dynamic_reconfigure.parameter_generator_catkin import *\ngen = ParameterGenerator()\n"
 BODY = """
@@ -93,6 +96,89 @@ def test_a_file_that_never_ends_is_ended(cfg: Path) -> None:
 
     with pytest.raises(BadConfigFile, match=r"did not end within 0\.3 s"):
         read(cfg, time_limit_s=0.3)
+
+
+def test_what_it_started_ends_with_it(cfg: Path, tmp_path: Path) -> None:
+    """A process in the background has the file's standard error, and nobody waits for it."""
+    child = "import os, threading; print(os.getpid(), flush=True); threading.Event().wait()"
+    cfg.write_text(
+        "import subprocess, sys\n"
+        f"child = subprocess.Popen([sys.executable, '-c', {child!r}], stdout=subprocess.PIPE, text=True)\n"
+        f"open({str(tmp_path / 'pid')!r}, 'w').write(child.stdout.readline())\n"
+        "print('x' * 10**7, file=sys.stderr)\n"
+        "raise SystemExit('the last words')\n"
+    )
+
+    with pytest.raises(BadConfigFile, match="the last words") as failed:
+        read(cfg)
+
+    assert len(str(failed.value)) < 3000
+    pid = int((tmp_path / "pid").read_text())
+    wait_until(lambda: not Path(f"/proc/{pid}/cmdline").exists() or not is_alive(pid), 30)
+
+
+def is_alive(pid: int) -> bool:
+    """Whether the process runs; not when its end only waits to be noticed."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+def counting(cfg: Path, tmp_path: Path) -> Path:
+    """Makes the file count its runs by the length of the file that is returned."""
+    runs = tmp_path / "runs"
+    cfg.write_text(f"open({str(runs)!r}, 'a').write('.')\nimport sys\n" + cfg.read_text())
+    return runs
+
+
+def test_a_file_runs_once_until_it_changes(cfg: Path, tmp_path: Path) -> None:
+    runs = counting(cfg, tmp_path)
+    first = read(cfg)
+
+    assert read(cfg) == first
+    assert len(runs.read_text()) == 1
+    cfg.write_text(cfg.read_text().replace('"gain", double_t, 2', '"gain", double_t, 8'))
+    assert module_contents(read(cfg))["level"]["gain"] == 8
+    assert len(runs.read_text()) == 2
+    other = cfg.with_name("Other.cfg")
+    other.write_text(cfg.read_text())
+    assert read(other)["description"]["parameters"][0]["srcfile"] == "Other.cfg"
+
+
+def test_a_file_runs_again_when_what_it_imports_changes(cfg: Path, tmp_path: Path) -> None:
+    module = tmp_path / "common_gains.py"
+    module.write_text("LEVEL = 1\n")
+    text = f"import sys\nsys.path.insert(0, {str(tmp_path)!r})\nfrom common_gains import LEVEL\n"
+    cfg.write_text(text + HEAD + BODY.replace("double_t, 2", "double_t, LEVEL"))
+    assert module_contents(read(cfg))["level"]["gain"] == 1
+
+    module.write_text("LEVEL = 64\n")
+    assert module_contents(read(cfg))["level"]["gain"] == 64
+    module.unlink()
+    with pytest.raises(BadConfigFile, match="common_gains"):
+        read(cfg)
+
+
+def test_an_entry_that_cannot_be_read_is_made_anew(cfg: Path, tmp_path: Path) -> None:
+    runs = counting(cfg, tmp_path)
+    first = read(cfg)
+    entry = Path(cache_folder("cfg")) / cache._entry(cfg)
+    for broken in (
+        b"",
+        b"{",
+        b"[]",
+        b"{}",
+        b'{"sources": []}',
+        b'{"sources": [["x"]]}',
+        b"\xff" * 9,
+        b"[" * 10**5,
+    ):
+        entry.write_bytes(broken)
+        assert read(cfg) == first
+    assert len(runs.read_text()) == 9
+    with pytest.raises(BadConfigFile, match="cannot be read"):
+        read(tmp_path / "nothing.cfg")
 
 
 def test_configurations_and_descriptions_come_back_from_messages(cfg: Path) -> None:

@@ -1,0 +1,84 @@
+"""What `.cfg` files declared, kept for the next process.
+
+An entry is named after the file's place and content, the interpreter that ran it and the code that reads it.
+It also counts only as long as the modules that the file imported, other than Python's and pipros' own, are
+unchanged. What else a file reads, the environment or other files, is not looked at.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from pipros.cache_files import CacheFolder
+from pipros.packages import cache_folder
+
+SOURCES = "sources"
+"""The key of what a file declared under which its imported modules stand."""
+
+_CODE = ("cache.py", "cfg_file.py", "generator.py")
+
+
+def sources(modules: Iterable[ModuleType]) -> list[list[Any]]:
+    """Place, size and time of the files of modules, without those of Python and of pipros."""
+    own = str(Path(__file__).resolve().parents[2])
+    fixed = tuple(
+        os.path.join(os.path.realpath(folder), "")
+        for folder in {sys.prefix, sys.base_prefix, sys.exec_prefix, own}
+    )
+    found = []
+    for module in modules:
+        file = getattr(module, "__file__", None)
+        if (
+            file is not None
+            and module.__name__ != "__main__"
+            and not os.path.realpath(file).startswith(fixed)
+        ):
+            found.append([os.path.abspath(file), *_stamp(file)])
+    return found
+
+
+def recall(path: Path) -> dict[str, Any] | None:
+    """What the file declared when it ran last; None when it has to run."""
+    content = _folder().read(_entry(path))
+    if content is None:
+        return None
+    try:
+        declared = json.loads(content)
+        current = all(_stamp(file) == stamp for file, *stamp in declared[SOURCES])
+        current = current and declared.keys() >= {"name", "description", "constants"}
+    except (AttributeError, KeyError, OSError, RecursionError, TypeError, ValueError):
+        return None
+    return declared if current else None
+
+
+def keep(path: Path, declared: dict[str, Any]) -> None:
+    """Keeps what the file declared, if possible."""
+    _folder().write(_entry(path), json.dumps(declared).encode())
+
+
+def _folder() -> CacheFolder:
+    return CacheFolder(os.path.abspath(cache_folder("cfg")))
+
+
+def _entry(path: Path) -> str:
+    here = Path(__file__).parent
+    parts = [
+        os.path.abspath(path),
+        hashlib.sha256(path.read_bytes()).hexdigest(),
+        sys.executable,
+        sys.version,
+        *(f"{name} {_stamp(here / name)}" for name in _CODE),
+    ]
+    return hashlib.sha256("\n".join(parts).encode("utf-8", "surrogateescape")).hexdigest() + ".json"
+
+
+def _stamp(file: str | Path) -> list[int]:
+    status = os.stat(file)
+    return [status.st_size, status.st_mtime_ns]
