@@ -13,11 +13,11 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Empty, Int32, String
 from std_srvs.srv import Trigger
 
-from pipros.bag import BagReader
+from pipros.bag import BagReader, BagWriter
 from pipros.bag.player import Player, PlayOptions
 from pipros.master.master import Master
 from pipros.node import Node
-from tests.support.bags import bag_bytes, rows_of
+from tests.support.bags import bag_bytes, header_of, rows_of
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
@@ -345,3 +345,20 @@ def test_a_topic_pauses_the_playback(make_node: MakeNode, tmp_path: Path) -> Non
             keys.pressed.append(" ")
         playing.join(30)
         assert not playing.is_alive()
+
+
+def test_latched_topics_can_be_found_by_who_looks_once_a_second(make_node: MakeNode, tmp_path: Path) -> None:
+    """Genuine `record -a` does, so a bag that was played within less had a chance of being missed."""
+    with (tmp_path / "in.bag").open("w+b") as file:
+        writer = BagWriter(file)
+        for topic, latching in (("/number", "0"), ("/fixed", "1")):
+            connection = writer.add_connection(topic, header_of(Int32(), topic, latching=latching))
+            writer.write_message(connection, 100, 0, Int32(1))
+        writer.finish()
+        for topic, is_long in (("/number", False), ("/fixed", True)):
+            options = PlayOptions(delay_s=0.0, immediate=True, topics=[topic])
+            player = make_node("player")
+            waits: list[float | None] = []
+            player.wait_for_shutdown = waits.append  # type: ignore[method-assign, assignment]
+            Player(player, [BagReader(file)], options, _Keys(), lambda _: None).run()
+            assert any(wait is not None and wait > 0.1 for wait in waits) is is_long

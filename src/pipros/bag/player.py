@@ -19,6 +19,9 @@ from pipros.msg.time import Time
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
 
+_FOUND_S = 1.1
+"""So long latched topics are there at least: recorders, genuine's too, look for new topics once a second."""
+
 _SLICE_S = 0.02
 """How long the longest uninterruptible wait is."""
 
@@ -86,7 +89,7 @@ class Player:
         self._publishers: dict[tuple[int, int], tuple[Any, Any]] = {}
         self._clock_publisher: Any = None
         self._clock_class: Any = None
-        self._next_clock = 0.0
+        self._next_clock = self._advertised_at = 0.0
         self._steps = 0
         self._rate_heard = 0.0
         self._topics = {_absolute(topic) for topic in options.topics}
@@ -104,6 +107,12 @@ class Player:
                 self._clock.pause(time.monotonic())
             is_first = False
             self._play_once()
+        if any(
+            connection.is_latching
+            for bag in self._bags
+            for connection in filter(self._is_wanted, bag.connections)
+        ):
+            self._node.wait_for_shutdown(max(0.0, self._advertised_at + _FOUND_S - time.monotonic()))
         while self._options.keep_alive and not self._node.is_shutdown:
             self._idle(self._clock.bag_time(time.monotonic()))
 
@@ -127,6 +136,7 @@ class Player:
     # ---- publishers
 
     def _advertise(self) -> None:
+        self._advertised_at = time.monotonic()
         taken: dict[str, str] = {}
         for number, bag in enumerate(self._bags):
             for connection in filter(self._is_wanted, bag.connections):
