@@ -61,6 +61,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "diagnostic_updater": {"rospy"},
     "dynamic_reconfigure": {"rospy", "rosservice"},
     "genpy": {"genmsg"},  # the exceptions of generate_dynamic
+    "image_transport": {"cv_bridge", "rospy"},
     "interactive_markers": {"rospy"},
     "message_filters": {"rospy"},  # topics, the clock and logs of rospy's node
     "joint_state_publisher": {"rospy"},

@@ -1,0 +1,58 @@
+"""Images to compressed ones and back; what cannot be converted is logged and left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sensor_msgs.msg import CompressedImage, Image
+
+import rospy
+from cv_bridge import CvBridge, CvBridgeError
+from pipros.vision.compressed_images import CompressionError, Settings, compressed, decompressed
+from pipros.vision.picture_files import codec
+
+
+def compressor(topic: str) -> Callable[[Image], CompressedImage | None]:
+    """What makes compressed images, by the parameters `format`, `jpeg_quality` and `png_level` of the topic.
+
+    Raises:
+        ImportError: neither OpenCV nor Pillow is installed.
+        CompressionError: a parameter has a value that is not allowed.
+    """
+    default, bridge, pictures = Settings(), CvBridge(), codec()
+    settings = Settings(
+        rospy.get_param(f"{topic}/format", default.kind),
+        rospy.get_param(f"{topic}/jpeg_quality", default.jpeg_quality),
+        rospy.get_param(f"{topic}/png_level", default.png_level),
+    )
+
+    def compress(message: Image) -> CompressedImage | None:
+        try:
+            array = bridge.imgmsg_to_cv2(message)
+            kind, data = compressed(array, message.encoding, settings, pictures)
+        except (CvBridgeError, CompressionError) as error:
+            rospy.logerr_throttle(10, f"an image cannot be compressed: {error}")
+            return None
+        return CompressedImage(message.header, kind, data)
+
+    return compress
+
+
+def decompressor() -> Callable[[CompressedImage], Image | None]:
+    """What makes images of compressed ones.
+
+    Raises:
+        ImportError: neither OpenCV nor Pillow is installed.
+    """
+    bridge, pictures = CvBridge(), codec()
+
+    def decompress(message: CompressedImage) -> Image | None:
+        try:
+            array, encoding = decompressed(message.format, message.data, pictures)
+            image: Image = bridge.cv2_to_imgmsg(array, encoding, message.header)
+        except (CvBridgeError, CompressionError) as error:
+            rospy.logerr_throttle(10, f"a compressed image cannot be read: {error}")
+            return None
+        return image
+
+    return decompress

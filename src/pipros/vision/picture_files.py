@@ -1,0 +1,140 @@
+"""JPEG and PNG, by OpenCV where it is installed (`pipros[vision]`), else by Pillow (`pipros[pictures]`).
+
+Arrays are as OpenCV has them: (height, width) of grey values, or (height, width, channels) in the order blue,
+green, red, alpha.
+"""
+
+from __future__ import annotations
+
+import io
+from typing import Any, Protocol
+
+from pipros.errors import PiprosError
+from pipros.vision.extras import numpy as np
+
+
+class PictureError(PiprosError, ValueError):
+    """It is not a picture, or an array that a format cannot have."""
+
+
+class Codec(Protocol):
+    """Reads and writes pictures."""
+
+    def decode(self, data: bytes) -> Any:
+        """The array of a picture.
+
+        Raises:
+            PictureError: it is not a picture.
+        """
+
+    def encode(self, image: Any, kind: str, level: int) -> bytes:
+        """A picture of an array.
+
+        Args:
+            kind: `jpeg`, with the quality 0 to 100 as `level`, or `png`, with the compression 0 to 9.
+
+        Raises:
+            PictureError: the format cannot have it.
+        """
+
+
+def codec() -> Codec:
+    """What is installed for pictures.
+
+    Raises:
+        ImportError: neither OpenCV nor Pillow; the text says how to get one.
+    """
+    try:
+        import cv2
+
+        return OpenCVCodec(cv2)
+    except ImportError:
+        pass
+    try:
+        from PIL import Image
+    except ImportError as error:
+        raise ImportError(
+            "compressed images need OpenCV or Pillow, and neither is installed. "
+            "Try: pip install 'pipros[vision]' or pip install 'pipros[numpy,pictures]'",
+            name=error.name,
+        ) from error
+    return PillowCodec(Image)
+
+
+class OpenCVCodec:
+    """By OpenCV.
+
+    Args:
+        cv2: its module.
+    """
+
+    def __init__(self, cv2: Any) -> None:
+        self._cv2 = cv2
+
+    def decode(self, data: bytes) -> Any:
+        image = (
+            self._cv2.imdecode(np.frombuffer(data, np.uint8), self._cv2.IMREAD_UNCHANGED) if data else None
+        )
+        if image is None:
+            raise PictureError(f"OpenCV cannot read the picture of {len(data)} bytes")
+        return image
+
+    def encode(self, image: Any, kind: str, level: int) -> bytes:
+        option = self._cv2.IMWRITE_JPEG_QUALITY if kind == "jpeg" else self._cv2.IMWRITE_PNG_COMPRESSION
+        try:
+            is_written, data = self._cv2.imencode(
+                ".jpg" if kind == "jpeg" else ".png", image, [option, level]
+            )
+        except self._cv2.error as error:
+            raise PictureError(f"OpenCV cannot write {_shown(image)} as {kind}: {error}") from error
+        if not is_written:
+            raise PictureError(f"OpenCV cannot write {_shown(image)} as {kind}")
+        return bytes(data)
+
+
+class PillowCodec:
+    """By Pillow, which has colours of 8 bits only.
+
+    Args:
+        image_module: its module `PIL.Image`.
+    """
+
+    def __init__(self, image_module: Any) -> None:
+        self._images = image_module
+
+    def decode(self, data: bytes) -> Any:
+        try:
+            with self._images.open(io.BytesIO(data), formats=("JPEG", "PNG")) as picture:
+                if picture.mode.startswith("I"):
+                    return np.asarray(picture).astype(np.uint16)
+                if picture.mode not in ("L", "RGB", "RGBA"):
+                    picture = picture.convert("L" if picture.mode == "1" else "RGB")
+                image = np.asarray(picture)
+        except (OSError, SyntaxError, ValueError, self._images.DecompressionBombError) as error:
+            raise PictureError(f"Pillow cannot read the picture of {len(data)} bytes: {error}") from error
+        return image if image.ndim == 2 else _swapped(image)
+
+    def encode(self, image: Any, kind: str, level: int) -> bytes:
+        is_deep = image.dtype == np.uint16
+        if image.dtype not in (np.uint8, np.uint16) or (is_deep and (image.ndim == 3 or kind == "jpeg")):
+            raise PictureError(
+                f"Pillow cannot write {_shown(image)} as {kind}. Try OpenCV: pip install 'pipros[vision]'"
+            )
+        if image.ndim == 3:
+            image = _swapped(image[:, :, :3] if kind == "jpeg" else image)
+        file = io.BytesIO()
+        options = {"quality": level} if kind == "jpeg" else {"compress_level": level}
+        try:
+            self._images.fromarray(image).save(file, kind.upper(), **options)
+        except (OSError, TypeError, ValueError) as error:
+            raise PictureError(f"Pillow cannot write {_shown(image)} as {kind}: {error}") from error
+        return file.getvalue()
+
+
+def _swapped(image: Any) -> Any:
+    """Blue, green, red, alpha as red, green, blue, alpha, or the other way round."""
+    return np.ascontiguousarray(image[:, :, [2, 1, 0, 3][: image.shape[2]]])
+
+
+def _shown(image: Any) -> str:
+    return f"an array of {image.dtype} of the shape {image.shape}"

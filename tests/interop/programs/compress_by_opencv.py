@@ -1,0 +1,32 @@
+"""Compresses images by Debian's OpenCV with pipros' own modules, and prints them with what they were."""
+
+import base64
+import json
+
+import cv2
+import numpy as np
+
+from pipros.vision.compressed_images import Settings, compressed, decompressed
+from pipros.vision.picture_files import OpenCVCodec
+
+codec = OpenCVCodec(cv2)
+rng = np.random.RandomState(1)
+found = {}
+for encoding, shape, dtype in (
+    ("rgb8", (6, 8, 3), "uint8"),
+    ("bgra8", (6, 8, 4), "uint8"),
+    ("mono8", (6, 8), "uint8"),
+    ("mono16", (6, 8), "uint16"),
+    ("rgb16", (6, 8, 3), "uint16"),
+    ("bayer_gbrg8", (6, 8), "uint8"),
+):
+    image = rng.randint(0, 256, shape).astype(dtype)
+    for settings in (Settings("png"), Settings("jpeg")):
+        kind, data = compressed(image, encoding, settings, codec)
+        back, name = decompressed(kind, data, codec)
+        assert (name, back.shape, back.dtype) == (encoding, image.shape, image.dtype), kind
+        if settings.kind == "png" and encoding != "bgra8":
+            assert np.array_equal(back, image), kind
+        if encoding != "rgb16":  # Pillow has no colours of 16 bits
+            found[f"{kind} {encoding}"] = [kind, base64.b64encode(data).decode(), back.tolist()]
+print(json.dumps(found))
