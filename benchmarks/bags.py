@@ -15,6 +15,8 @@ import sys
 import tempfile
 import time
 
+from table import Row, markdown, write_json
+
 PYTHON = "/usr/bin/python3"
 PARTS = ("none", "bz2", "lz4", "images", "index")
 
@@ -99,22 +101,24 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--only", default=",".join(PARTS))
     parser.add_argument("--dir")
+    parser.add_argument("--json", help="also write the rows to this file")
     parser.add_argument("--worker", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker:
         print(json.dumps(measure(options.worker, options.dir)))
         return
-    print(f"{'microseconds':40} {'pipros':>12} {'genuine':>12} {'ratio':>8}")
+    rows = []
     with tempfile.TemporaryDirectory(dir=options.dir) as folder:
         for part in options.only.split(","):
-            best = ({}, {})
+            taken = {}
             for _ in range(options.rounds):
-                for side, python in zip(best, (sys.executable, PYTHON)):  # noqa: B905 # genuine's Python
+                for side, python in (("genuine", PYTHON), ("pipros", sys.executable)):
                     for name, value in run(python, part, folder).items():
-                        side[name] = min(value, side.get(name, value))
-            for name, ours in best[0].items():
-                genuine = best[1][name]
-                print(f"{name:40} {ours:12.2f} {genuine:12.2f} {genuine / ours:7.1f}x", flush=True)
+                        taken.setdefault(name, {}).setdefault(side, []).append(value)
+            rows += [Row(f"bag: {name}: us", values, best=True) for name, values in taken.items()]
+    print(markdown(rows))
+    if options.json:
+        write_json(options.json, rows)
 
 
 if __name__ == "__main__":

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """How quick rospy is: pipros beside genuine rospy, in one run.
 
-    benchmarks/client.py [--only flow,trip] [--rounds 3] [--seconds 2]
+    benchmarks/client.py [--only flow,trip] [--rounds 3] [--seconds 2] [--quick]
 
 Every workload is one script on the public rospy API, run in the Python of each world in turn; the
-median of the rounds counts. The ratio says how many times better pipros is. A "window" is the
-lossless sustained rate: at most so many messages are under way. Nothing else should run meanwhile:
-what others used of the machine is printed, and above some 5 % the figures mean little.
+median of the rounds counts. "tuned" is genuine rospy with an allocator that keeps freed memory. The
+ratio says how many times better pipros is. A "window" is the lossless sustained rate: at most so many
+messages are under way. Nothing else should run meanwhile: what others used of the machine is printed,
+and above some 5 % the figures mean little.
 Without genuine ROS only pipros is measured.
 """
 
@@ -22,6 +23,8 @@ import sys
 import tempfile
 import threading
 import time
+
+from table import TUNED, Row, markdown, write_json
 
 GENUINE_PYTHON = "/usr/bin/python3"
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -230,7 +233,7 @@ def say(**values):
 class World:
     """One implementation: its Python, its master, and the processes started in it."""
 
-    def __init__(self, name, python):
+    def __init__(self, name, python, variables=None):
         self.name, self.python = name, python
         self.home = tempfile.TemporaryDirectory()
         self.errors = open(os.path.join(self.home.name, "errors"), "w+")  # noqa: SIM115  # closed with us
@@ -243,6 +246,7 @@ class World:
             "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
             "ROS_IP": "127.0.0.1",
             "PATH": os.path.dirname(python) + ":/usr/bin:/bin",
+            **(variables or {}),
         }
         self.master = self.spawn([self.find("rosmaster"), "--core", "-p", str(self.port)])
         while True:
@@ -274,6 +278,22 @@ class World:
         self.master.communicate()
         self.errors.close()
         self.home.cleanup()
+
+
+@contextlib.contextmanager
+def open_worlds(tuned=True):
+    """Genuine rospy, the same with a tuned allocator, and pipros; without genuine rospy only pipros."""
+    worlds = []
+    try:
+        if os.path.exists("/usr/lib/python3/dist-packages/rospy"):
+            worlds.append(World("genuine", GENUINE_PYTHON))
+            if tuned:
+                worlds.append(World("tuned", GENUINE_PYTHON, TUNED))
+        worlds.append(World("pipros", sys.executable))
+        yield worlds
+    finally:
+        for world in worlds:
+            world.close()
 
 
 def answer(process):
@@ -383,6 +403,15 @@ WORKLOADS = (
     ("start", "talker resident: MB", memory, (), LESS, 1.0),
 )
 
+QUICK = (
+    "String 16 B, queue_size=1000, window 500: messages/s",
+    "Image 1 MB, queue_size=50, window 8: messages/s",
+    "round trip 16 B, queue_size=10: us",
+    "service call: us",
+    "init_node: ms",
+    "import rospy, whole process: ms",
+)
+
 
 def busy():
     """Jiffies that all processors spent working, and in all."""
@@ -396,6 +425,8 @@ def main():
     parser.add_argument("--only", default="", help="flow,trip,fan,service,many,start")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=2.0)
+    parser.add_argument("--quick", action="store_true", help="a choice of the workloads")
+    parser.add_argument("--json", help="also write the rows to this file")
     parser.add_argument("--worker", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker:
@@ -406,25 +437,21 @@ def main():
     time.sleep(1.0)
     worked_after, ticks_after = busy()
     print(f"others use {100 * (worked_after - worked) / (ticks_after - ticks):.0f} % of the machine\n")
-    worlds = [World("pipros", sys.executable)]
-    if os.path.exists("/usr/lib/python3/dist-packages/rospy"):
-        worlds.insert(0, World("genuine", GENUINE_PYTHON))
     chosen = [row for row in WORKLOADS if not options.only or row[0] in options.only.split(",")]
-    print("| workload | " + " | ".join(world.name for world in worlds) + " | ratio | goal |")
-    print("| --- |" + " ---: |" * (len(worlds) + 2))
-    try:
+    if options.quick:
+        chosen = [row for row in chosen if row[1] in QUICK]
+    rows = []
+    with open_worlds() as worlds:
         for _, label, measure, arguments, more_is_better, goal in chosen:
-            values = [[] for _ in worlds]
+            values = {world.name: [] for world in worlds}
             for _ in range(options.rounds):
-                for world, taken in zip(worlds, values, strict=True):
-                    taken.append(measure(world, options.seconds, *arguments))
-            medians = [statistics.median(taken) for taken in values]
-            ratio = medians[-1] / medians[0] if more_is_better else medians[0] / medians[-1]
-            figures = " | ".join(f"{median:,.0f}" if median >= 100 else f"{median:.3g}" for median in medians)
-            print(f"| {label} | {figures} | {ratio:.2f} x | {goal:.2g} x |", flush=True)
-    finally:
-        for world in worlds:
-            world.close()
+                for world in worlds:
+                    values[world.name].append(measure(world, options.seconds, *arguments))
+            rows.append(Row(label, values, more_is_better, goal))
+            print(".", end="", flush=True)
+    print("\n" + markdown(rows, "goal", lambda row: f"{row.goal:.2g} x"))
+    if options.json:
+        write_json(options.json, rows)
 
 
 if __name__ == "__main__":

@@ -17,6 +17,8 @@ import subprocess
 import sys
 import timeit
 
+from table import Row, markdown, write_json
+
 PYTHON = "/usr/bin/python3"
 SOURCES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "src")
 TARGETS = {  # the least ratio to genuine that issue 3 asks for: serialize, buffers, deserialize
@@ -159,21 +161,28 @@ def run(is_genuine, names):
     return json.loads(answer.stdout)
 
 
-def best_of(rounds, names):
-    best = {True: {}, False: {}}
+def rows_of(rounds, names):
+    """A row for each case and operation; the goal is that of issue 3."""
+    taken = {True: [], False: []}
     for _ in range(rounds):
-        for is_genuine, results in best.items():
-            for name, times in run(is_genuine, names).items():
-                kept = results.setdefault(name, times)
-                for operation, time in times.items():
-                    kept[operation] = min(kept[operation], time)
-    return best[True], best[False]
+        for is_genuine, results in taken.items():
+            results.append(run(is_genuine, names))
+    rows = []
+    for name in names:
+        for (operation, counterpart), goal in zip(COUNTERPARTS.items(), (*TARGETS[name], None), strict=True):
+            values = {
+                "genuine": [times[name][counterpart] for times in taken[True]],
+                "pipros": [times[name][operation] for times in taken[False]],
+            }
+            rows.append(Row(f"{operation} {name}: us", values, goal=goal, best=True))
+    return rows
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--only", default="", help="parts of case names, separated by commas")
+    parser.add_argument("--json", help="also write the rows to this file")
     parser.add_argument("--measure", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.measure:
@@ -183,16 +192,14 @@ def main():
         return
     wanted = arguments.only.split(",")
     names = [name for name in CASES if any(part in name for part in wanted)]
-    genuine, ours = best_of(arguments.rounds, names)
-    print("| type | what | genuine us | pipros us | ratio | wanted |")
-    print("| --- | --- | ---: | ---: | ---: | ---: |")
-    for name in names:
-        for (operation, counterpart), target in zip(
-            COUNTERPARTS.items(), (*TARGETS[name], None), strict=True
-        ):
-            base, time = genuine[name][counterpart], ours[name][operation]
-            verdict = "" if target is None else f"{target} {'ok' if base / time >= target else 'MISSED'}"
-            print(f"| {name} | {operation} | {base:.2f} | {time:.2f} | {base / time:.2f} | {verdict} |")
+    rows = rows_of(arguments.rounds, names)
+    print(markdown(rows, "wanted", verdict))
+    if arguments.json:
+        write_json(arguments.json, rows)
+
+
+def verdict(row):
+    return "" if row.goal is None else f"{row.goal} {'ok' if row.ratio() >= row.goal else 'MISSED'}"
 
 
 if __name__ == "__main__":

@@ -16,10 +16,10 @@ import os
 import random
 import statistics
 import subprocess
-import sys
 import time
 
-from client import GENUINE_PYTHON, World, answer, busy, finish, init, say
+from client import answer, busy, finish, init, open_worlds, say
+from table import Row, markdown, write_json
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 FRAMES = 50
@@ -259,6 +259,7 @@ def main():
     parser.add_argument("--only", default=",".join(WORKLOADS))
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=3.0)
+    parser.add_argument("--json", help="also write the rows to this file")
     parser.add_argument("--worker", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker:
@@ -269,25 +270,18 @@ def main():
     time.sleep(1.0)
     worked_after, ticks_after = busy()
     print(f"others use {100 * (worked_after - worked) / (ticks_after - ticks):.0f} % of the machine\n")
-    worlds = [World("pipros", sys.executable)]
-    if os.path.exists("/usr/lib/python3/dist-packages/tf2_ros"):
-        worlds.insert(0, World("genuine", GENUINE_PYTHON))
-    print("| workload | " + " | ".join(world.name for world in worlds) + " | ratio |")
-    print("| --- |" + " ---: |" * (len(worlds) + 1))
-    try:
+    rows = []
+    with open_worlds(tuned=False) as worlds:
         for name in options.only.split(","):
-            taken = [{} for _ in worlds]
+            taken = {}
             for _ in range(options.rounds):
-                for world, values in zip(worlds, taken, strict=True):
+                for world in worlds:
                     for label, value in WORKLOADS[name](world, options.seconds).items():
-                        values.setdefault(label, []).append(value)
-            for label in taken[0]:
-                medians = [statistics.median(values[label]) for values in taken]
-                figures = " | ".join(f"{median:.3g}" for median in medians)
-                print(f"| {label} | {figures} | {medians[0] / medians[-1]:.2f} x |", flush=True)
-    finally:
-        for world in worlds:
-            world.close()
+                        taken.setdefault(label, {}).setdefault(world.name, []).append(value)
+            rows += [Row(label, values) for label, values in taken.items()]
+    print(markdown(rows))
+    if options.json:
+        write_json(options.json, rows)
 
 
 if __name__ == "__main__":

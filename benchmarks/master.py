@@ -19,9 +19,11 @@ import tempfile
 import threading
 import time
 
+from table import Row, write_json
+
 GENUINE_PYTHON = "/usr/bin/python3"
+START_UPS = 3
 SOURCES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "src")
-ROUNDS = 3
 
 
 # ---- clients: run in a process of their own, in the Python of their world
@@ -249,7 +251,7 @@ def free_port():
 def start_up(world):
     """roscore: ready, gone and how large."""
     found = []
-    for _ in range(ROUNDS):
+    for _ in range(START_UPS):
         master = MasterProcess(world, ["roscore"])
         time.sleep(2.0)  # genuine roscore starts rosout after the master answers; memory counts both
         memory = master.resident_mb()
@@ -322,6 +324,14 @@ def measure(world, workload, uri):
     return json.loads(out)
 
 
+def rows_of(taken, results):
+    """A row for each figure that both masters have."""
+    for name, value in results["pipros"].items():
+        if name not in taken and name in results.get("genuine", {}):
+            taken[name] = {"genuine": [results["genuine"][name]], "pipros": [value]}
+    return [Row(f"master: {name}", values, "/s" in name, best=True) for name, values in taken.items()]
+
+
 def main():
     if sys.argv[1:2] == ["--role"]:
         role, *rest = sys.argv[2:]
@@ -337,19 +347,22 @@ def main():
     parser.add_argument(
         "--only", help="some of: " + ", ".join([*WORKLOADS, "start_up", "crowd", "endurance"])
     )
+    parser.add_argument("--json", help="also write the rows to this file")
+    parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--crowd", type=int, default=1000, help="how many nodes are in the crowd")
     options = parser.parse_args()
     chosen = options.only.split(",") if options.only else [*WORKLOADS, "start_up", "crowd", "endurance"]
     worlds = ["genuine", "pipros"] if os.path.exists("/usr/bin/rosmaster") else ["pipros"]
-    results = {world: {} for world in worlds}
+    results, taken = {world: {} for world in worlds}, {}
     if set(chosen) & set(WORKLOADS):
         masters = {world: MasterProcess(world, ["rosmaster", "--core"]) for world in worlds}
-        for _ in range(ROUNDS):
+        for _ in range(options.rounds):
             for workload in WORKLOADS:
                 for world in worlds:
                     if workload in chosen:
                         for name, value in measure(world, workload, masters[world].uri).items():
                             better = max if name.endswith("/s") else min
+                            taken.setdefault(name, {}).setdefault(world, []).append(value)
                             results[world][name] = better(value, results[world].get(name, value))
         for master in masters.values():
             master.stop()
@@ -363,6 +376,8 @@ def main():
     if "endurance" in chosen:
         results["pipros"].update(endurance())
     print(f"{'':66}" + "".join(f"{world:>12}" for world in worlds) + f"{'ratio':>9}")
+    if options.json:
+        write_json(options.json, rows_of(taken, results))
     for name, value in results["pipros"].items():
         other = results.get("genuine", {}).get(name)
         ratio = "" if other is None else f"{(value / other if name.endswith('/s') else other / value):8.2f}x"

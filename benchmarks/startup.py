@@ -25,6 +25,8 @@ from pathlib import Path
 from typing import IO, cast
 from xmlrpc.client import ServerProxy
 
+from table import Row, write_json
+
 EXAMPLE = Path(__file__).resolve().parents[1] / "examples" / "catkin_ws" / "src"
 READY_WITHIN_S = 30.0
 MISSED_AFTER_S = 20.0
@@ -240,6 +242,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--only", default=",".join(SCENES), help="comma-separated: " + ", ".join(SCENES))
+    parser.add_argument("--json", help="also write the rows to this file")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
@@ -255,6 +258,8 @@ def main() -> None:
                     for world in worlds:
                         for what, seconds in SCENES[scene](world).items():
                             measured.setdefault(what, {}).setdefault(world.name, []).append(seconds)
+    if arguments.json:
+        write_json(arguments.json, [Row(f"{what}: s", values) for what, values in measured.items()])
     print(f"{'seconds, median of ' + str(arguments.rounds):36}{'pipros':>9}{'genuine':>9}{'ratio':>9}")
     for what, by_world in measured.items():
         ours = statistics.median(by_world["pipros"])

@@ -1,0 +1,205 @@
+#!/usr/bin/env python3
+"""Workloads in which processors are short, or a thread never rests: pipros beside genuine rospy, in one run.
+
+    benchmarks/contended.py [--only crowd,pinned,cpu,publisher,stream] [--rounds 3] [--seconds 2]
+
+As benchmarks/client.py: one script on the public rospy API for each, run in the Python of each world in turn.
+"""
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import time
+
+from client import answer, finish, init, message, open_worlds, say
+from table import Row, markdown, write_json
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+PUBLISHERS = 10
+SUBSCRIBERS = 10
+RATE_HZ = 200
+STREAM_HZ = 25_000
+
+
+# ---- workers: in a process of their own, on the public rospy API only
+
+
+def worker_source(seconds):
+    """Publishes without a pause."""
+    rospy = init("source")
+    msg = message("string")
+    publisher = rospy.Publisher("flow", type(msg), queue_size=None)
+    while not publisher.get_num_connections():
+        time.sleep(0.01)
+    say(ready=True)
+    sys.stdin.readline()
+    stop = time.monotonic() + seconds
+    while time.monotonic() < stop:
+        for _ in range(10):
+            publisher.publish(msg)
+    say(ended=True)
+    sys.stdin.read()
+
+
+def worker_paced(rate_hz, seconds, peers):
+    """Publishes at a rate that it keeps by groups of messages, one group each millisecond at most."""
+    rospy = init("paced")
+    msg = message("string")
+    publisher = rospy.Publisher("flow", type(msg), queue_size=1000)
+    while publisher.get_num_connections() < peers:
+        time.sleep(0.01)
+    say(ready=True)
+    sys.stdin.readline()
+    began, sent = time.monotonic(), 0
+    while (passed := time.monotonic() - began) < seconds:
+        while sent < passed * rate_hz:
+            publisher.publish(msg)
+            sent += 1
+        time.sleep(max(0.0, min((sent + 1) / rate_hz, seconds) - (time.monotonic() - began), 0.0005))
+    say(sent=sent)
+    sys.stdin.read()
+
+
+def worker_sink():
+    """Counts messages and its own processor time between the first and a line of input."""
+    rospy = init("sink")
+    seen, first, last = [0], [0.0, 0.0], [0.0, 0.0]
+
+    def on_message(_):
+        seen[0] += 1
+        if seen[0] == 1:
+            first[:] = time.monotonic(), time.process_time()
+        last[0] = time.monotonic()
+
+    rospy.Subscriber("flow", type(message("string")), on_message)
+    sys.stdin.readline()
+    cpu = time.process_time() - first[1]
+    say(
+        seen=seen[0],
+        rate=(seen[0] - 1) / max(last[0] - first[0], 1e-9),
+        cpu=cpu,
+        span=time.monotonic() - first[0],
+    )
+
+
+def worker_publisher():
+    rospy = init("creator")
+    from std_msgs.msg import String
+
+    taken = []
+    for number in range(300):
+        began = time.perf_counter()
+        rospy.Publisher(f"topic_{number}", String, queue_size=1)
+        taken.append(time.perf_counter() - began)
+    say(median=statistics.median(taken) * 1e3)
+
+
+# ---- the driver
+
+
+def start(world, role, *arguments):
+    return world.spawn([world.python, os.path.abspath(__file__), "--worker", json.dumps([role, *arguments])])
+
+
+def tell(process):
+    process.stdin.write("\n")
+    process.stdin.flush()
+
+
+def crowd(world, seconds):
+    sink = start(world, "sink")
+    sources = [start(world, "source", seconds) for _ in range(PUBLISHERS)]
+    for source in sources:
+        answer(source)
+    for source in sources:
+        tell(source)
+    for source in sources:
+        answer(source)
+    tell(sink)
+    rate = answer(sink)["rate"]
+    for process in (*sources, sink):
+        finish(process)
+    return {f"{PUBLISHERS} to 1 process without pause, 16 B: messages/s": rate}
+
+
+def paced(world, seconds, rate_hz, peers):
+    """Microseconds of processor time for each message, and percent of a processor, of the subscribers."""
+    sinks = [start(world, "sink") for _ in range(peers)]
+    source = start(world, "paced", rate_hz, seconds, peers)
+    answer(source)
+    tell(source)
+    answer(source)
+    found = []
+    for sink in sinks:
+        tell(sink)
+        found.append(answer(sink))
+    for process in (source, *sinks):
+        finish(process)
+    return (
+        statistics.median(sink["cpu"] / max(sink["seen"], 1) for sink in found) * 1e6,
+        statistics.median(100 * sink["cpu"] / sink["span"] for sink in found),
+    )
+
+
+def cpu(world, seconds):
+    label = f"subscriber of {RATE_HZ} Hz, one of {SUBSCRIBERS}: us of processor a message"
+    return {label: paced(world, seconds, RATE_HZ, SUBSCRIBERS)[0]}
+
+
+def stream(world, seconds):
+    label = f"subscriber of {STREAM_HZ:,} Hz: % of a processor"
+    return {label: paced(world, seconds, STREAM_HZ, 1)[1]}
+
+
+def pinned(world, seconds):
+    """A round trip with both ends on one processor."""
+    pair = [world.work("echo", "string", 10), world.work("trip", "string", 10, seconds)]
+    for process in pair:
+        subprocess.run(["taskset", "-acp", "0", str(process.pid)], stdout=subprocess.DEVNULL, check=True)
+    median = answer(pair[1])["median"]
+    for process in reversed(pair):
+        finish(process)
+    return {"round trip 16 B, both ends on one processor: us": median * 1e6}
+
+
+def publisher(world, _seconds):
+    process = start(world, "publisher")
+    value = answer(process)["median"]
+    finish(process)
+    return {"Publisher(): ms": value}
+
+
+WORKLOADS = {"crowd": crowd, "pinned": pinned, "cpu": cpu, "publisher": publisher, "stream": stream}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--only", default=",".join(WORKLOADS))
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--seconds", type=float, default=2.0)
+    parser.add_argument("--json", help="also write the rows to this file")
+    parser.add_argument("--worker", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.worker:
+        role, *arguments = json.loads(options.worker)
+        globals()[f"worker_{role}"](*arguments)
+        return
+    rows = []
+    with open_worlds(tuned=False) as worlds:
+        for name in options.only.split(","):
+            taken = {}
+            for _ in range(options.rounds):
+                for world in worlds:
+                    for label, value in WORKLOADS[name](world, options.seconds).items():
+                        taken.setdefault(label, {}).setdefault(world.name, []).append(value)
+            rows += [Row(label, values, label.endswith("/s")) for label, values in taken.items()]
+    print(markdown(rows))
+    if options.json:
+        write_json(options.json, rows)
+
+
+if __name__ == "__main__":
+    main()

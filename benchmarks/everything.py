@@ -1,0 +1,158 @@
+#!/usr/bin/env python3
+"""All benchmarks, one after the other, and one table of what they found, as Markdown.
+
+    benchmarks/everything.py [--quick] [--rounds 3] [--seconds 2] [--only client,codec] [--output FILE]
+
+Genuine rospy takes turns with pipros in each of them. The ratio says how many times better pipros is, then
+come the least and the largest ratio of a round. Above some 5 % of foreign load the figures mean little; they
+are told for each benchmark. `--quick` measures a choice of rows once, in less than two minutes.
+"""
+
+import argparse
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+
+from table import Load, markdown, read_json
+
+BEGIN, END = "<!-- script/bench begin -->", "<!-- script/bench end -->"
+HERE = os.path.dirname(os.path.abspath(__file__))
+GENUINE = os.path.exists("/usr/lib/python3/dist-packages/rospy")
+
+# The options of each benchmark: with {rounds} and {seconds} for a full run, and for a quick one.
+BENCHMARKS = {
+    "client": ("--rounds {rounds} --seconds {seconds}", "--quick --rounds 1 --seconds 0.7"),
+    "contended": (
+        "--rounds {rounds} --seconds {seconds}",
+        "--rounds 1 --seconds 0.7 --only pinned,cpu,publisher",
+    ),
+    "master": (
+        "--rounds {rounds} --only params,dictionary,registration,together,start_up",
+        "--rounds 1 --only params",
+    ),
+    "startup": ("--rounds {rounds}", "--rounds 1 --only import,roscore"),
+    "codec": ("--rounds {rounds}", "--rounds 1 --only String,Imu,Path"),
+    "libraries": ("--rounds {rounds} --seconds {seconds}", "--rounds 1 --seconds 0.7 --only tf,filter"),
+    "bags": ("--rounds {rounds}", "--rounds 1 --only none,lz4"),
+    "page": ("--no-drawing --seconds 5", None),
+}
+NEEDS_GENUINE = ("codec", "bags")  # they run in the Python of genuine ROS
+
+# What bounds a row, by the beginning of its label; the first that fits.
+BOUNDS = (
+    ("flow PointCloud2", "copies of 4 MB: one into the socket, one out of it, one into the message"),
+    ("Image 1 MB", "copies: one into the socket, one out of it, one into the message"),
+    ("PointCloud2 4 MB", "the same copies"),
+    ("String 16 B", "Python: some 3 us for each message at the subscriber"),
+    ("Imu,", "Python: decoding and the call of the callback"),
+    ("round trip 1 MB", "copies, and four wakings of a thread"),
+    ("round trip 16 B, both ends", "two switches of context each way; busy polling does not help there"),
+    ("round trip", "four wakings of a thread by the system"),
+    ("1 to 10 processes", "ten sends by one thread; two processors for eleven processes"),
+    ("10 to 1 process", "one thread decodes at a time, and ten receive"),
+    ("subscriber of 25,000 Hz", "Python for each message, and the wakings of a thread"),
+    ("subscriber of", "a waking of a thread for each message"),
+    ("Publisher()", "the call to the master, and the answer of its thread"),
+    ("service call", "two wakings each way; a connection for each call unless persistent"),
+    ("200 topics", "a thread for each link"),
+    ("init_node", "calls to the master, and the start of threads"),
+    ("import", "reading modules"),
+    ("end after", "unregistering at the master"),
+    ("talker", "the interpreter and its modules"),
+    ("master:", "reading and writing XML in Python"),
+    ("bag:", "Python for each message; the compression where there is one"),
+    ("serialize", "Python for each text, array and message in a message"),
+    ("buffers", "the same"),
+    ("deserialize", "the creation of objects"),
+    ("from bytes", "the creation of objects"),
+    ("page", "the copies of images for each browser"),
+    ("set_transform", "Python, where genuine has C++"),
+    ("lookup_", "Python, where genuine has C++"),
+    ("can_", "Python, where genuine has C++"),
+    ("listener", "decoding of the transforms"),
+    ("exact", "Python for each message"),
+    ("approximate", "Python for each message"),
+    ("send_goal", "messages there and back, and wakings of threads"),
+)
+
+
+def bound(row):
+    """What bounds a row; most rows of commands are bound by the start of an interpreter."""
+    return next(
+        (text for start, text in BOUNDS if row.label.startswith(start)), "the start of Python, imports"
+    )
+
+
+def run(name, options, folder):
+    """The rows of one benchmark; its own output goes to stderr. None when it failed."""
+    path = os.path.join(folder, name + ".json")
+    argv = [sys.executable, os.path.join(HERE, name + ".py"), *options.split(), "--json", path]
+    print(f"== {name} {options}", file=sys.stderr, flush=True)
+    ended = subprocess.run(argv, stdout=sys.stderr, check=False)
+    return read_json(path) if ended.returncode == 0 and os.path.exists(path) else None
+
+
+def machine():
+    with open("/proc/cpuinfo") as file:
+        models = {line.split(":")[1].strip() for line in file if line.startswith("model name")}
+    return f"{os.cpu_count()} processors ({', '.join(sorted(models))}), Python {platform.python_version()}"
+
+
+def report(rows, loads, failed, words, seconds):
+    """The table and what must be known to read it, as Markdown."""
+    shown = ", ".join(f"{name} {load:.0f} %" for name, load in loads.items())
+    lines = [
+        f"`script/bench{words}` on {machine()}, {time.strftime('%Y-%m-%d')}, {seconds / 60:.0f} minutes.",
+        f"Foreign load: {shown}.",
+    ]
+    if failed:
+        lines.append(f"Failed, and not in the table: {', '.join(failed)}.")
+    return "\n".join([*lines, "", markdown(rows, "bound by", bound)])
+
+
+def replace(path, text):
+    """Puts the table between the two marks of a document."""
+    with open(path) as file:
+        before, begin, rest = file.read().partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise SystemExit(f"{path} must have the lines {BEGIN} and {END}; the table is printed above")
+    with open(path, "w") as file:
+        file.write(f"{before}{begin}\n\n{text}\n\n{end}{after}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--seconds", type=float, default=2.0)
+    parser.add_argument("--only", default=",".join(BENCHMARKS))
+    parser.add_argument("--update", metavar="FILE", help="replace the table of docs/performance.md")
+    options = parser.parse_args()
+    rows, loads, failed, began = [], {}, [], time.monotonic()
+    with tempfile.TemporaryDirectory() as folder:
+        for name in options.only.split(","):
+            full, quick = BENCHMARKS[name]
+            words = quick if options.quick else full.format(rounds=options.rounds, seconds=options.seconds)
+            if words is None or (name in NEEDS_GENUINE and not GENUINE):
+                continue
+            load = Load()
+            found = run(name, words, folder)
+            loads[name] = load.percent()
+            if found is None:
+                failed.append(name)
+            else:
+                rows += found
+    words = " --quick" if options.quick else f" --rounds {options.rounds} --seconds {options.seconds:g}"
+    text = report(rows, loads, failed, words, time.monotonic() - began)
+    print(text)
+    if options.update:
+        replace(options.update, text)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,117 @@
+"""Rows of measurements: what the benchmarks have in common, and how they are printed.
+
+Runs under the Python of genuine ROS as well, and imports nothing but the standard library.
+"""
+
+import json
+import os
+import statistics
+import sys
+
+#: Genuine ROS with an allocator that keeps freed memory: large messages cost it fewer page faults.
+TUNED = {"MALLOC_TOP_PAD_": str(64 << 20), "MALLOC_MMAP_THRESHOLD_": str(64 << 20)}
+
+#: In the order of the columns. The last one is measured against the others.
+WORLDS = ("genuine", "tuned", "pipros")
+
+
+class Row:
+    """The values that one figure had, round by round, for each world.
+
+    With `best` the best round counts instead of the median: for operations that take processor time only.
+    """
+
+    def __init__(self, label, values, more_is_better=False, goal=None, best=False):
+        self.label, self.values, self.more_is_better = label, values, more_is_better
+        self.goal, self.best = goal, best
+
+    def figure(self, world):
+        """The value that counts."""
+        if self.best:
+            return (max if self.more_is_better else min)(self.values[world])
+        return statistics.median(self.values[world])
+
+    def ratio(self, world="genuine"):
+        """How many times better pipros is than that world; None without figures of both."""
+        if not self.values.get(world) or not self.values.get("pipros"):
+            return None
+        return self._ratio(self.figure(world), self.figure("pipros"))
+
+    def spread(self, world="genuine"):
+        """The least and the largest ratio of a round."""
+        pairs = zip(self.values[world], self.values["pipros"])  # noqa: B905 # Python 3.8
+        ratios = [self._ratio(theirs, ours) for theirs, ours in pairs]
+        return min(ratios), max(ratios)
+
+    def _ratio(self, theirs, ours):
+        better, worse = (ours, theirs) if self.more_is_better else (theirs, ours)
+        return better / worse if worse else float("inf")
+
+
+def as_text(value):
+    """A figure with three digits, as in 12,345 or 0.0123."""
+    return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
+def markdown(rows, title="", note=None):
+    """A table of rows, with a column for each world that has figures, and a last one with `note(row)`."""
+    worlds = [world for world in WORLDS if any(row.values.get(world) for row in rows)]
+    heads = ["workload", *worlds]
+    others = worlds[:-1]
+    for world in others:
+        heads += [f"ratio to {world}", "min..max"] if world == "genuine" else [f"to {world}"]
+    if note:
+        heads.append(title)
+    lines = [line(heads), line(["---", *["---:"] * (len(heads) - 1 - bool(note)), *["---"] * bool(note)])]
+    for row in rows:
+        cells = [row.label]
+        cells += [as_text(row.figure(world)) if row.values.get(world) else "" for world in worlds]
+        for world in others:
+            ratio = row.ratio(world)
+            cells.append("" if ratio is None else f"{ratio:.2f} x")
+            if world == "genuine":
+                cells.append("" if ratio is None else "{:.2f}..{:.2f}".format(*row.spread(world)))
+        if note:
+            cells.append(note(row))
+        lines.append(line(cells))
+    return "\n".join(lines)
+
+
+def line(cells):
+    return "| " + " | ".join(cells) + " |"
+
+
+def write_json(path, rows):
+    """Writes rows for `script/bench`, which joins those of all benchmarks."""
+    with open(path, "w") as file:
+        json.dump([vars(row) for row in rows], file)
+
+
+def read_json(path):
+    with open(path) as file:
+        return [Row(**values) for values in json.load(file)]
+
+
+class Load:
+    """What other programs use of the machine. Own children count as others until they have ended."""
+
+    def __init__(self):
+        self._busy, self._all, self._own = *self._ticks(), self._used()
+
+    def percent(self):
+        """Processor time of others since the last call, as a part of all processors."""
+        busy, ticks, own = *self._ticks(), self._used()
+        others = busy - self._busy - (own - self._own) * os.sysconf("SC_CLK_TCK")
+        passed = max(ticks - self._all, 1)
+        self._busy, self._all, self._own = busy, ticks, own
+        return max(0.0, 100 * others / passed)
+
+    def _ticks(self):
+        if not sys.platform.startswith("linux"):
+            return 0, 0
+        with open("/proc/stat") as file:
+            ticks = [int(value) for value in file.readline().split()[1:9]]
+        return sum(ticks) - ticks[3] - ticks[4], sum(ticks)
+
+    def _used(self):
+        return sum(os.times()[:4])

@@ -1,0 +1,60 @@
+"""The table of script/bench: figures, ratios and their spread."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from tests.support.environments import REPOSITORY
+
+
+@pytest.fixture
+def table() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("table", REPOSITORY / "benchmarks" / "table.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_less_is_better_by_the_median_and_the_spread_is_that_of_the_rounds(table: ModuleType) -> None:
+    row = table.Row("trip: us", {"genuine": [60.0, 90.0, 100.0], "pipros": [30.0, 90.0, 20.0]})
+
+    assert row.figure("genuine") == 90.0
+    assert row.ratio() == 3.0
+    assert row.spread() == (1.0, 5.0)
+    assert row.ratio("tuned") is None
+
+
+def test_more_is_better_where_that_is_said_and_the_best_round_can_count(table: ModuleType) -> None:
+    values = {"genuine": [10.0, 20.0], "pipros": [30.0, 40.0]}
+
+    assert table.Row("messages/s", values, more_is_better=True).ratio() == pytest.approx(35 / 15)
+    assert table.Row("messages/s", values, more_is_better=True, best=True).ratio() == 2.0
+    assert table.Row("us", values, best=True).ratio() == pytest.approx(1 / 3)
+
+
+def test_columns_are_those_of_the_worlds_that_were_measured(table: ModuleType) -> None:
+    rows = [
+        table.Row("one: us", {"genuine": [20.0], "tuned": [15.0], "pipros": [10.0]}),
+        table.Row("two: MB", {"pipros": [1234.5]}),
+    ]
+
+    assert table.markdown(rows, "bound by", lambda row: row.label[:3]).splitlines() == [
+        "| workload | genuine | tuned | pipros | ratio to genuine | min..max | to tuned | bound by |",
+        "| --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |",
+        "| one: us | 20 | 15 | 10 | 2.00 x | 2.00..2.00 | 1.50 x | one |",
+        "| two: MB |  |  | 1,234 |  |  |  | two |",
+    ]
+
+
+def test_rows_are_the_same_after_they_were_written_and_read(table: ModuleType, tmp_path: Path) -> None:
+    rows = [table.Row("one", {"pipros": [1.0]}, more_is_better=True, goal=1.5, best=True)]
+
+    table.write_json(tmp_path / "rows", rows)
+
+    assert [vars(row) for row in table.read_json(tmp_path / "rows")] == [vars(row) for row in rows]
