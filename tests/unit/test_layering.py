@@ -41,7 +41,7 @@ LAYERS: list[list[set[str]]] = [
             "vision",
             "markers",
         },
-        {"robot_model", "topic_tools"},
+        {"maps", "robot_model", "topic_tools"},
     ],
     [{"testing", "web", "health"}],
     [{"cli"}],
@@ -63,6 +63,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "genpy": {"genmsg"},  # the exceptions of generate_dynamic
     "image_transport": {"cv_bridge", "rospy"},
     "interactive_markers": {"rospy"},
+    "map_server": {"rospy"},
     "message_filters": {"rospy"},  # topics, the clock and logs of rospy's node
     "joint_state_publisher": {"rospy"},
     "robot_state_publisher": {"rospy", "tf2_ros"},

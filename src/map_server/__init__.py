@@ -1,0 +1,108 @@
+"""`rosrun map_server map_server map.yaml` serves a map, `rosrun map_server map_saver -f name` saves one."""
+
+from __future__ import annotations
+
+import os
+import sys
+from math import cos, sin
+from typing import Any
+
+from geometry_msgs.msg import Point, Pose, Quaternion
+from nav_msgs.msg import MapMetaData, OccupancyGrid
+from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapResponse
+from std_msgs.msg import Header
+
+import rospy
+from pipros.maps.errors import BadMapDescription, BadMapImage, MapError, NoMapFile
+from pipros.maps.map_file import Grid, MapDescription, make_grid, read_map
+from pipros.maps.picture import read_picture
+
+USAGE = """
+USAGE: map_server <map.yaml>
+  map.yaml: map description file
+DEPRECATED USAGE: map_server <map> <resolution>
+  map: image file to load
+  resolution: map resolution [meters/pixel]"""
+
+_RESULTS = {
+    NoMapFile: LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST,
+    BadMapImage: LoadMapResponse.RESULT_INVALID_MAP_DATA,
+    BadMapDescription: LoadMapResponse.RESULT_INVALID_MAP_METADATA,
+}
+
+
+def message_of(grid: Grid, frame_id: str) -> Any:
+    """A map as an OccupancyGrid, stamped with the current time."""
+    now = rospy.Time.now()
+    x, y, yaw = grid.description.origin
+    origin = Pose(Point(x, y, 0.0), Quaternion(0.0, 0.0, sin(yaw / 2), cos(yaw / 2)))
+    info = MapMetaData(now, grid.description.resolution, grid.width, grid.height, origin)
+    return OccupancyGrid(Header(stamp=now, frame_id=frame_id), info, grid.cells)
+
+
+class MapServer:
+    """Serves a map on `map` and `map_metadata`, which are latched, and by the service `static_map`.
+
+    The service `change_map` loads another one from a YAML file.
+    """
+
+    def __init__(self, grid: Grid, frame_id: str = "map") -> None:
+        self._frame_id = frame_id
+        self._map_topic = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
+        self._metadata_topic = rospy.Publisher("map_metadata", MapMetaData, queue_size=1, latch=True)
+        self._show(grid)
+        rospy.Service("static_map", GetMap, self._tell)
+        rospy.Service("change_map", LoadMap, self._change)
+
+    def _show(self, grid: Grid) -> None:
+        rospy.loginfo(
+            "Read a %d X %d map @ %.3f m/cell", grid.width, grid.height, grid.description.resolution
+        )
+        self._map = message_of(grid, self._frame_id)
+        self._metadata_topic.publish(self._map.info)
+        self._map_topic.publish(self._map)
+
+    def _tell(self, _request: Any) -> Any:
+        rospy.loginfo("Sending map")
+        return GetMapResponse(self._map)
+
+    def _change(self, request: Any) -> Any:
+        try:
+            grid = read_map(request.map_url)
+        except MapError as error:
+            rospy.logerr("%s", error)
+            return LoadMapResponse(result=_RESULTS[type(error)])
+        self._show(grid)
+        return LoadMapResponse(self._map, LoadMapResponse.RESULT_SUCCESS)
+
+
+def main() -> int:
+    """Serves until the node is ended. Returns the exit code."""
+    arguments = rospy.myargv()[1:]
+    if len(arguments) not in (1, 2):
+        print(USAGE, file=sys.stderr)
+        return 255
+    rospy.init_node("map_server")
+    try:
+        if len(arguments) == 2:
+            rospy.logwarn("map_server <map> <resolution> is deprecated: name the YAML file of the map alone.")
+            grid = make_grid(MapDescription(arguments[0], _metres(arguments[1])), read_picture(arguments[0]))
+        else:
+            rospy.loginfo('Loading map from image "%s"', arguments[0])
+            grid = read_map(os.path.abspath(arguments[0]))
+    except MapError as error:
+        rospy.logerr("%s", error)
+        return 255
+    MapServer(grid, str(rospy.get_param("~frame_id", "map")))
+    rospy.spin()
+    return 0
+
+
+def _metres(text: str) -> float:
+    try:
+        resolution = float(text)
+    except ValueError:
+        resolution = 0.0
+    if not 0.0 < resolution < float("inf"):
+        raise BadMapDescription(f"the resolution must be more than 0 metres, got {text}")
+    return resolution

@@ -1,0 +1,182 @@
+"""The YAML file of a map, and what its picture says of each cell: http://wiki.ros.org/map_server#Map_format.
+
+Cells are numbers: 0 free, 100 occupied, -1 unknown, other values between, row by row from the lowest y.
+"""
+
+from __future__ import annotations
+
+import os
+from array import array
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+from pipros.errors import PiprosError
+from pipros.input_file import read_text
+from pipros.maps.errors import BadMapDescription, NoMapFile
+from pipros.maps.picture import Picture, read_picture
+from pipros.safe import yaml
+
+MODES = ("trinary", "scale", "raw")
+
+
+@dataclass(frozen=True, slots=True)
+class MapDescription:
+    """What the YAML file says.
+
+    Attributes:
+        image: the path of the picture.
+        resolution: metres for each pixel.
+        origin: x and y in metres and yaw in radians, of the lower left corner.
+        negate: whether white is occupied.
+        occupied, free: from which darkness on (0 to 1) a cell is occupied, below which it is free.
+        mode: one of MODES.
+    """
+
+    image: str
+    resolution: float
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    negate: bool = False
+    occupied: float = 0.65
+    free: float = 0.196
+    mode: str = "trinary"
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """A map: its description, its size, its cells."""
+
+    description: MapDescription
+    width: int
+    height: int
+    cells: array[int]
+
+
+def read_map(file: str) -> Grid:
+    """The map that a YAML file and its picture make.
+
+    Raises:
+        MapError: NoMapFile, BadMapDescription or BadMapImage.
+    """
+    description = read_description(file)
+    return make_grid(description, read_picture(description.image))
+
+
+def read_description(file: str) -> MapDescription:
+    """What a YAML file says. A relative path of the picture is below the folder of the file.
+
+    Raises:
+        NoMapFile: it cannot be opened.
+        BadMapDescription: it does not describe a map.
+    """
+    try:
+        text = read_text(file)
+    except (OSError, UnicodeDecodeError) as error:
+        raise NoMapFile(f"Map_server could not open {file}: {error}") from None
+    try:
+        values = yaml.load(text, file)
+    except PiprosError as error:
+        raise BadMapDescription(str(error)) from None
+    if not isinstance(values, dict):
+        raise BadMapDescription(f"{file} must be a mapping with image, resolution, origin, …, got {values!r}")
+    image = _value(file, values, "image")
+    if not isinstance(image, str) or not image:
+        raise BadMapDescription(f"{file}: the image must be the path of a picture, got {image!r}")
+    origin = _value(file, values, "origin")
+    if not (isinstance(origin, list) and len(origin) == 3):
+        raise BadMapDescription(f"{file}: the origin must be a list of x, y and yaw, got {origin!r}")
+    resolution = _number(file, "resolution", _value(file, values, "resolution"))
+    if resolution <= 0.0:
+        raise BadMapDescription(f"{file}: the resolution must be more than 0 metres, got {resolution}")
+    mode = values.get("mode", "trinary")
+    if mode not in MODES:
+        raise BadMapDescription(f"{file}: the mode must be one of {', '.join(MODES)}, got {mode!r}")
+    x, y, yaw = (_number(file, "origin", value) for value in origin)
+    return MapDescription(
+        os.path.join(os.path.dirname(file), image),
+        resolution,
+        (x, y, yaw),
+        bool(_number(file, "negate", _value(file, values, "negate"))),
+        _number(file, "occupied_thresh", _value(file, values, "occupied_thresh")),
+        _number(file, "free_thresh", _value(file, values, "free_thresh")),
+        str(mode),
+    )
+
+
+def _value(file: str, values: dict[Any, Any], key: str) -> Any:
+    try:
+        return values[key]
+    except KeyError:
+        raise BadMapDescription(f"{file}: The map does not contain the tag {key}, which it must") from None
+
+
+def _number(file: str, key: str, value: Any) -> float:
+    if isinstance(value, (bool, int, float)) and isfinite(value):
+        return float(value)
+    raise BadMapDescription(f"{file}: {key} must be a finite number, got {value!r}")
+
+
+def make_grid(description: MapDescription, picture: Picture) -> Grid:
+    """The cells of a picture. Colours count by their mean, in `trinary` with the alpha channel, as in Noetic.
+
+    In `scale`, what is transparent and neither free nor occupied is unknown.
+    """
+    channels = picture.colors
+    if picture.alpha is not None and description.mode == "trinary":
+        channels = (*channels, picture.alpha)
+    count = len(channels)
+    table = [_cell(description, total / count) for total in range(255 * count + 1)]
+    if count == 1:
+        cells = channels[0].translate(bytes(table))
+    else:
+        cells = bytes(map(table.__getitem__, map(sum, zip(*channels, strict=True))))
+    if picture.alpha is not None and description.mode == "scale":
+        unsure = range(1, 100)  # neither free nor occupied
+        cells = bytes(
+            255 if not seen and cell in unsure else cell
+            for cell, seen in zip(cells, picture.alpha, strict=True)
+        )
+    width = picture.width
+    rows = [cells[start : start + width] for start in range(0, len(cells), width)]
+    return Grid(description, width, picture.height, array("b", b"".join(reversed(rows))))
+
+
+def _cell(description: MapDescription, grey: float) -> int:
+    """The cell of a mean grey, as a byte: 255 for -1."""
+    if description.negate:
+        grey = 255.0 - grey
+    if description.mode == "raw":
+        return int(grey)
+    darkness = (255.0 - grey) / 255.0
+    if darkness > description.occupied:
+        return 100
+    if darkness < description.free:
+        return 0
+    if description.mode == "trinary" or description.occupied <= description.free:
+        return 255
+    part = (darkness - description.free) / (description.occupied - description.free)
+    return int(1 + 98 * part)
+
+
+FREE, OCCUPIED, UNKNOWN = 254, 0, 205
+"""The greys that a saved map has."""
+
+
+def grid_pixels(width: int, cells: Any, free: int, occupied: int) -> bytes:
+    """A byte for each cell, row by row from the top: up to `free` is white, from `occupied` on black."""
+    greys = bytes(
+        UNKNOWN if value > 127 else FREE if value <= free else OCCUPIED if value >= occupied else UNKNOWN
+        for value in range(256)
+    )
+    pixels = array("b", cells).tobytes().translate(greys)
+    rows = [pixels[start : start + width] for start in range(0, len(pixels), width)] if width else []
+    return b"".join(reversed(rows))
+
+
+def description_text(image: str, resolution: float, origin: tuple[float, float, float]) -> str:
+    """The YAML file of a saved map, as Noetic's map_saver writes it."""
+    x, y, yaw = origin
+    return (
+        f"image: {image}\nresolution: {resolution:f}\norigin: [{x:f}, {y:f}, {yaw:f}]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.196\n\n"
+    )
