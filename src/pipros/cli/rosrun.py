@@ -51,6 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     package = index.get(package_name)
     if package is None:
         _complain_about_package(index, package_name)
+        _say_what_is_compiled(package_name, name, rest)
         return UNKNOWN_PACKAGE
     found = find_executables(package, name)
     if debug:
@@ -60,6 +61,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if found.runnable:
             return NO_SUCH_COMMAND
         _complain_about_name(package, name, found)
+        _say_what_is_compiled(package_name, name, rest)
         return NOT_FOUND
     try:
         command = command_of(program, rest, prefix)
@@ -124,6 +126,15 @@ def _print_search(found: Executables, name: str) -> None:
 def _complain_about_package(index: PackageIndex, name: str) -> None:
     print(f"[rospack] Error: package '{name}' not found", file=sys.stderr)
     _suggest(name, [package.name for package in index])
+
+
+def _say_what_is_compiled(package: str, program: str, arguments: list[str]) -> None:
+    """Says of a well-known package in C++ where to run it. On stderr, so that stdout equals Noetic's."""
+    from pipros.workspace.compiled_packages import why_not_here
+
+    reason = why_not_here(package, program, arguments)
+    if reason:
+        print(f"[rosrun] {reason}", file=sys.stderr)
 
 
 def _complain_about_name(package: Package, name: str, found: Executables) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 from pipros.env import Environment
 from pipros.errors import NotFound, PiprosError
 from pipros.launch.model import Machine, Node, WorkingFolder
+from pipros.workspace.compiled_packages import why_not_here
 from pipros.workspace.executables import Executables, find_executables
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.program_start import command_of, program_environment
@@ -141,8 +142,13 @@ class CommandMaker:
         try:
             package = self._index.find(node.package)
         except NotFound as error:
-            raise CannotLaunch(str(error), node) from None
+            reason = _why_not_here(node)
+            raise CannotLaunch(f"{error}. {reason}" if reason else str(error), node) from None
         found = self._find(package, node.type)
+        if not found.runnable and (reason := _why_not_here(node)):
+            raise CannotLaunch(
+                f"Cannot locate node of type [{node.type}] in package [{node.package}]. {reason}", node
+            )
         if not found.runnable:
             hint = f". There is {found.unusable[0]}" if found.unusable else ""
             raise CannotLaunch(
@@ -160,3 +166,8 @@ def _words(text: str, what: str, node: Node) -> list[str]:
         raise CannotLaunch(
             f"the {what} [{text}] of node [{node.full_name}] cannot be parsed: {error}"
         ) from None
+
+
+def _why_not_here(node: Node) -> str | None:
+    """What to do about a node of a well-known package in C++."""
+    return why_not_here(node.package, node.type, _words(node.arguments, "arguments", node))

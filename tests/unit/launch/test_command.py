@@ -90,6 +90,23 @@ def test_what_cannot_be_launched_is_explained(maker: CommandMaker, node: Node, c
         maker.make(node, "http://m:1")
 
 
+@pytest.mark.parametrize(
+    ("node", "complaint"),
+    [
+        (Node("rviz", "rviz", "view"), "rviz.*The programs of rviz are C.* ros-noetic-rviz"),
+        (
+            Node("nodelet", "nodelet", "cloud", arguments="load depth_image_proc/point_cloud_xyz manager"),
+            "The nodelet depth_image_proc/point_cloud_xyz .*-nodelet ros-noetic-depth-image-proc",
+        ),
+    ],
+)
+def test_what_pipros_has_no_c_plus_plus_for_names_its_package(
+    maker: CommandMaker, node: Node, complaint: str
+) -> None:
+    with pytest.raises(CannotLaunch, match=complaint):
+        maker.make(node, "http://localhost:11311")
+
+
 def test_a_script_that_is_not_executable_is_pointed_to(maker: CommandMaker, talker: Path) -> None:
     talker.chmod(0o644)
     with pytest.raises(CannotLaunch, match=rf"chmod \+x\)\. There is {talker}"):

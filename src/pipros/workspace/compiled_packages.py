@@ -1,0 +1,56 @@
+"""Well-known packages whose programs are C++: what to say when one is asked for that is not here."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+_NAMES = """
+    amcl carrot_planner cartographer_ros controller_manager costmap_2d depth_image_proc
+    depthimage_to_laserscan dwa_local_planner filters freenect_launch gazebo gazebo_plugins
+    gazebo_ros gazebo_ros_control global_planner gmapping hector_mapping hokuyo_node image_proc
+    image_rotate image_view joy laser_assembler laser_filters move_base move_group
+    moveit_ros_move_group moveit_ros_visualization navfn nodelet octomap_server openni2_camera
+    openni2_launch pcl_ros pointcloud_to_laserscan realsense2_camera robot_localization
+    robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros rviz slam_gmapping
+    slam_karto spatio_temporal_voxel_layer stage_ros stereo_image_proc teb_local_planner
+    teleop_twist_joy turtlesim urg_node usb_cam uvc_camera velodyne_driver velodyne_pointcloud
+    web_video_server
+"""
+
+COMPILED = frozenset(_NAMES.split())
+"""Packages of Noetic, most of whose programs are C++."""
+
+_PLUGIN = re.compile(r"(\w+)/(\S+)")
+
+
+def why_not_here(package: str, program: str, arguments: Sequence[str] = ()) -> str | None:
+    """Why pipros has no such program, and what to install where; None for a package that is not known.
+
+    Args:
+        arguments: those of the program, which for a nodelet name its plugin.
+    """
+    if package not in COMPILED:
+        return None
+    wanted = [package]
+    what = f"The programs of {package} are C++, and do not come with pipros, which is Python alone."
+    if package == "nodelet":
+        what = "nodelet loads C++ plugins, which pipros, Python alone, cannot."
+        plugin = _plugin(program, arguments)
+        if plugin is not None:
+            wanted.append(plugin[1])
+            what = f"The nodelet {plugin[0]} is a C++ plugin, which pipros, Python alone, cannot load."
+    names = " ".join(f"ros-noetic-{name.replace('_', '-')}" for name in wanted)
+    return (
+        f"{what} Run it where ROS 1 is installed (apt-get install {names}): "
+        "with this machine's ROS_MASTER_URI it joins the same graph."
+    )
+
+
+def _plugin(program: str, arguments: Sequence[str]) -> tuple[str, str] | None:
+    """The plugin that a nodelet loads and its package, from `load pkg/Plugin manager` or `standalone …`."""
+    words = [word for word in arguments if ":=" not in word]
+    if program != "nodelet" or len(words) < 2 or words[0] not in ("load", "standalone"):
+        return None
+    found = _PLUGIN.fullmatch(words[1])
+    return None if found is None else (words[1], found[1])
