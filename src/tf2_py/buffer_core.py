@@ -125,6 +125,9 @@ class BufferCore:
     def _allFramesAsDot(self, current_time: Any = None) -> str:  # noqa: N802
         return self._buffer.as_dot(None if current_time is None else in_ns(current_time) / NS_PER_S)
 
+    def _edges(self) -> list[tuple[str, str, str, float]]:
+        return self._buffer.edges()
+
     def _frameExists(self, frame_id: str) -> bool:  # noqa: N802
         return self._buffer.frame_exists(_text(frame_id, 1))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -88,3 +89,70 @@ def test_wrong_arguments_end_alike(sides: dict[str, Side], package: str, argumen
     }
 
     assert codes["pipros"] == codes["genuine"] != 0
+
+
+@pytest.mark.timeout(200)
+def test_both_sides_monitor_remap_and_echo_alike(sides: dict[str, Side]) -> None:
+    """The numbers differ, and genuine's monitor does not know who sends; the rest is the same."""
+    for name in ("genuine", "pipros"):
+        sides[name].start(
+            *program(name, "tf", "static_transform_publisher"),
+            *["1", "2", "3", "0", "0", "0", "map", name, "20"],
+            "/tf:=/tf_old",
+        )
+        sides[name].start(
+            *program(name, "tf", "tf_remap"),
+            f"_mappings:=[{{old: {name}, new: {name}_hand}}, {{old: map, new: earth}}]",
+            f"__name:={name}_remapper",
+        )
+    shown = {}
+    for name, side in sides.items():
+        monitor = side.start(*program(name, "tf", "tf_monitor"), "earth", "pipros_hand")
+        echo = side.start(
+            *program(name, "tf2_tools", "echo.py"), "earth", "genuine_hand", "-l", "40", "-r", "20"
+        )
+        monitor.wait_for("All Broadcasters", 60)
+        monitor.wait_for("^Node: .* Hz, Average Delay: .* Max Delay: ", 60)
+        echo.wait_for("RPY .degree.", 60)
+        monitor.press_ctrl_c()
+        everything = side.start(*program(name, "tf", "tf_monitor"))
+        everything.wait_for("^Frame: genuine_hand published by .* Average Delay: ", 60)
+        everything.press_ctrl_c()
+        lines = [
+            re.sub(r"-?[0-9][-+0-9.e]*|/?\w+_(remapper|publisher)", "N", line) for line in monitor.stdout
+        ]
+        start = next(number for number, line in enumerate(lines) if line.startswith("RESULTS"))
+        end = next(number for number, line in enumerate(lines) if line.startswith("Node: "))
+        spoken = [re.sub(r"[0-9.]{9,}", "N", line) for line in echo.stdout]
+        first = next(number for number, line in enumerate(spoken) if line.startswith("At time"))
+        told = [line for line in lines[start : end + 1] if line not in ("", "All Broadcasters:")]  # on stderr
+        shown[name] = (lines[0].strip(), told, spoken[first : first + 5])
+
+    assert shown["pipros"] == shown["genuine"]
+    assert "Chain is: earth -> pipros_hand" in shown["pipros"][1]
+    ended = {
+        name: [
+            side.run(*program(name, "tf", "tf_monitor"), "a").wait(),
+            side.run(*program(name, "tf2_tools", "echo.py"), "a").wait(),
+            side.run(*program(name, "tf2_tools", "echo.py"), "a", "b", "-l", "2", "-r", "20").wait(),
+        ]
+        for name, side in sides.items()
+    }
+    assert ended["pipros"] == ended["genuine"] == [255, 2, 0]
+
+
+@pytest.mark.timeout(200)
+def test_the_tree_is_drawn(sides: dict[str, Side], plain_ros: RosSystem) -> None:
+    ours = sides["pipros"]
+    ours.start(*program("pipros", "tf", "static_transform_publisher"), *NUMBERS, "20")
+
+    ended = ours.run(*program("pipros", "tf", "view_frames"), timeout_s=60)
+
+    assert [line for line in ended.stdout if "generated" in line] == [
+        "frames.gv generated",
+        "frames.svg generated",
+        "frames.pdf generated",
+    ]
+    assert '"map" -> "hand"' in (plain_ros.home / "frames.gv").read_text()
+    assert ">hand</text>" in (plain_ros.home / "frames.svg").read_text()
+    assert (plain_ros.home / "frames.pdf").read_bytes().startswith(b"%PDF")

@@ -15,7 +15,7 @@ from pipros.transforms.errors import (
     TransformException,
 )
 from pipros.transforms.history import MovingFrame, StaticFrame
-from pipros.transforms.listing import frames_as_dot, frames_as_string, frames_as_yaml
+from pipros.transforms.listing import edges, frames_as_dot, frames_as_string, frames_as_yaml
 from pipros.transforms.pose import IDENTITY, Pose, composed_exactly
 from pipros.transforms.tree import Frames, find_path, latest_common_time
 
@@ -215,6 +215,11 @@ class FrameBuffer:
         """All frames as a graph for Graphviz; with the time, in seconds, each tells its age."""
         with self._lock:
             return frames_as_dot(self._frames, now)
+
+    def edges(self) -> list[tuple[str, str, str, float]]:
+        """Parent, name, sender and rate in Hz of each frame of which something is known."""
+        with self._lock:
+            return edges(self._frames)
 
     def _require(self, name: str, what: str) -> None:
         """Raises LookupException for a frame that was never heard of."""

@@ -60,6 +60,11 @@ def frames_as_dot(frames: Frames, now: float | None = None) -> str:
     return f"digraph G {{\n{''.join(lines)}}}"
 
 
+def edges(frames: Frames) -> list[tuple[str, str, str, float]]:
+    """Parent, name, sender and rate in Hz of each frame of which something is known."""
+    return [(parent, name, sender, rate) for name, parent, sender, rate, *_ in _known(frames)]
+
+
 def _known(frames: Frames) -> Iterator[tuple[str, str, str, float, float, float]]:
     """Name, parent, sender, rate, newest and oldest time of each frame of which something is known."""
     for name, frame in frames.items():

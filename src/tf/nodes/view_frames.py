@@ -4,16 +4,31 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 import rospy
 import tf2_ros
+from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
+from pipros.graph.drawing.pdf import to_pdf
+from pipros.graph.drawing.scene import Scene, draw
+from pipros.graph.drawing.svg import to_svg
 
 LISTEN_S = 5.0
 
 
+def scene_of(edges: Sequence[tuple[str, str, str, float]]) -> Scene:
+    """A drawing of frames, each given by its parent, its name, its sender and its rate in Hz."""
+    names = dict.fromkeys(name for parent, child, *_ in edges for name in (parent, child))
+    arrows = tuple(Arrow(parent, child, f"{rate:.1f} Hz {sender}") for parent, child, sender, rate in edges)
+    return draw(NodeGraph({name: Vertex(name, name, "node") for name in names}, arrows))
+
+
 def main() -> int:
-    """Listens for five seconds, then writes frames.gv and, where Graphviz is installed, frames.pdf."""
+    """Listens for five seconds, then writes frames.gv, frames.svg and frames.pdf.
+
+    Graphviz draws the PDF where it is installed.
+    """
     rospy.init_node("view_frames", anonymous=True)
     buffer = tf2_ros.Buffer(debug=False)
     listener = tf2_ros.TransformListener(buffer)
@@ -26,10 +41,13 @@ def main() -> int:
     graph = Path("frames.gv")
     graph.write_text(buffer._allFramesAsDot(rospy.Time.now()), encoding="utf-8")
     print(f"{graph} generated")
+    scene = scene_of(buffer._edges())
+    Path("frames.svg").write_text(to_svg(scene), encoding="utf-8")
+    print("frames.svg generated")
     dot = shutil.which("dot")
-    if dot is None:
-        print("For frames.pdf install Graphviz, or draw frames.gv with another program.")
-        return 0
-    subprocess.run([dot, "-Tpdf", str(graph), "-o", "frames.pdf"], check=True)  # noqa: S603
+    if dot is not None:
+        subprocess.run([dot, "-Tpdf", str(graph), "-o", "frames.pdf"], check=True)  # noqa: S603
+    else:
+        Path("frames.pdf").write_bytes(to_pdf(scene))
     print("frames.pdf generated")
     return 0

@@ -6,8 +6,11 @@ import math
 
 import pytest
 
+from pipros.transforms.monitor import FRAME_LIMIT, Monitor
 from pipros.transforms.pose import from_roll_pitch_yaw, roll_pitch_yaw
 from tf.nodes.tf_echo import text_of
+from tf.nodes.tf_remap import mappings_of
+from tf2_ros.nodes import echo
 from tf2_ros.nodes.static_transform_publisher import transform_of, transform_of_param
 
 
@@ -61,3 +64,43 @@ def test_what_is_echoed() -> None:
         "- Translation: [1.000, 2.000, 3.000]",
         "- Rotation: in Quaternion [0.000, 0.000, 0.000, 1.000]",
     ]
+
+
+def test_delays_and_rates_are_counted_by_frame_and_by_sender() -> None:
+    monitor = Monitor()
+    for second in range(5):
+        monitor.add("/slam", {"odom": second - 0.5, "map": second - 0.25}, float(second))
+        monitor.add("/wheels", {"base": second + 1.0}, second / 2)
+
+    assert monitor.text(["base", "odom", "world"]).splitlines() == [
+        "Frames:",
+        "Frame: base published by /wheels Average Delay: -2 Max Delay: 0",
+        "Frame: odom published by /slam Average Delay: 0.5 Max Delay: 0.5",
+        "",
+        "All Broadcasters:",
+        "Node: /slam 1 Hz, Average Delay: 0.375 Max Delay: 0.375",
+        "Node: /wheels 2 Hz, Average Delay: -2 Max Delay: 0",
+    ]
+    assert "Frame: map published by /slam" in monitor.text()
+    assert Monitor().text() == "Frames:\n\nAll Broadcasters:"
+
+
+def test_endless_frames_cost_no_endless_memory() -> None:
+    monitor = Monitor()
+    monitor.add("/x", {f"f{number}": 0.0 for number in range(FRAME_LIMIT + 10)}, 1.0)
+
+    assert len(monitor.frames) == FRAME_LIMIT == len(monitor.sender_of)
+
+
+@pytest.mark.parametrize("wrong", [None, "x", {}, [1], [{"old": "a"}], [["a", "b"]]])
+def test_a_mapping_of_frames_needs_both_names(wrong: object) -> None:
+    assert mappings_of(wrong) == {}
+
+
+@pytest.mark.parametrize(
+    "wrong", [["a"], ["a", "b", "-r", "0"], ["a", "b", "-p", "-1"], ["a", "b", "-c", "nan"]]
+)
+def test_echo_refuses_wrong_arguments(wrong: list[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        echo._options(wrong)
+    assert ended.value.code == 2

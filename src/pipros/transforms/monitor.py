@@ -1,0 +1,87 @@
+"""Delays and rates of the transforms that come, as `tf_monitor` counts them. Times are seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+FRAME_LIMIT = 10_000
+"""Frames and nodes that are counted; their names come from any peer."""
+
+
+@dataclass(slots=True)
+class Delays:
+    """How old stamps were when they came.
+
+    >>> delays = Delays()
+    >>> delays.add(3.0, at=10.0); delays.add(1.0, at=11.0); delays.add(-1.0, at=12.0)
+    >>> delays.average, delays.most, delays.rate
+    (1.0, 3.0, 1.0)
+    """
+
+    count: int = 0
+    total: float = 0.0
+    most: float = 0.0
+    first: float = 0.0
+    last: float = 0.0
+
+    def add(self, delay: float, at: float) -> None:
+        """Counts one that came `at` a time."""
+        self.first = self.first if self.count else at
+        self.last = at
+        self.count += 1
+        self.total += delay
+        self.most = max(self.most, delay)
+
+    @property
+    def average(self) -> float:
+        return self.total / self.count if self.count else 0.0
+
+    @property
+    def rate(self) -> float:
+        """In Hz, from the first to the last; 0 for less than two."""
+        return (self.count - 1) / (self.last - self.first) if self.last > self.first else 0.0
+
+
+@dataclass(slots=True)
+class Monitor:
+    """What came of each frame and from each node."""
+
+    frames: dict[str, Delays] = field(default_factory=dict)
+    senders: dict[str, Delays] = field(default_factory=dict)
+    sender_of: dict[str, str] = field(default_factory=dict)
+
+    def add(self, sender: str, stamps: Mapping[str, float], now: float) -> None:
+        """Counts one message: the stamps of its transforms by child frame."""
+        delays = {frame: now - stamp for frame, stamp in stamps.items()}
+        for frame, delay in delays.items():
+            if _count(self.frames, frame, delay, now):
+                self.sender_of[frame] = sender
+        if delays:
+            _count(self.senders, sender, sum(delays.values()) / len(delays), now)
+
+    def text(self, chain: Iterable[str] | None = None) -> str:
+        """What is printed of the frames, all or those of a chain, and of all nodes."""
+        shown = sorted(self.frames) if chain is None else [name for name in chain if name in self.frames]
+        lines = ["Frames:"]
+        lines += [
+            f"Frame: {name} published by {self.sender_of[name]} {_described(self.frames[name])}"
+            for name in shown
+        ]
+        lines += ["", "All Broadcasters:"]
+        lines += [
+            f"Node: {name} {delays.rate:g} Hz, {_described(delays)}"
+            for name, delays in sorted(self.senders.items())
+        ]
+        return "\n".join(lines)
+
+
+def _count(counted: dict[str, Delays], name: str, delay: float, now: float) -> bool:
+    if name not in counted and len(counted) >= FRAME_LIMIT:
+        return False
+    counted.setdefault(name, Delays()).add(delay, now)
+    return True
+
+
+def _described(delays: Delays) -> str:
+    return f"Average Delay: {delays.average:g} Max Delay: {delays.most:g}"
