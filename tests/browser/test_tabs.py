@@ -6,9 +6,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab
+from tests.browser.conftest import OpenTab, keep_screenshot
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 
@@ -59,3 +60,43 @@ def test_the_console_filters(robot: RosSystem, open_tab: OpenTab) -> None:
     expect(tab.locator(".entry").first).to_contain_text("Warn")
     tab.locator(".entry").first.click()
     expect(tab.locator("aside")).to_contain_text("robot_program.py")
+
+
+def press_tab_until(tab: Tab, selector: str) -> None:
+    """Regions that scroll may have the focus on the way, depending on their size."""
+    for _ in range(6):
+        tab.keyboard.press("Tab")
+        if tab.evaluate("selector => document.activeElement.matches(selector)", selector):
+            return
+    raise AssertionError(f"{selector} did not get the focus")
+
+
+def test_the_keyboard_and_roles_are_enough(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "graph")
+    expect(tab.get_by_role("heading", level=1)).to_have_text("pipros")
+    tab.get_by_role("tab", name="Graph").focus()
+    tab.keyboard.press("ArrowRight")
+    expect(tab.get_by_role("tab", selected=True)).to_have_text("Topics")
+    expect(tab.get_by_role("main").get_by_role("tabpanel", name="Topics")).to_be_visible()
+    row = tab.get_by_role("row", name="/battery")
+    expect(row).to_be_visible()
+    press_tab_until(tab, "[aria-label='Filter topics']")
+    tab.keyboard.type("/battery")
+    expect(tab.locator("tbody tr")).to_have_count(1)
+    press_tab_until(tab, "[data-name='/battery']")
+    tab.keyboard.press("Enter")
+    expect(tab.get_by_role("complementary", name="Topic")).to_contain_text("sensor_msgs/BatteryState")
+    expect(tab.get_by_role("meter", name="Level")).to_have_attribute("aria-valuenow", "62.5")
+    tab.get_by_role("tab", selected=True).focus()
+    tab.keyboard.press("End")
+    expect(tab.get_by_role("tab", selected=True)).to_have_text("Publish")
+    tab.keyboard.press("Home")
+    expect(tab.get_by_role("tab", selected=True)).to_have_text("Graph")
+
+
+@pytest.mark.parametrize("place", ["graph", "topics", "plot", "console", "params", "reconfigure", "publish"])
+def test_each_tab_fits_a_phone(robot: RosSystem, open_tab: OpenTab, place: str) -> None:
+    tab = open_tab(Page(robot), place, size=(390, 800))
+    expect(tab.get_by_role("tab", selected=True)).to_be_in_viewport()
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    keep_screenshot(tab, f"{place}-phone")

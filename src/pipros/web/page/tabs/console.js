@@ -30,7 +30,7 @@ export function open(view, argument, { control }) {
   const space = h("div", { class: "space" });
   const rows = h("div", { class: "rows", role: "log", "aria-live": "off" });
   const scroll = h("div", { class: "scroll log", tabindex: 0, role: "group", "aria-label": "Entries; up and down choose one", onscroll: () => drawRows(), onkeydown: (event) => onKey(event) }, space, rows);
-  const side = h("aside", { hidden: true, "aria-label": "Entry" });
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Entry" });
   view.append(h("div", { class: "column" },
     h("div", { class: "bar" }, LEVELS.map(([level, name]) => h("label", { class: `level-${level}` }, h("input", { type: "checkbox", checked: true, onchange: (event) => { if (event.target.checked) levels.add(level); else levels.delete(level); filter(); } }), name)), node, text, place, h("span", { class: "spring" }), count, pause,
       h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"), h("button", { onclick: () => showLoggers() }, "Logger levels")),

@@ -9,7 +9,7 @@ export function open(view, argument) {
   const error = h("div", { class: "error", role: "alert" });
   const counts = h("div", { class: "bar" });
   const body = h("div", { class: "scroll params" });
-  const side = h("aside", { hidden: true, "aria-label": "Component" });
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Component" });
   const hint = h("div", { class: "note" });
   view.append(h("div", { class: "column" }, counts, error, hint, body), side);
   let selected = argument;

@@ -36,7 +36,7 @@ export function open(view, argument) {
   const canvas = s("svg", { class: "canvas", tabindex: 0, role: "application", "aria-label": "Graph of nodes and topics" }, s("defs", {}, head), layer);
   const error = h("div", { class: "error", role: "alert" });
   const counts = h("span", { class: "pale" });
-  const side = h("aside", { hidden: true, "aria-label": "Selection" });
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Selection" });
   const search = h("input", { type: "search", placeholder: "Search (/)", "aria-label": "Search nodes and topics", oninput: () => mark() });
   const empty = h("div", { class: "note", hidden: true, role: "status" }, NOTHING);
   view.append(h("div", { class: "column graph" }, toolbar(), error, empty, h("div", { class: "stage" }, canvas, corner())), side);

@@ -7,15 +7,15 @@ import { yaml } from "./services.js";
 export function open(view, argument, { control }) {
   const topic = h("input", { placeholder: "/topic", value: argument, "aria-label": "Topic", spellcheck: "false", list: "publish-topics", onchange: () => chosen() });
   const type = h("input", { placeholder: "std_msgs/String", "aria-label": "Type", spellcheck: "false", onchange: () => defaults() });
-  const rate = h("input", { type: "number", value: 1, min: 0, max: 1000, step: "any", "aria-label": "Rate in hertz" });
+  const rate = h("input", { type: "number", value: 1, min: 0, max: 1000, step: "any", "aria-label": "Rate in hertz", title: "0 publishes once" });
   const message = h("textarea", { rows: 12, class: "mono", "aria-label": "Message in YAML", spellcheck: "false" });
   const topics = h("datalist", { id: "publish-topics" });
   const error = h("div", { class: "error", role: "alert" });
   const list = h("div", {});
   view.append(h("div", { class: "column" }, error, h("div", { class: "scroll form" },
     control ? null : h("p", { class: "note" }, "This page only looks. Start it with --control to publish."),
-    h("label", {}, "Topic", topic), topics, h("label", {}, "Type", type), h("label", {}, "Rate in Hz (0: once)", rate), message,
-    h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish")), list)));
+    h("label", {}, "Topic", topic), topics, h("label", {}, "Type", type), h("label", {}, "Rate in Hz", rate), message,
+    h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish"), h("span", { class: "key" }, "  A rate of 0 publishes once, for as long as this tab is open.")), list)));
   let known = [];
   const running = new Set();
   const closeTopics = live.watch("topics", {}, (data) => {

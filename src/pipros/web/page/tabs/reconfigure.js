@@ -61,14 +61,14 @@ export function open(view, argument, { control }) {
     const inside = settings(group, group.type === "apply" ? (name, value) => { held[name] = value; } : onChange);
     if (group.type === "apply") inside.append(h("p", {}, h("button", { disabled: !control, onclick: () => { for (const [name, value] of Object.entries(held)) change(name, value); held = {}; } }, "Apply")));
     const state = hasState ? h("input", { type: "checkbox", disabled: !control, "aria-label": `State of ${group.name}`, onchange: () => { pending.states[group.name] = state.checked; send(); } }) : null;
-    const details = h("details", { open: true }, h("summary", {}, group.name.replaceAll("_", " "), state ? h("label", { class: "state" }, state, "on") : null), inside);
+    const details = h("details", { open: true }, h("summary", {}, group.name.replaceAll("_", " ")), inside);
     groups.set(group.name, { show: (isOn) => {
       if (!state) return;
       state.checked = isOn;
       details.open = isOn;
       inside.hidden = group.type === "hide" && !isOn;
     } });
-    return h("div", { class: `below ${group.type}` }, details);
+    return h("div", { class: "below" }, details, state ? h("label", { class: "state" }, state, "on") : null);
   }
 
   function setting(parameter, onChange) {

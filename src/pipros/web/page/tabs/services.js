@@ -11,7 +11,7 @@ export function open(view, argument, { control }) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter services", oninput: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
   const body = h("tbody", {});
-  const side = h("aside", { hidden: true, "aria-label": "Service" });
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Service" });
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter), error, h("div", { class: "scroll" }, h("table", { role: "grid", "aria-label": "Services" }, h("thead", {}, h("tr", {}, h("th", {}, "Service"), h("th", {}, "Node"))), body))), side);
   let services = [];
   let selected = "";

@@ -11,7 +11,7 @@ export function open(view, argument) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter topics", oninput: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
   const body = h("tbody", {});
-  const side = h("aside", { hidden: true, "aria-label": "Topic" });
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Topic" });
   view.append(
     h("div", { class: "column" }, h("div", { class: "bar" }, filter), error, h("div", { class: "scroll" },
       h("table", { role: "grid", "aria-label": "Topics" }, h("thead", {}, h("tr", {}, ["Topic", "Type", "Publishers", "Subscribers"].map((title) => h("th", {}, title)), h("th", { class: "number" }, "Rate"))), body))),

@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+"""Takes the pictures of the page in docs/: `script/pictures` calls it, from the top of the tree.
+
+A small robot runs meanwhile: tests/browser/programs with relays as its other nodes. It needs Chromium,
+Playwright and Pillow.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Page as Tab
+
+from pipros.reconfigure.cfg_file import module_contents, read
+from tests.browser.test_reconfigure_tab import CFG
+from tests.support.browser import find_chromium
+from tests.support.environments import REPOSITORY, make_tool_folder
+from tests.support.page import Page
+from tests.support.ports import ClaimedPort
+from tests.support.ros import RosSystem
+
+PROGRAMS = REPOSITORY / "tests" / "browser" / "programs"
+SIZE = {"width": 1000, "height": 560}
+RELAYS = {
+    "estimator": ("/imu", "/odometry/imu"),
+    "planner": ("/odometry/imu", "/plan"),
+    "detector": ("/front/image_raw", "/detections"),
+    "charger": ("/battery", "/charging"),
+    "display": ("/detections", "/shown"),
+}
+# Name of the picture, tab, colours, what must be seen, and what is clicked first.
+PICTURES = (
+    ("graph", "graph", "light", "text >> text=Hz", ""),
+    ("topic", "graph/t%2Fbattery", "dark", "[role=meter]", ""),
+    ("plot", "plot/%2Fimu%2Fangular_velocity%2Fx%3Ay", "light", ".u-over", ""),
+    ("console", "console", "dark", ".entry >> nth=14", ""),
+    ("reconfigure", "reconfigure/%2Fdrive", "light", "text=Wheels", ""),
+    ("images", "images/%2Ffront%2Fimage_raw", "dark", ".bar >> text=rgb8", ""),
+    ("tf", "tf", "light", "td >> text=wheel_left", ""),
+    ("diagnostics", "diagnostics/%2FMotors%2Fright", "light", ".history .diagnostic-2", ""),
+)
+FILLING_S = 40
+"""How long curves, logs and histories run before their pictures are taken."""
+COLOURS = 160
+LARGEST_BYTES = 150_000
+
+
+@contextmanager
+def robot() -> Iterator[RosSystem]:
+    """The system that is shown."""
+    with tempfile.TemporaryDirectory() as folder:
+        home, port = Path(folder), ClaimedPort()
+        ros = RosSystem(port.number, home, make_tool_folder(home / "bin"))
+        try:
+            ros.pipros.start_master()
+            ros.pipros.start(sys.executable, PROGRAMS / "robot_program.py", "robot")
+            cfg = home / "Tuning.cfg"
+            cfg.write_text(CFG)
+            (home / "module.json").write_text(json.dumps(module_contents(read(cfg))))
+            ros.pipros.start(sys.executable, PROGRAMS / "tuned_program.py", "drive", home / "module.json")
+            ros.wait_for_publisher("/battery")
+            for name, topics in RELAYS.items():
+                ros.pipros.start("rosrun", "topic_tools", "relay", *topics, f"__name:={name}")
+            place = (*"001000", "base_link", "laser")  # 1 m above, not turned
+            ros.pipros.start("rosrun", "tf2_ros", "static_transform_publisher", *place, "__name:=laser_frame")
+            ros.wait_for_publisher("/tf_static")
+            yield ros
+        finally:
+            ros.close()
+            port.release()
+
+
+def open_tab(browser: Browser, page: Page, place: str, scheme: str) -> Tab:
+    context = browser.new_context(viewport=SIZE, color_scheme=scheme)  # type: ignore[arg-type]
+    tab = context.new_page()
+    tab.goto(f"{page.url.partition('#')[0]}#{place}")
+    return tab
+
+
+def small(file: Path) -> None:
+    """Keeps as many colours as a screen of texts has; raises SystemExit when that is not small enough."""
+    with Image.open(file) as image:
+        image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(file, optimize=True)
+    if file.stat().st_size > LARGEST_BYTES:
+        raise SystemExit(f"{file} has {file.stat().st_size} bytes; {LARGEST_BYTES} are the limit")
+
+
+def main() -> None:
+    chromium = find_chromium()
+    with robot() as ros, sync_playwright() as playwright:
+        page = Page(ros, "--control")
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        tabs = {name: open_tab(browser, page, place, scheme) for name, place, scheme, *_ in PICTURES}
+        next(iter(tabs.values())).wait_for_timeout(FILLING_S * 1000)
+        for name, _, _, sight, click in PICTURES:
+            tab = tabs[name]
+            tab.bring_to_front()
+            if click:
+                tab.locator(click).first.click()
+            tab.locator(sight).first.wait_for()
+            tab.wait_for_timeout(500)
+            file = REPOSITORY / "docs" / f"page-{name}.png"
+            tab.screenshot(path=file)
+            small(file)
+            print(f"docs/{file.name} is up to date: {file.stat().st_size // 1000} kB")
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()
