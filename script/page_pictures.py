@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Takes the pictures of the page in docs/: `script/pictures` calls it, from the top of the tree.
+"""Takes the pictures of the page in docs/: `script/pictures --page` calls it.
 
 A small robot runs meanwhile: tests/browser/programs with relays as its other nodes. It needs Chromium,
 Playwright and Pillow.

@@ -100,8 +100,8 @@ export function open(view, argument) {
       s("text", { class: "name", x: band.x - band.w / 2 + 8, y: band.y - band.h / 2 + 14 }, band.name)));
     links = scene.arrows.map((arrow) => {
       const text = s("text", { class: "name", x: arrow.middle[0], y: arrow.middle[1] - 5, "text-anchor": "middle" }, arrow.text);
-      const element = s("g", { class: "link" }, s("path", { class: "arrow", d: arrow.path, "marker-end": "url(#head)" }), text);
-      return { arrow, element, text };
+      const line = s("g", { class: "link" }, s("path", { class: "arrow", d: arrow.path, "marker-end": "url(#head)" }));
+      return { arrow, text, parts: [line, s("g", { class: "link" }, text)] };
     });
     for (const vertex of scene.boxes) {
       const group = vertexElement(vertex);
@@ -109,7 +109,7 @@ export function open(view, argument) {
       group.style.transform = `translate(${(before ?? vertex).x}px, ${(before ?? vertex).y}px)`;
       vertices.set(vertex.key, { vertex, group });
     }
-    layer.replaceChildren(...bands, ...links.map((link) => link.element), ...[...vertices.values()].map(({ group }) => group));
+    layer.replaceChildren(...bands, ...links.map((link) => link.parts[0]), ...links.map((link) => link.parts[1]), ...[...vertices.values()].map(({ group }) => group));
     requestAnimationFrame(() => {
       for (const { vertex, group } of vertices.values()) group.style.transform = `translate(${vertex.x}px, ${vertex.y}px)`;
     });
@@ -153,9 +153,9 @@ export function open(view, argument) {
     selected = isSame ? null : key;
     if (isByUser) history.replaceState(null, "", placeOf("graph", selected ?? ""));
     const near = new Set([selected]);
-    for (const { arrow, element } of links) {
+    for (const { arrow, parts } of links) {
       const touches = arrow.start === selected || arrow.end === selected;
-      element.classList.toggle("near", touches);
+      for (const part of parts) part.classList.toggle("near", touches);
       if (touches) near.add(arrow.start).add(arrow.end);
     }
     for (const [other, { group }] of vertices) {
