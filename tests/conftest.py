@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, settings
 
 from tests.support import browser, pyright
 from tests.support.environments import make_tool_folder
+from tests.support.examples import examples
 from tests.support.genuine import INSTALL, is_required, missing_packages
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Processes
@@ -19,7 +20,9 @@ from tests.support.ros import RosSystem
 from tests.support.started import STARTED
 
 # How long an example takes says nothing about the code on a machine that does other things as well.
-settings.register_profile("pipros", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "pipros", deadline=None, max_examples=examples(100), suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("pipros")
 
 _INTEROP = Path(__file__).parent / "interop"

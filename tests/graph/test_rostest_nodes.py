@@ -2,18 +2,42 @@
 
 from __future__ import annotations
 
-from xml.etree import ElementTree
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
+import pipros
+from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
-from tests.support.rostest_nodes import ONLY_OURS, SCENES, Scene
+from tests.support.rostest_nodes import ONLY_OURS, SCENES, LevelSystem, Scene, cases_in
 
 ALL = SCENES + ONLY_OURS
 
 
+@pytest.fixture(scope="module")
+def system(tmp_path_factory: pytest.TempPathFactory, bare_tools: Path) -> Iterator[LevelSystem]:
+    port = ClaimedPort()
+    ros = RosSystem(port.number, tmp_path_factory.mktemp("level"), bare_tools)
+    system = LevelSystem(ros, ros.pipros, "python", Path(pipros.__file__).parent / "share/rostest/nodes")
+    yield system
+    system.close()
+    ros.close()
+    port.release()
+
+
 @pytest.mark.parametrize("scene", ALL, ids=[f"{scene.node} {scene.params}" for scene in ALL])
-def test_a_test_node_passes_or_says_what_it_missed(ros: RosSystem, scene: Scene) -> None:
+def test_a_test_node_passes_or_says_what_it_missed(system: LevelSystem, scene: Scene) -> None:
+    ended, cases = system.run(scene, f"scene_{ALL.index(scene)}")
+
+    assert ended.returncode == (0 if scene.passes else 1), ended.output
+    assert scene.expected in ended.output
+    assert "Traceback" not in ended.output
+    assert cases == scene.cases
+
+
+@pytest.mark.parametrize("scene", [SCENES[0], SCENES[-1]], ids=["passes", "fails"])
+def test_rostest_runs_them_with_the_parameters_of_the_file(ros: RosSystem, scene: Scene) -> None:
     scene.write(ros.home / "ws")
     ros.pipros.environment["ROS_PACKAGE_PATH"] = str(ros.home / "ws")
 
@@ -23,10 +47,7 @@ def test_a_test_node_passes_or_says_what_it_missed(ros: RosSystem, scene: Scene)
     assert scene.expected in run.output
     # The node around it may be ended before its imports are through, and says so on stderr.
     assert not any("Traceback" in line for line in run.stdout)
-    results = ElementTree.parse(ros.home / ".ros/test_results/around/rosunit-scene.xml").getroot()  # noqa: S314
-    assert scene.cases == tuple(
-        (case.attrib["classname"], case.attrib["name"], len(case) == 0) for case in results.iter("testcase")
-    )
+    assert scene.cases == cases_in(ros.home / ".ros/test_results/around/rosunit-scene.xml")
 
 
 def test_rospack_and_rosrun_know_the_test_nodes(ros: RosSystem) -> None:

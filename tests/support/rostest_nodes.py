@@ -7,6 +7,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+from xmlrpc.client import ServerProxy
+
+import yaml
+
+from tests.support.processes import Process
+from tests.support.ros import RosSystem, Side
 
 NODES = '<node pkg="around" type="level.py" name="level"/><param name="/ready" value="25"/>'
 LEVEL = """#!/usr/bin/env python3
@@ -56,6 +64,46 @@ class Scene:
             f'<launch>{NODES}<test test-name="scene" pkg="rostest" type="{self.node}" time-limit="30">'
             f"<rosparam>{self.params}</rosparam></test></launch>"
         )
+
+
+Cases = tuple[tuple[str, str, bool], ...]
+
+
+def cases_in(results: Path) -> Cases:
+    """Class and name of each case of a result file, and whether it passed."""
+    root = ElementTree.parse(results).getroot()  # noqa: S314
+    return tuple(
+        (case.attrib["classname"], case.attrib["name"], len(case) == 0) for case in root.iter("testcase")
+    )
+
+
+class LevelSystem:
+    """A master, the node of NODES, and the test nodes of one side, run one by one without rostest."""
+
+    def __init__(self, ros: RosSystem, side: Side, python: str, nodes: Path) -> None:
+        """Args: `nodes` has the test nodes, which `python` runs."""
+        self._side, self._python, self._nodes = side, python, nodes
+        side.start_bare_master()
+        self._master: Any = ServerProxy(ros.master_uri)
+        self._master.setParam("/a_test", "/ready", 25)
+        program = ros.home / "level.py"
+        program.write_text(LEVEL)
+        side.start(python, program)
+        ros.wait_for_publisher("/level")
+        ros.wait_for_subscriber("/orders")
+
+    def run(self, scene: Scene, name: str) -> tuple[Process, Cases]:
+        """Runs the test node of a scene under a name of its own, and reads its result file."""
+        for key, value in yaml.safe_load(scene.params).items():
+            assert self._master.setParam("/a_test", f"/{name}/{key}", value)[0] == 1
+        results = self._side.home / f"{name}.xml"
+        ended = self._side.run(
+            self._python, self._nodes / scene.node, f"--gtest_output=xml:{results}", f"__name:={name}"
+        )
+        return ended, cases_in(results)
+
+    def close(self) -> None:
+        self._master("close")()
 
 
 def _hz(passed: bool) -> tuple[tuple[str, str, bool], ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -97,6 +98,22 @@ UNSAFE_YAML_LOADERS = {"Loader", "CLoader", "FullLoader", "CFullLoader", "Unsafe
 FILES = sorted(SRC.rglob("*.py"))
 
 
+def parsed(file: Path) -> ast.Module:
+    """The syntax tree of a file, which many tests look at."""
+    return _parse(file.read_text())
+
+
+@functools.cache
+def _parse(text: str) -> ast.Module:
+    return ast.parse(text)
+
+
+@functools.cache
+def known_imports() -> dict[str, set[str]]:
+    """What all files import of each other."""
+    return imported_files(FILES)
+
+
 def package_of(file: Path) -> str:
     """`master` for pipros/master/master.py, `names` for pipros/names.py, `facade` for rospy/…"""
     parts = file.relative_to(SRC).with_suffix("").parts
@@ -129,7 +146,7 @@ def wrong_imports(file: Path) -> list[str]:
     step = STEP.get(package, len(STEPS))  # facades and the package itself are on top
     facades = {folder.name for folder in SRC.iterdir() if folder.is_dir()} - {"pipros"}
     wrong = []
-    for line, module in imported_modules(ast.parse(file.read_text()), file):
+    for line, module in imported_modules(parsed(file), file):
         top, _, rest = module.partition(".")
         target = rest.partition(".")[0]
         if (
@@ -171,16 +188,14 @@ def test_the_document_has_the_same_layers() -> None:
 def test_facades_stand_only_on_those_that_they_need(facade: str) -> None:
     files = [file for file in FILES if file.relative_to(SRC).parts[0] == facade]
     imported = {
-        module.partition(".")[0]
-        for file in files
-        for _, module in imported_modules(ast.parse(file.read_text()), file)
+        module.partition(".")[0] for file in files for _, module in imported_modules(parsed(file), file)
     }
 
     assert imported >= FACADES_BELOW[facade]
 
 
 def banned_constructs(file: Path) -> Iterator[str]:
-    tree = ast.parse(file.read_text())
+    tree = parsed(file)
     # In the files that import it from pipros.safe, `yaml` is the guarded one.
     has_raw_yaml = package_of(file) != "safe" and any(
         name == "yaml" for _, name in imported_modules(tree, file)
@@ -227,7 +242,7 @@ def imported_files(files: Iterable[Path]) -> dict[str, set[str]]:
     modules = {module_name(file): file for file in files}
     found: dict[str, set[str]] = {name: set() for name in modules}
     for name, file in modules.items():
-        for node in ast.walk(ast.parse(file.read_text())):
+        for node in ast.walk(parsed(file)):
             if isinstance(node, ast.Import):
                 found[name] |= {alias.name for alias in node.names} & modules.keys()
             elif isinstance(node, ast.ImportFrom):
@@ -257,12 +272,12 @@ def in_circles(imports: Mapping[str, set[str]]) -> list[tuple[str, str]]:
 
 
 def test_no_file_leads_back_to_itself() -> None:
-    circles = [pair for pair in in_circles(imported_files(FILES)) if pair not in KNOWN_CIRCLES]
+    circles = [pair for pair in in_circles(known_imports()) if pair not in KNOWN_CIRCLES]
     assert circles == []
 
 
 def test_exceptions_for_circles_are_still_needed() -> None:
-    assert set(KNOWN_CIRCLES) <= set(in_circles(imported_files(FILES)))
+    assert set(KNOWN_CIRCLES) <= set(in_circles(known_imports()))
 
 
 @pytest.mark.parametrize(
@@ -295,7 +310,7 @@ def logic_taken_from_commands(file: Path) -> list[str]:
     """What a facade takes from a command besides its `main`: a library cannot stand on its own tools."""
     return [
         described(file, node.lineno, f"imports {alias.name} from {node.module}")
-        for node in ast.walk(ast.parse(file.read_text()))
+        for node in ast.walk(parsed(file))
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("pipros.cli")
         for alias in node.names
         if alias.name != "main"

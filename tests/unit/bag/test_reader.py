@@ -16,6 +16,7 @@ from pipros.bag import chunk_data as chunk_data_module
 from pipros.bag.info import bag_info
 from pipros.limits import Limits
 from tests.support.bags import bag_bytes, header_of, old_bag_bytes, rows_of, some_rows, values
+from tests.support.examples import examples
 
 
 def read(data: bytes, **options: Any) -> BagReader:
@@ -180,7 +181,7 @@ def test_a_flipped_byte_is_an_error_with_a_place_or_other_messages(compression: 
     whole = bag_bytes(some_rows(), compression=compression, chunk_bytes=400)
     rng = random.Random(1)  # noqa: S311
     places = [at for at in range(len(whole)) if not 90 < at < 4117]
-    for at in rng.sample(places, min(len(places), 400)):
+    for at in rng.sample(places, min(len(places), examples(400))):
         data = bytearray(whole)
         data[at] ^= 1 << rng.randrange(8)
         for rebuild in (False, True):

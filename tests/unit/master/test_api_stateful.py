@@ -11,6 +11,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from pipros.master.api import MasterApi
 from pipros.master.params import ParamTree
 from pipros.master.registry import Notice, Registry
+from tests.support.examples import examples
 
 NODES = st.sampled_from(["/a", "/b", "/c"])
 TOPICS = st.sampled_from(["/t", "/u"])
@@ -186,4 +187,6 @@ class MasterMachine(RuleBasedStateMachine):
 
 
 TestMasterAgainstItsModel = MasterMachine.TestCase
-TestMasterAgainstItsModel.settings = settings(max_examples=60, stateful_step_count=40, deadline=None)
+TestMasterAgainstItsModel.settings = settings(
+    max_examples=examples(60), stateful_step_count=40, deadline=None
+)

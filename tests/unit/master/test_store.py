@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from pipros.master.params import ParamTree
 from pipros.master.registry import Registry, Role
 from pipros.master.store import Store, restore_params, restore_registrations
+from tests.support.examples import examples
 from tests.support.waiting import wait_until
 
 A = "http://a:1/"
@@ -53,7 +54,7 @@ keys = st.lists(st.sampled_from("ab0"), min_size=1, max_size=3).map(lambda parts
 values = st.recursive(st.integers(0, 9), lambda inner: st.dictionaries(st.sampled_from("ab0"), inner))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @example([("/a/a", 0), ("/a/a", None)])
 @example([("/", {}), ("/a/a", 0), ("/a/a", None)])
 @example([("/a", 5), ("/a/b", 1), ("/a/b", None)])

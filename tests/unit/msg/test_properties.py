@@ -15,6 +15,7 @@ from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.errors import DeserializationError
 from tests.interop.programs.examine_messages import build, random_value, written
 from tests.interop.random_definitions import full_text
+from tests.support.examples import examples
 
 seeds = st.integers(0, 2**32)
 
@@ -27,7 +28,7 @@ def made(seed: int) -> Message:
     return message
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(seeds)
 def test_what_is_written_comes_back(seed: int) -> None:
     message = made(seed)
@@ -38,7 +39,7 @@ def test_what_is_written_comes_back(seed: int) -> None:
     assert type(message)._from_bytes(memoryview(data)) == read or "nan" in str(read)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(seeds, st.data())
 def test_what_is_cut_off_is_noticed(seed: int, data: st.DataObject) -> None:
     message = made(seed)
@@ -51,7 +52,7 @@ def test_what_is_cut_off_is_noticed(seed: int, data: st.DataObject) -> None:
     assert written(read) == whole[:length] == whole, "only a message without bytes can be read from none"
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(seeds)
 def test_failing_to_write_names_the_field_and_leaves_no_trace(seed: int) -> None:
     message = made(seed)

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from pipros.errors import ProtocolError
 from pipros.wire import xmlrpc_expat, xmlrpc_fast
 from pipros.wire.xmlrpc import encode_call, encode_response
+from tests.support.examples import examples
 
 LIMIT = 5
 
@@ -64,7 +65,7 @@ def read(decode: Any, body: bytes) -> Any:
         return ProtocolError
 
 
-@settings(max_examples=600)
+@settings(max_examples=examples(600))
 @given(declarations, st.lists(documents(), max_size=3), blanks, st.sampled_from(["m", "a.b", "", "<x/>"]))
 @example("<?xml version='1.0'?>", ["<value>" + " " * 100 + "<int>5</int></value>"], "", "m")
 def test_on_any_call_the_quick_reader_agrees_or_gives_up(
@@ -77,7 +78,7 @@ def test_on_any_call_the_quick_reader_agrees_or_gives_up(
         assert repr(quick) == repr(read(xmlrpc_expat.decode_call, body.encode()))
 
 
-@settings(max_examples=400)
+@settings(max_examples=examples(400))
 @given(st.data())
 def test_on_a_damaged_document_the_quick_reader_agrees_or_gives_up(data: st.DataObject) -> None:
     body = bytearray(encode_response([1, {"a": "b", "c": [True, 2.5]}, "x&y"]))

@@ -1,0 +1,13 @@
+"""How many random examples a test tries: all in continuous integration, a part on a developer's machine."""
+
+from __future__ import annotations
+
+from tests.support.genuine import is_required
+
+PART = 3
+"""One in so many examples is tried outside continuous integration, which sets `CI`."""
+
+
+def examples(count: int) -> int:
+    """How many of `count` examples to try here."""
+    return count if is_required() else max(1, count // PART)
