@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -60,6 +61,23 @@ def test_the_console_filters(robot: RosSystem, open_tab: OpenTab) -> None:
     expect(tab.locator(".entry").first).to_contain_text("Warn")
     tab.locator(".entry").first.click()
     expect(tab.locator("aside")).to_contain_text("robot_program.py")
+
+
+def test_a_number_leads_to_its_curve_and_keeps_the_focus(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "topics/%2Fimu")
+    number = tab.get_by_title("Plot /imu/angular_velocity/y")
+    number.focus()
+    before = number.inner_text()
+    expect(number).not_to_have_text(before)  # newer messages came
+    expect(number).to_be_focused()
+    tab.keyboard.press("Enter")
+    expect(tab.locator(".legend")).to_contain_text(re.compile(r"/imu/angular_velocity/y: -?\d"))
+
+
+def test_a_node_is_shown_with_its_parameters(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "graph/n%2Frobot")
+    expect(tab.locator("aside")).to_contain_text("drive/gains: [1.2, 0.0, 0.05]")
+    expect(tab.locator("aside")).to_contain_text("/robot/get_loggers")
 
 
 def press_tab_until(tab: Tab, selector: str) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 
 from tests.support.page import Page
@@ -197,3 +198,34 @@ def test_tools_are_found_in_their_packages(ros: RosSystem, package: str) -> None
     assert address.endswith({"rqt_reconfigure": "#reconfigure"}.get(package, "#graph"))
     tool.press_ctrl_c()
     assert tool.wait() == 0
+
+
+LARGE_IMAGES = """
+import rospy
+from sensor_msgs.msg import Image
+rospy.init_node("camera")
+images = rospy.Publisher("/image", Image, queue_size=2)
+image = Image(width=1000, height=333, step=3000, encoding="rgb8", data=bytes(999000))
+rate = rospy.Rate(30)
+while not rospy.is_shutdown():
+    images.publish(image)
+    rate.sleep()
+"""
+
+
+def test_a_stuck_browser_delays_nobody_and_costs_little_memory(ros: RosSystem) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, "-c", LARGE_IMAGES)
+    ros.wait_for_publisher("/image")
+    page = Page(ros)
+    server = psutil.Process(page.process.pid)
+    with page.connect() as stuck, page.connect() as browser:
+        for number in range(20):
+            stuck.socket.send(json.dumps({"id": number, "view": "image", "args": {"name": "/image"}}))
+        images = browser.watch("image", name="/image")
+        for _ in range(30):
+            next(images)
+        memory = server.memory_info().rss
+        for _ in range(30):
+            assert len(next(images)) > 999_000
+        assert server.memory_info().rss < memory + 60e6

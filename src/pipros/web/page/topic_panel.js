@@ -1,7 +1,8 @@
 // All about one topic, live: figures, the newest message as a tree, a gauge for a percentage, a curve of the first number.
 
 import { live } from "./live.js";
-import { bandwidth, bytes, h, hertz, replace, s } from "./dom.js";
+import { bandwidth, bytes, h, hertz, morph, replace, s } from "./dom.js";
+import { placeOf } from "./place.js";
 
 const CURVE_POINTS = 300;
 const MORE = "…";
@@ -10,23 +11,23 @@ export function topicPanel(side, name) {
   const figures = h("dl", {});
   const gauge = h("div", {});
   const curve = h("div", {});
-  const message = h("div", { class: "message" });
+  const message = h("div", { class: "message" }, h("div", {}));
   const error = h("p", { class: "error", role: "alert" });
   side.append(h("h2", {}, name), figures, error, gauge, curve, h("h3", {}, "Newest message"), message);
   const values = [];
   let path = null;
   return live.watch("topic", { name }, (topic) => {
-    replace(figures, Object.entries({
+    morph(figures, h("dl", {}, Object.entries({
       Type: topic.type || "unknown", Rate: hertz(topic.rate), Bandwidth: bandwidth(topic.bandwidth),
       Size: bytes(topic.size), Messages: String(topic.count),
       Publishers: topic.publishers.join(", ") || "none", Subscribers: topic.subscribers.join(", ") || "none",
-    }).map(([key, value]) => [h("dt", {}, key), h("dd", {}, value)]));
+    }).map(([key, value]) => [h("dt", {}, key), h("dd", {}, value)])));
     replace(error, topic.error ?? "");
     if (!("message" in topic)) {
-      if (!topic.count) replace(message, h("span", { class: "key" }, "none came yet"));
+      if (!topic.count) morph(message.firstChild, h("div", {}, h("span", { class: "key" }, "none came yet")));
       return;
     }
-    replace(message, tree(topic.message));
+    morph(message.firstChild, h("div", {}, tree(topic.message, name)));
     if (topic.gauge !== null && topic.gauge !== undefined) drawGauge(gauge, topic.gauge);
     const found = path ? numberAt(topic.message, path) : null;
     if (!path) path = firstNumber(topic.message);
@@ -39,22 +40,24 @@ export function topicPanel(side, name) {
   }, (text) => replace(error, text));
 }
 
-export function tree(value) {
+// A value as a tree. With the path of a topic and its field, numbers lead to their curves.
+export function tree(value, path = "") {
+  if (typeof value === "number" && path) return h("a", { class: "number", href: placeOf("plot", path), title: `Plot ${path}` }, String(value));
   if (value === null || typeof value !== "object") return h("span", {}, typeof value === "string" ? JSON.stringify(value) : String(value));
-  if (Array.isArray(value)) return h("ul", { class: "tree" }, value.map((item, index) => entry(`[${index}]`, item)));
+  if (Array.isArray(value)) return h("ul", { class: "tree" }, value.map((item, index) => entry(`[${index}]`, item, path && `${path}[${index}]`)));
   if (MORE in value) {
     if ("hex" in value) return h("span", {}, `${bytes(value[MORE])}: ${value.hex}${value[MORE] * 3 > value.hex.length + 1 ? " …" : ""}`);
-    return h("span", {}, `${value[MORE]} elements, the first ${value.items.length}:`, tree(value.items));
+    return h("span", {}, `${value[MORE]} elements, the first ${value.items.length}:`, tree(value.items, path));
   }
   if ("secs" in value && "nsecs" in value && Object.keys(value).length === 2) return h("span", {}, `${value.secs}.${String(value.nsecs).padStart(9, "0")} s`);
-  return h("ul", { class: "tree" }, Object.entries(value).map(([key, item]) => entry(key, item)));
+  return h("ul", { class: "tree" }, Object.entries(value).map(([key, item]) => entry(key, item, path && `${path}/${key}`)));
 }
 
-function entry(key, value) {
+function entry(key, value, path) {
   if (Array.isArray(value) && value.every((item) => item === null || typeof item !== "object")) {
     return h("li", {}, h("span", { class: "key" }, `${key}: `), `[${value.map((item) => (typeof item === "string" ? JSON.stringify(item) : item)).join(", ")}]`);
   }
-  return h("li", {}, h("span", { class: "key" }, `${key}: `), tree(value));
+  return h("li", {}, h("span", { class: "key" }, `${key}: `), tree(value, path));
 }
 
 function firstNumber(value, path = []) {

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import AsyncIterator, Mapping
 from dataclasses import fields
 from typing import Any, cast
 
+from pipros.errors import PiprosError
+from pipros.graph import params
 from pipros.graph.drawing.dot import to_dot
 from pipros.graph.drawing.node_graph import MODES, GraphOptions, Mode, NodeGraph, node_graph
 from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import middle_of, path, to_svg
 from pipros.graph.observer import Observation
 from pipros.graph.system_state import of_node
+from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
 from pipros.web.watched_system import WatchedSystem
 
 LONGEST_FILTER = 1000
+MOST_PARAMETERS = 200
+"""How many parameters of a node are listed."""
 MOST_DRAWN = 3000
 """Nodes and topics of the largest graph that is drawn; of a larger one only the number is told."""
 
@@ -73,7 +79,22 @@ class GraphViews:
         """All that is known of one node."""
         name = str(arguments["name"])
         async for observation in self._system.observations():
-            yield node_values(observation, name)
+            yield {
+                **node_values(observation, name),
+                "parameters": await asyncio.to_thread(self._parameters, name),
+            }
+
+    def _parameters(self, node: str) -> list[list[str]]:
+        """The private parameters of a node: names below its own, and values as JSON, shortened."""
+        try:
+            found = dict(params.leaves(node, params.read(self._system.graph.master, node)))
+        except PiprosError:
+            return []  # it has none, or the master is away, which the observation tells
+        names = sorted(found)[:MOST_PARAMETERS]
+        return [
+            [name.removeprefix(f"{node}/"), json.dumps(message_tree(found[name]), ensure_ascii=False)]
+            for name in names
+        ]
 
     async def picture(self, arguments: Mapping[str, Any]) -> Any:
         """The drawing as a file: `format` is `svg` or `dot`."""

@@ -278,6 +278,7 @@ function nodePanel(side, name) {
       list("Publications", node.publications.map(topic)),
       list("Subscriptions", node.subscriptions.map(topic)),
       list("Services", node.services),
+      list("Parameters", node.parameters.map(([key, value]) => [h("span", { class: "key" }, `${key}: `), value])),
       list("Connections", node.connections.map(([from, over, to, rate, size]) => `${from === name ? `to ${to}` : `from ${from}`}, ${over}: ${hertz(rate)}, ${bandwidth(size)}`)));
   });
 }
