@@ -180,15 +180,16 @@ def _yaml_number(value: float) -> str:
 
 
 _COMMENT = re.compile(r"#[^\n]*")
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?(?![\w.])"
+# For texts in which each run of white space is one space: so the time is linear in their length.
 _INI = re.compile(
-    r"\s*\[\s*image\s*\]\s*width\s*(?P<width>\d+)\s*height\s*(?P<height>\d+)"
-    rf"\s*(?:\[externals\]\s*translation(?:\s+{_NUMBER}){{3}}\s*rotation(?:\s+{_NUMBER}){{3}})?"
-    r"\s*\[(?P<name>[^\]\n]*)\]"
-    rf"\s*camera matrix(?P<k>(?:\s*{_NUMBER}(?![\w.])){{9}})"
-    rf"\s*distortion(?P<d>(?:\s*{_NUMBER}(?![\w.]))*)"
-    rf"\s*rectification(?P<r>(?:\s*{_NUMBER}(?![\w.])){{9}})"
-    rf"\s*projection(?P<p>(?:\s*{_NUMBER}(?![\w.])){{12}})",
+    r" ?\[ ?image ?\] ?width ?(?P<width>\d+) height ?(?P<height>\d+) ?"
+    rf"(?:\[externals\] ?translation(?: {_NUMBER}){{3}} rotation(?: {_NUMBER}){{3}} ?)?"
+    r"\[(?P<name>[^\]]*)\] ?"
+    rf"camera matrix(?P<k>(?: ?{_NUMBER}){{9}}) "
+    rf"distortion(?P<d>(?: ?{_NUMBER})*) "
+    rf"rectification(?P<r>(?: ?{_NUMBER}){{9}}) "
+    rf"projection(?P<p>(?: ?{_NUMBER}){{12}})",
     re.ASCII,
 )
 
@@ -199,14 +200,14 @@ def parse_ini(text: str, file: str = "<string>") -> Calibration:
     Raises:
         CalibrationError: it is malformed.
     """
-    found = _INI.match(_COMMENT.sub("", text))
+    found = _INI.match(" ".join(_COMMENT.sub("", text).split()))
     if found is None or max(len(found["width"]), len(found["height"])) > 9:
         raise CalibrationError(
             f"{file}: a calibration in INI format must have [image] with width and height, then [NAME] with "
             "camera matrix, distortion, rectification and projection"
         )
     k, d, r, p = (tuple(map(float, found[part].split())) for part in "kdrp")
-    name = " ".join(found["name"].split())
+    name = found["name"].strip()
     width, height = int(found["width"]), int(found["height"])
     return Calibration(name, width, height, _MODEL_BY_COUNT.get(len(d), ""), d, k, r, p)
 

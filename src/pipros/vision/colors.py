@@ -58,16 +58,19 @@ def converted(image: Any, color: Color, target: Color) -> Any:
         return _arranged((image, image, image, _opaque(image)), target)
     red, green, blue = (image[:, :, _PLACES[color].index(place)] for place in range(3))
     if target is Color.GRAY:
-        total = sum(
-            weight * part.astype(np.int64) for weight, part in zip(_GRAY, (red, green, blue), strict=True)
-        )
+        # Even of 16 bits the weighted sum is below 2**31.
+        total = red.astype(np.int32) * _GRAY[0]
+        total += green.astype(np.int32) * _GRAY[1]
+        total += blue.astype(np.int32) * _GRAY[2]
         return _descaled(total, _GRAY_SHIFT).astype(image.dtype)
     alpha = image[:, :, 3] if len(_PLACES[color]) == 4 else _opaque(red)
     return _arranged((red, green, blue, alpha), target)
 
 
 def _descaled(values: Any, shift: int) -> Any:
-    return (values + (1 << (shift - 1))) >> shift
+    values += 1 << (shift - 1)
+    values >>= shift
+    return values
 
 
 def _opaque(channel: Any) -> Any:
@@ -81,9 +84,9 @@ def _arranged(parts: tuple[Any, Any, Any, Any], target: Color) -> Any:
 
 def _from_yuv(image: Any, target: Color) -> Any:
     """Of U, Y, V, Y for each two pixels."""
-    luma = np.maximum(image[:, :, 1].astype(np.int64) - 16, 0) * _LUMA
+    luma = np.maximum(image[:, :, 1].astype(np.int32) - 16, 0) * _LUMA
     half = 1 << (_YUV_SHIFT - 1)
-    u, v = (np.repeat(image[:, start::2, 0].astype(np.int64) - 128, 2, axis=1) for start in (0, 1))
+    u, v = (np.repeat(image[:, start::2, 0].astype(np.int32) - 128, 2, axis=1) for start in (0, 1))
     parts = (
         luma + half + _V_TO_RED * v,
         luma + half + _U_TO_GREEN * u + _V_TO_GREEN * v,
@@ -99,7 +102,7 @@ def _from_bayer(image: Any, color: Color, target: Color) -> Any:
     channels = 1 if target is Color.GRAY else 3
     result = np.zeros((height, width, channels), image.dtype)
     if height > 2 and width > 2:
-        inside = _demosaiced(image.astype(np.int64), _BAYER[color], target is Color.GRAY)
+        inside = _demosaiced(image.astype(np.int32), _BAYER[color], target is Color.GRAY)
         order = (0,) if target is Color.GRAY else _PLACES[target]
         for place, part in enumerate(order):
             result[1:-1, 1:-1, place] = inside[part]
@@ -108,24 +111,32 @@ def _from_bayer(image: Any, color: Color, target: Color) -> Any:
     return result[:, :, 0] if target is Color.GRAY else result
 
 
-def _demosaiced(image: Any, red_at: tuple[int, int], gray: bool) -> list[Any]:
+def _demosaiced(image: Any, red_at: tuple[int, int], gray: bool) -> Any:
     """Red, green and blue of the pixels that have eight neighbours; or one grey part."""
-    middle = image[1:-1, 1:-1]
-    beside, above = image[1:-1, :-2] + image[1:-1, 2:], image[:-2, 1:-1] + image[2:, 1:-1]
-    corners = image[:-2, :-2] + image[:-2, 2:] + image[2:, :-2] + image[2:, 2:]
-    rows, columns = np.indices(middle.shape) + 1
-    in_red_row, in_red_column = rows % 2 == red_at[1], columns % 2 == red_at[0]
-    is_red, is_blue = in_red_row & in_red_column, ~in_red_row & ~in_red_column
-    is_green = ~(is_red | is_blue)
-    # Four times each colour; on green pixels two neighbours of a colour count twice.
-    green = np.where(is_green, 4 * middle, beside + above)
-    beside, above = 2 * beside, 2 * above
-    red = np.where(in_red_row, beside, above)
-    red = np.where(is_red, 4 * middle, np.where(is_blue, corners, red))
-    blue = np.where(in_red_row, above, beside)
-    blue = np.where(is_blue, 4 * middle, np.where(is_red, corners, blue))
+    height, width = image.shape
+    # Four times each colour, since some are means of four neighbours.
+    colors = np.empty((3, height - 2, width - 2), np.int64 if gray else np.int32)
+    for row, column in ((0, 0), (0, 1), (1, 0), (1, 1)):
+
+        def near(down: int, right: int, row: int = row, column: int = column) -> Any:
+            rows, columns = (
+                slice(1 + row + down, height - 1 + down, 2),
+                slice(1 + column + right, width - 1 + right, 2),
+            )
+            return image[rows, columns]
+
+        own = 4 * near(0, 0)
+        beside, above = near(0, -1) + near(0, 1), near(-1, 0) + near(1, 0)
+        in_red_row, in_red_column = (row + 1) % 2 == red_at[1], (column + 1) % 2 == red_at[0]
+        if in_red_row == in_red_column:
+            other = near(-1, -1) + near(-1, 1) + near(1, -1) + near(1, 1)
+            parts = (own, beside + above, other) if in_red_row else (other, beside + above, own)
+        else:
+            parts = (2 * beside, own, 2 * above) if in_red_row else (2 * above, own, 2 * beside)
+        for place, part in enumerate(parts):
+            colors[place, row::2, column::2] = part
     if not gray:
-        return [_descaled(part, 2) for part in (red, green, blue)]
+        return _descaled(colors, 2)
     # OpenCV cuts digits off where it works on many pixels at once, so its values are at most 1 less.
-    total = sum(weight * part for weight, part in zip(_BAYER_GRAY, (red, green, blue), strict=True))
-    return [_descaled(total, _BAYER_GRAY_SHIFT + 2)]
+    total = sum(weight * part for weight, part in zip(_BAYER_GRAY, colors, strict=True))
+    return _descaled(total, _BAYER_GRAY_SHIFT + 2)[np.newaxis]

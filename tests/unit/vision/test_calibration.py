@@ -87,6 +87,13 @@ def test_what_is_not_a_calibration_is_refused(text: str) -> None:
         parse_ini(text)
 
 
+@pytest.mark.parametrize("more", ["1" * 300_000 + "x", " 1" * 300_000, " " * 300_000, "+1" * 300_000])
+def test_a_long_text_takes_no_longer_than_its_length_says(more: str) -> None:
+    for start in ("[image] width 1 height 1 [a] camera matrix ", "[image] width 1 height 1 "):
+        with pytest.raises(CalibrationError):
+            parse_ini(start + more)
+
+
 def test_an_ini_file_cannot_have_every_lens() -> None:
     with pytest.raises(CalibrationError, match="Use the YAML format instead"):
         format_ini(replace(LEFT, model="equidistant"))
