@@ -59,6 +59,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "bondpy": {"rospy", "smclib"},  # bond.sm is a machine of smclib
     "camera_info_manager": {"camera_calibration_parsers", "rospy"},  # the messages of files
     "diagnostic_aggregator": {"bondpy", "rospy"},
+    "diagnostic_common_diagnostics": {"diagnostic_updater", "rospy"},
     "diagnostic_updater": {"rospy"},
     "dynamic_reconfigure": {"rospy", "rosservice"},
     "genpy": {"genmsg"},  # the exceptions of generate_dynamic

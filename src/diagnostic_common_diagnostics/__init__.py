@@ -1,0 +1,1 @@
+"""diagnostic_common_diagnostics: programs that report on the machine they run on."""

@@ -1,0 +1,1 @@
+"""The programs of `rosrun diagnostic_common_diagnostics …`."""
