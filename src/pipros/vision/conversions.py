@@ -26,7 +26,7 @@ def convert(image: Any, encoding_in: str, encoding_out: str) -> Any:
         ConversionError: an encoding is unknown, the two do not go together, or the array does not have
             the type of `encoding_in`.
     """
-    if not isinstance(image, np.ndarray) or image.ndim not in (2, 3):
+    if not _is_image(image):
         raise ConversionError(f"the image must be an array of two or three dimensions, got {_kind(image)}")
     if encoding_out in ("", encoding_in):
         return image.copy()
@@ -77,7 +77,13 @@ _WITH_DEPTHS = (Color.GRAY, Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
 """Of these there are images of 8 and of 16 bits that become each other."""
 
 
+def _is_image(image: Any) -> bool:
+    return isinstance(image, np.ndarray) and image.ndim in (2, 3)
+
+
 def _check(image: Any, expected: Encoding) -> None:
+    if not _is_image(image):
+        raise ConversionError(f"the image must be an array of two or three dimensions, got {_kind(image)}")
     channels = image.shape[2] if image.ndim == 3 else 1
     if channels != expected.channels or image.dtype != expected.dtype or image.size == 0:
         raise ConversionError(
@@ -95,7 +101,7 @@ def _kind(image: Any) -> str:
 
 
 def convert_for_display(
-    image: Any,
+    source: Any,
     encoding_in: str,
     encoding_out: str = "",
     do_dynamic_scaling: bool = False,
@@ -109,13 +115,15 @@ def convert_for_display(
         do_dynamic_scaling: let the least value of the image be black and the greatest white.
         min_image_value, max_image_value: the values for black and white, where they differ.
 
-    Images of 32SC1 in bgr8 are labels, each with a colour of its own; 0 is black.
+    Images of 32SC1 in bgr8 are labels, each with a colour of its own; negative ones are black.
 
     Raises:
         ConversionError: as `convert` does, and for more channels than one that are to be scaled.
     """
     target = _display_encoding(encoding_in, encoding_out)
-    source = _named(encoding_in)
+    kind = _named(encoding_in)
+    image = source[:, :, 0] if _is_image(source) and source.shape[2:] == (1,) else source
+    _check(image, kind)
     if encoding_in == "32SC1" and target.name == "bgr8":
         return color_of_label(image)
     if do_dynamic_scaling:
@@ -125,7 +133,7 @@ def convert_for_display(
         if min_image_value == max_image_value:
             return np.full((*image.shape[:2], 3), 128, np.uint8)
     if min_image_value != max_image_value:
-        if source.channels != 1:
+        if kind.channels != 1:
             raise ConversionError(
                 "cv_bridge.cvtColorForDisplay() scaling for images with more than one channel is unsupported"
             )

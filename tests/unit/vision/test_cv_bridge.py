@@ -161,6 +161,10 @@ def test_depths_are_shown_between_black_and_white() -> None:
         [255, 248, 239],
         [0] * 3,
     ]
+    with pytest.raises(RuntimeError, match="two or three dimensions, got a list"):
+        cvtColorForDisplay([1], "mono8", "bgr8")
+    with pytest.raises(RuntimeError, match=r"\[32SC1\] must have pixels of 1 int32, got an array of uint8"):
+        cvtColorForDisplay(source=COLORED, encoding_in="32SC1", encoding_out="bgr8")
     with pytest.raises(RuntimeError, match="more than one channel is unsupported"):
         cvtColorForDisplay(COLORED, "rgb8", "bgr8", True)
 
