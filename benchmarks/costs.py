@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What single operations cost: figures of SECURITY.md and docs/architecture.md, one command for all.
+"""What single operations cost: figures of docs/SECURITY.md and docs/architecture.md, one command for all.
 
     benchmarks/costs.py [--only hook,owner,definition] [--connections 3000]
 

@@ -1,0 +1,97 @@
+"""Every command and Python block of docs/ is run: those of most pages here, the others where OTHERS says.
+
+A `console` block is a terminal. What stands below a command must appear in its output in that order; `...`
+stands for any text, or on a line of its own for any lines. A last command that has not ended stays until the
+end of the page. A block with a title is a file.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.support.environments import REPOSITORY
+from tests.support.ros import RosSystem
+from tests.support.terminal import Terminal
+from tests.support.waiting import wait_until
+
+DOCS = REPOSITORY / "docs"
+BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+PAGES = ("start.md", "package.md", "robot.md")
+
+# By page and language: the test that runs these blocks.
+OTHERS = {
+    ("api.md", "python"): "tests/tutorial/test_client_docs.py",
+    ("bags.md", "python"): "tests/unit/bag/test_docs.py",
+    ("client.md", "python"): "tests/tutorial/test_client_docs.py",
+    ("launch.md", "python"): "tests/graph/test_launch_facade.py",
+    ("launch.md", "sh"): "tests/graph/test_launch_child.py",
+    ("launch.md", "xml"): "tests/interop/test_remote_machines.py",
+    ("messages.md", "python"): "tests/unit/msg/test_docs.py",
+    ("page.md", "console"): "tests/graph/test_rqt_graph.py",
+    ("testing.md", "console"): "tests/graph/test_pytest_plugin.py",
+    ("testing.md", "python"): "tests/graph/test_pytest_plugin.py",
+    ("testing.md", "xml"): "tests/graph/test_pytest_plugin.py",
+}
+# Installing, settings for a network of several computers, options of rosbag: other tests do the like.
+NOT_RUN = {("start.md", "sh"), ("robot.md", "sh"), ("bags.md", "sh")}
+OUTPUT = {"text"}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_what_the_page_shows_happens(ros: RosSystem, page: str) -> None:
+    text = (DOCS / page).read_text()
+    for language, title, content in BLOCK.findall(text):
+        if title:
+            path = ros.home / title.removeprefix("~/")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(content)
+        elif language == "console":
+            _type(ros, content)
+
+
+def _type(ros: RosSystem, block: str) -> None:
+    terminal = ros.pipros.open_terminal()
+    commands = [part.partition("\n") for part in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]]
+    for line, _, expected in commands:
+        terminal.type(line)
+        _wait_for(terminal, expected)
+        if line != commands[-1][0]:
+            assert terminal.wait_for_prompt() == 0, terminal.text
+
+
+def _wait_for(terminal: Terminal, expected: str) -> None:
+    pattern = re.compile(_pattern(expected))
+    wait_until(
+        lambda: pattern.search(terminal.text), 60, lambda: f"{expected}in the output:\n{terminal.text}"
+    )
+
+
+def _pattern(expected: str) -> str:
+    """A regular expression for the expected lines."""
+    lines = [
+        "(?:.*\n)*?" if line == "..." else re.escape(line).replace(r"\.\.\.", ".*") + r".*\n"
+        for line in expected.splitlines()
+    ]
+    return "".join(lines)
+
+
+def test_every_block_of_every_page_is_run_by_a_test() -> None:
+    missing = []
+    for page in sorted(DOCS.glob("*.md")):
+        for language, _, _ in BLOCK.findall(page.read_text()):
+            place = (page.name, language)
+            if page.name in PAGES and language in ("console", "python", "xml", "cmake"):
+                continue
+            if place not in OTHERS and place not in NOT_RUN and language not in OUTPUT:
+                missing.append(place)
+    assert not missing
+
+
+@pytest.mark.parametrize(("place", "test"), OTHERS.items(), ids=str)
+def test_the_test_named_for_a_block_exists(place: tuple[str, str], test: str) -> None:
+    page, language = place
+    assert Path(REPOSITORY, test).is_file()
+    assert f"```{language}" in (DOCS / page).read_text()
