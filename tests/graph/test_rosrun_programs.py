@@ -98,3 +98,24 @@ def test_the_tools_of_roslaunch_are_programs_of_their_package(ros: RosSystem, to
 def test_the_logs_of_a_run_are_found_by_a_program_of_roslaunch(ros: RosSystem) -> None:
     ended = ros.pipros.run("rosrun", "roslaunch", "roslaunch-logs")
     assert (ended.returncode, ended.stderr) == (2, ["No active roscore"])
+
+
+@pytest.mark.parametrize(
+    "tool",
+    [
+        "rosbag",
+        "rosclean",
+        "rosmsg",
+        "rosnode",
+        "rosparam",
+        "rosservice",
+        "rostest",
+        "rostopic",
+        "rosunit",
+        "roswtf",
+    ],
+)
+def test_every_tool_is_a_program_of_its_package(ros: RosSystem, tool: str) -> None:
+    ended = ros.pipros.run("rosrun", tool, tool, "-h")
+    assert f"{tool}" in ended.output
+    assert ended.returncode in (0, 64), ended.output

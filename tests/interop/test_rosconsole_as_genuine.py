@@ -38,6 +38,7 @@ MISTAKES = (
     "rosconsole set /speaker rosout",
     "rosconsole set /speaker rosout loud",
     "rosconsole set /speaker nothing debug",
+    "rosconsole set /nobody rosout loud",
     "rosconsole echo -h",
     "rosconsole echo -l LOUD",
 )

@@ -87,7 +87,9 @@ def print_node_args(name: str, files: Sequence[str], launch: Launch, index: Pack
     name = full_node_name(name)
     node = launch.node(name)
     if node is None:
-        known = "\n".join(f" * {node.full_name}" for node in launch.nodes)
+        known = "\n".join(
+            f" * {node.full_name}" for node in (*launch.nodes, *(test.node for test in launch.tests))
+        )
         print(
             f"ERROR: Cannot find node named [{name}] in [{', '.join(files)}].\nNode names are:\n{known}",
             file=sys.stderr,

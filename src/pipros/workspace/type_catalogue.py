@@ -51,12 +51,23 @@ class TypeCatalogue:
             return [name]
         return [f"{package}/{name}" for package in self.packages() if name in self.names(package)]
 
+    @staticmethod
+    def is_malformed(name: str) -> bool:
+        """True for a name with slashes that does not have the form `package/Type`.
+
+        >>> [TypeCatalogue.is_malformed(name) for name in ("std_msgs/String", "String", "/std_msgs/String")]
+        [False, False, True]
+        """
+        return name.startswith("/") or name.count("/") > 1
+
     def text(self, type_name: str, *, is_raw: bool) -> str:
         """The definition: as written, or with the fields of embedded messages and without comments.
 
         Raises:
             NotFound, DefinitionError: it does not exist, or is invalid.
         """
+        if self.is_malformed(type_name):
+            raise NotFound(f"invalid name [{type_name}]")
         parts = self._parts(type_name)
         if is_raw:
             return self._raw(type_name, parts)

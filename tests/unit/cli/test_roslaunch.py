@@ -53,7 +53,7 @@ def test_args_prints_what_can_be_pasted(file: Path, capsys: pytest.CaptureFixtur
 def test_args_of_an_unknown_node_names_the_known_ones(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert roslaunch.main(["--args", "xx", str(file)]) == 1
     assert capsys.readouterr().err == (
-        f"ERROR: Cannot find node named [/xx] in [{file}].\nNode names are:\n * /one\n * /g/two\n"
+        f"ERROR: Cannot find node named [/xx] in [{file}].\nNode names are:\n * /one\n * /g/two\n * /tt\n"
     )
 
 

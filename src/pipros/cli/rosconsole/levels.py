@@ -55,14 +55,14 @@ def change_level(argv: Sequence[str]) -> int:
     if len(words) < 3:
         parser.error("you must specify a node, a logger and a level")
     node, logger, level = words[:3]
-    if level.lower() not in LEVELS:
-        parser.error("invalid level")
     with GraphClient("rosconsole") as graph:
         levels = _levels(graph, node)
         if levels is None:
             return NO_SUCH_NODE
         if logger not in levels:
             return _no_such_logger(node, logger)
+        if level.lower() not in LEVELS:
+            parser.error("invalid level")
         set_level(graph.master, graph.resolve(node), logger, level)
     return 0
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from pathlib import Path
 
-from pipros.cli.command import option_parser
+from pipros.cli.command import USAGE_ERROR, option_parser
 from pipros.cli.rosmsg.bag import bag_definitions
 from pipros.errors import NotFound
 from pipros.msg.language.full_text import specs_from_text
@@ -34,6 +34,9 @@ def show_md5(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) ->
     parser = option_parser(interfaces.command, f"{subcommand} <{interfaces.noun} type>")
     _, arguments = parser.parse_args(list(argv))
     for name in _type_names(parser, arguments):
+        if interfaces.is_malformed(name):
+            print(f"Invalid type: 'invalid name [{name}]'", file=sys.stderr)
+            return USAGE_ERROR
         types = interfaces.types_named(name)
         if not types:
             print(

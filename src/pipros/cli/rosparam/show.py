@@ -59,7 +59,7 @@ def dump_parameters(argv: Sequence[str]) -> int:
     file = arguments[0]
     if options.verbose:
         print(f"dumping namespace [{ns}] to file [{file}]")
-        for name, value in sorted(leaves(ns, tree)):
+        for name, value in leaves(ns, tree):
             print(printable_lines(f"{name}={value}"))
     try:
         Path(file).write_text(as_document(tree), encoding="utf-8")
