@@ -93,9 +93,10 @@ class Machine:
     def start_node(self, kind: str, role: str) -> Process:
         name = f"__name:={kind}_{role}"
         if kind == "roscpp":
-            return self.start(self.ros.genuine, "rosrun", "cpp_battery", f"battery_{role}", name)
+            genuine = self.ros.genuine
+            return self.start(genuine, *genuine.node("cpp_battery", f"battery_{role}"), name)
         side = self.ros.pipros if kind == "pipros" else self.ros.genuine
-        return self.start(side, "rosrun", "composiv_tryouts", f"composiv_{role}.py", name)
+        return self.start(side, *side.node("composiv_tryouts", f"composiv_{role}.py"), name)
 
     def wait_for_listeners(self, count: int) -> None:
         waited = self.run(self.ros.pipros, "python", "-c", WAIT_FOR_SUBSCRIBERS, str(count))
@@ -165,7 +166,7 @@ def test_a_master_in_another_network_namespace_that_calls_from_another_address(
         side.environment.update({"ROS_MASTER_URI": uri, "ROS_IP": far.near})
     ros.master_uri = uri
     side = ros.pipros if listener == "pipros" else ros.genuine
-    hearing = side.start("rosrun", "composiv_tryouts", "composiv_listener.py")
+    hearing = side.start_node("composiv_tryouts", "composiv_listener.py")
     ros.wait_for_subscriber("/battery_topic")
     ros.pipros.start("rosrun", "composiv_tryouts", "composiv_talker.py").wait_for(SAID)
     hearing.wait_for(HEARD)

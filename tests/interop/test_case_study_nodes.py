@@ -25,11 +25,11 @@ def side(ros: RosSystem, name: str) -> Side:
 
 
 def talker(side: Side) -> Process:
-    return side.start("rosrun", "composiv_tryouts", "composiv_talker.py")
+    return side.start_node("composiv_tryouts", "composiv_talker.py")
 
 
 def listener(side: Side) -> Process:
-    return side.start("rosrun", "composiv_tryouts", "composiv_listener.py")
+    return side.start_node("composiv_tryouts", "composiv_listener.py")
 
 
 @pytest.mark.usefixtures("master")
@@ -138,7 +138,7 @@ def test_pipros_rosnode_info_reads_a_genuine_node_as_genuine_does(ros: RosSystem
 def test_a_pipros_listener_hears_every_message_of_a_roscpp_talker_in_order(ros: RosSystem) -> None:
     heard = listener(ros.pipros)
     ros.wait_for_subscriber("/battery_topic")
-    ros.genuine.start("rosrun", "cpp_battery", "battery_talker")
+    ros.genuine.start_node("cpp_battery", "battery_talker")
 
     levels = wait_until(lambda: _levels(heard, at_least=60), 30, what=lambda: heard.output)
 
@@ -148,7 +148,7 @@ def test_a_pipros_listener_hears_every_message_of_a_roscpp_talker_in_order(ros: 
 @pytest.mark.usefixtures("master")
 def test_a_roscpp_listener_hears_a_pipros_talker_and_knows_its_name(ros: RosSystem) -> None:
     said = talker(ros.pipros)
-    heard = ros.genuine.start("rosrun", "cpp_battery", "battery_listener")
+    heard = ros.genuine.start_node("cpp_battery", "battery_listener")
 
     heard.wait_for(r"^heard %25 from /talker_node$")
     said.press_ctrl_c()

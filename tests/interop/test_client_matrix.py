@@ -102,7 +102,7 @@ def run(master: str, home: Path, tools: Path, workspace: CatkinWorkspace) -> Fin
         peers = {
             "pipros": ros.pipros.start("python", SCRIPT, "pipros"),
             "rospy": ros.genuine.start("/usr/bin/python3", SCRIPT, "rospy"),
-            "roscpp": ros.genuine.start("rosrun", "cpp_battery", "battery_peer", "roscpp"),
+            "roscpp": ros.genuine.start_node("cpp_battery", "battery_peer", "roscpp"),
         }
         expected = len(PEERS) * len(DIRECT) + len(PEERS) ** 2 * len(SEEN_BY_ALL)
         with contextlib.suppress(AssertionError):  # the tests say what is missing

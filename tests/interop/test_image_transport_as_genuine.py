@@ -36,7 +36,7 @@ def test_raw_images_go_on_as_with_genuine(plain_ros: RosSystem, out_transport: l
         for side, messages in got.items():
             node.subscribe(f"/{side}", RawMessage, messages.append)
             arguments = ("raw", "in:=/camera/image", *out_transport, f"out:=/{side}")
-            getattr(plain_ros, side).start("rosrun", "image_transport", "republish", *arguments)
+            getattr(plain_ros, side).start_node("image_transport", "republish", *arguments)
         image = Image(height=2, width=3, encoding="rgb8", step=9, data=bytes(range(18)))
         image.header.frame_id = "camera"
 

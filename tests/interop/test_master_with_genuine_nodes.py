@@ -69,12 +69,12 @@ class Scene:
         own = (f"__name:={name}", "_started:=true")
         if kind == "rospy":
             return self._start_script(ROSPY_TALKER, *own)
-        return self._ros.genuine.start("rosrun", "cpp_battery", "battery_talker", *own)
+        return self._ros.genuine.start_node("cpp_battery", "battery_talker", *own)
 
     def start_listener(self, kind: str, name: str = "listener") -> Process:
         if kind == "rospy":
             return self._start_script(ROSPY_LISTENER, f"__name:={name}")
-        return self._ros.genuine.start("rosrun", "cpp_battery", "battery_listener", f"__name:={name}")
+        return self._ros.genuine.start_node("cpp_battery", "battery_listener", f"__name:={name}")
 
     def _start_script(self, source: str, *arguments: str) -> Process:
         file = self._folder / f"{abs(hash(source))}.py"

@@ -67,10 +67,10 @@ def _key(name: str) -> str:
 def test_the_case_study(ros: RosSystem) -> None:
     ros.pipros.start_master()
     ros.pipros.start("rosrun", "composiv_tryouts", "composiv_talker.py", "__name:=talker")
-    ros.genuine.start("rosrun", "cpp_battery", "battery_talker")
+    ros.genuine.start_node("cpp_battery", "battery_talker")
     for side, name in ((ros.pipros, "listener"), (ros.genuine, "genuine_listener")):
-        side.start("rosrun", "composiv_tryouts", "composiv_listener.py", f"__name:={name}")
-    ros.genuine.start("rosrun", "cpp_battery", "battery_listener")
+        side.start_node("composiv_tryouts", "composiv_listener.py", f"__name:={name}")
+    ros.genuine.start_node("cpp_battery", "battery_listener")
     wait_until(lambda: len(ros.publishers("/battery_topic")) == 2, 30, "two publishers")
     wait_until(lambda: len(ros.subscribers("/battery_topic")) == 3, 30, "three subscribers")
 

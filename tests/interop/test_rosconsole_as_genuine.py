@@ -86,7 +86,7 @@ def _plain(lines: list[str]) -> list[str]:
 
 def test_a_roscpp_node_obeys(ros: RosSystem) -> None:
     ros.pipros.start_master()
-    ros.genuine.start("rosrun", "cpp_battery", "battery_listener", "battery_topic:=/battery_topic")
+    ros.genuine.start_node("cpp_battery", "battery_listener", "battery_topic:=/battery_topic")
     ros.wait_for_subscriber("/battery_topic")
     for command in ("list cpp_listener", "get cpp_listener ros", "get cpp_listener ros.roscpp"):
         genuine, pipros = (side.run("rosconsole", *command.split()) for side in (ros.genuine, ros.pipros))

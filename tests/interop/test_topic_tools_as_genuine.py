@@ -35,7 +35,7 @@ class Graph:
 
     def start(self, side: str, program: str, *arguments: str) -> Process:
         runner = getattr(self.ros, side)
-        return runner.start("rosrun", "topic_tools", program, *arguments)  # type: ignore[no-any-return]
+        return runner.start_node("topic_tools", program, *arguments)  # type: ignore[no-any-return]
 
     def listen(self, topic: str) -> Any:
         def keep(message: RawMessage) -> None:
