@@ -95,7 +95,7 @@ WATCH = """() => {
 def test_a_killed_talker_is_marked_and_disturbs_nobody(ros: RosSystem, open_tab: OpenTab) -> None:
     ros.pipros.start_master()
     side = ros.pipros
-    program = ("rostopic", "pub", "-r", "10", "/level", "std_msgs/String", "%25", "__name:=talker")
+    program = ("rostopic", "pub", "-r", "10", "/level", "std_msgs/String", "'%25'", "__name:=talker")
     if IS_MIXED:
         ros.genuine.environment.update(build_once().variables)
         program = ("rosrun", "cpp_battery", "battery_talker", "__name:=talker")

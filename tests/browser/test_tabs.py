@@ -70,6 +70,7 @@ def test_a_number_leads_to_its_curve_and_keeps_the_focus(robot: RosSystem, open_
     before = number.inner_text()
     expect(number).not_to_have_text(before)  # newer messages came
     expect(number).to_be_focused()
+    expect(tab.locator("aside dl")).to_contain_text(re.compile(r"Rate[\d.]+ HzBandwidth[\d.]+ kB/s"))
     tab.keyboard.press("Enter")
     expect(tab.locator(".legend")).to_contain_text(re.compile(r"/imu/angular_velocity/y: -?\d"))
 

@@ -8,7 +8,7 @@ const CURVE_POINTS = 300;
 const MORE = "…";
 
 export function topicPanel(side, name) {
-  const figures = h("dl", {});
+  const figures = h("div", {}, h("dl", {}));
   const gauge = h("div", {});
   const curve = h("div", {});
   const message = h("div", { class: "message" }, h("div", {}));
@@ -17,7 +17,7 @@ export function topicPanel(side, name) {
   const values = [];
   let path = null;
   return live.watch("topic", { name }, (topic) => {
-    morph(figures, h("dl", {}, Object.entries({
+    morph(figures.firstChild, h("dl", {}, Object.entries({
       Type: topic.type || "unknown", Rate: hertz(topic.rate), Bandwidth: bandwidth(topic.bandwidth),
       Size: bytes(topic.size), Messages: String(topic.count),
       Publishers: topic.publishers.join(", ") || "none", Subscribers: topic.subscribers.join(", ") || "none",
