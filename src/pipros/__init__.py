@@ -7,7 +7,7 @@ For pytest, which rewrites the asserts of plugins and would warn that this packa
 import hook of every interpreter): PYTEST_DONT_REWRITE
 """
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "CallTimeout",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.metadata
+import re
 import stat
 import subprocess
 import sys
@@ -70,14 +71,39 @@ def test_the_import_hook_is_there_in_every_interpreter_of_the_environment() -> N
     assert ended.stdout == "True\n"
 
 
-def test_an_installation_has_executable_programs_and_stubs_for_what_ships(tmp_path: Path) -> None:
+def build_wheel(folder: Path) -> Path:
     subprocess.run(
-        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", tmp_path],
+        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder],
         cwd=REPOSITORY,
         check=True,
         capture_output=True,
     )
-    (wheel,) = tmp_path.glob("*.whl")
+    (wheel,) = folder.glob("*.whl")
+    return wheel
+
+
+def test_two_builds_are_the_same_bytes(tmp_path: Path) -> None:
+    first, second = (build_wheel(tmp_path / name) for name in ("first", "second"))
+
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_an_installation_is_smaller_than_15_megabytes(tmp_path: Path) -> None:
+    with zipfile.ZipFile(build_wheel(tmp_path)) as archive:
+        assert sum(file.file_size for file in archive.infolist()) < 15e6
+
+
+def test_the_newest_release_of_the_changelog_is_this_version() -> None:
+    text = (REPOSITORY / "CHANGELOG.md").read_text()
+
+    found = re.search(r"^## \[(\d[\d.]*)\] - \d{4}-\d\d-\d\d$", text, re.MULTILINE)
+
+    assert found
+    assert found[1] == PROJECT["project"]["version"]
+
+
+def test_an_installation_has_executable_programs_and_stubs_for_what_ships(tmp_path: Path) -> None:
+    wheel = build_wheel(tmp_path)
 
     with zipfile.ZipFile(wheel) as archive:
         assert "sensor_msgs-stubs/point_cloud2.pyi" in archive.namelist()
