@@ -13,6 +13,9 @@ from tests.support.without_posix import PACKAGES, run_without_posix
 SRC = REPOSITORY / "src"
 FACADES = [package for package in PACKAGES if package != "pipros"]
 
+NEED_PYKDL = {"tf2_kdl", "tf2_kdl.tf2_kdl"}
+"""They register the types of PyKDL, and say so where it is missing: PyPI does not have it."""
+
 IMPORT_ALL = """
 import importlib, json, sys, traceback
 failed = {}
@@ -36,5 +39,6 @@ def test_every_module_can_be_imported_without_what_only_posix_has(packages: list
     """In one process for many modules: the failed import of one does not disturb the others."""
     modules = [module for package in packages for module in modules_of(SRC / package)]
     assert set(packages) <= set(modules)
+    modules = [module for module in modules if module not in NEED_PYKDL]
     failed = run_without_posix(f"MODULES_AS_JSON = {json.dumps(modules)!r}\n{IMPORT_ALL}")
     assert json.loads(failed) == {}
