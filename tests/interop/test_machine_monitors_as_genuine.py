@@ -56,8 +56,7 @@ def reported(
             return all(any(name.endswith(end) for name in ready) for end in ends)
 
         wait_until(is_complete, 60, lambda: f"{came} {started.output}")
-        started.press_ctrl_c()
-        started.wait()
+        started.end()
     return {
         name: (status.hardware_id, [pair.key for pair in status.values])
         for name, status in came.items()
@@ -66,5 +65,6 @@ def reported(
 
 
 def is_filled(status: Any) -> bool:
-    """Whether it is more than the first word, that there is nothing yet."""
-    return not any(pair.value == "No Data" for pair in status.values)
+    """Whether it is more than what comes first: that the node starts, and that nothing was read yet."""
+    is_first = status.message == "Node starting up"
+    return not is_first and not any(pair.value == "No Data" for pair in status.values)

@@ -1,0 +1,79 @@
+"""The programs of topic_tools in a launch file, with types of no package, and with wrong expressions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.env import Environment
+from pipros.msg import load_message_class
+from pipros.node import Node
+from pipros.node.any_msg import RawMessage
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+LAUNCH = """<launch>
+  <node pkg="topic_tools" type="relay" name="passing" args="/strange /passed" output="screen">
+    <param name="lazy" value="true"/>
+  </node>
+  <node pkg="topic_tools" type="throttle" name="slow" args="messages /strange 0.0001" output="screen">
+    <param name="force_latch" value="true"/>
+  </node>
+  <node pkg="topic_tools" type="transform" name="wrong" args="/numbers /x std_msgs/Float64 m.nothing"
+        output="screen"/>
+  <node pkg="topic_tools" type="transform" name="refused" output="screen"
+        args="/numbers /x std_msgs/Float64 os.getpid() --import os"/>
+</launch>"""
+
+
+class Strange(RawMessage):
+    """A type that is in no package."""
+
+    _type = "strange_msgs/Thing"
+    _md5sum = "0123456789abcdef0123456789abcdef"
+    _full_text = "uint8 secret\n"
+
+
+class Other(Strange):
+    _type = "strange_msgs/Other"
+    _md5sum = "f" * 32
+
+
+def test_launched_programs_pass_on_what_they_do_not_know(ros: RosSystem) -> None:
+    ros.pipros.start_bare_master()
+    numbers: Any = load_message_class("std_msgs/Float64")
+    launch = ros.home / "tools.launch"
+    launch.write_text(LAUNCH)
+    got: list[tuple[str, bytes]] = []
+    headers: dict[str, Any] = {}
+    with Node("probe", environment=Environment(master_uri=ros.master_uri)) as node:
+        publisher = node.advertise("/strange", Strange, latch=True)
+        publisher.publish(Strange(b"\x07"))
+        node.advertise("/numbers", numbers, latch=True).publish(numbers(1.0))
+        launched = ros.pipros.start("roslaunch", launch)
+        for topic in ("/passed", "/strange_throttle"):
+            ros.wait_for_publisher(topic)
+
+            def keep(message: RawMessage, topic: str = topic) -> None:
+                headers[topic] = message.header
+                got.append((topic, message.body))
+
+            node.subscribe(topic, RawMessage, keep)
+        wait_until(lambda: len(got) >= 2, 30, lambda: f"{got} {launched.output}")
+        assert set(got) == {("/passed", b"\x07"), ("/strange_throttle", b"\x07")}
+        header = headers["/strange_throttle"]
+        assert (header["type"], header["md5sum"]) == (Strange._type, Strange._md5sum)
+        assert (header["message_definition"], header["latching"]) == (Strange._full_text, "1")
+
+        with Node("other", environment=node.environment) as other:
+            other.advertise("/strange", Other, latch=True).publish(Other(b"\x08"))
+            launched.wait_for(
+                r"\[/other\] publishes strange_msgs/Other, which cannot be passed on: /passed is"
+            )
+            publisher.publish(Strange(b"\x09"))
+            wait_until(lambda: ("/passed", b"\x09") in got, 30, lambda: f"{got} {launched.output}")
+        assert ("/passed", b"\x08") not in got
+
+        launched.wait_for(r"ERROR.*an expression cannot import os; it can import numpy, math")
+        launched.wait_for(r"ERROR.*m\.nothing.*Float64 has no field \[nothing\]")
+        launched.press_ctrl_c()
+        assert launched.wait() == 0
