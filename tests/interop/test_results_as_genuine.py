@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -227,3 +228,57 @@ def _cases(text: str) -> list[str]:
     """The cases of a result file with how they ended, without what was printed meanwhile."""
     cases = comparable(text).partition("<system-out>")[0]
     return re.sub(r'type="\w+"', "type", cases).splitlines()
+
+
+RESULTS = {
+    "one/rosunit-a.xml": '<testsuite tests="2" errors="0" failures="1" time="0.5" name="a">'
+    '<testcase classname="A" name="good" time="0.1"/><testcase classname="A" name="bad" time="0.2">'
+    '<failure type="AssertionError">1 is not 2</failure></testcase></testsuite>',
+    "two/rosunit-b.xml": '<testsuite tests="1" errors="0" failures="0" time="0.5" name="b">'
+    '<testcase classname="B" name="good" time="0.1"/></testsuite>',
+    "two/rosunit-c.xml": "no XML",
+}
+
+
+def make_results(ros: RosSystem) -> Path:
+    """A folder with results of two packages, for both sides."""
+    folder = ros.home / "results"
+    shutil.rmtree(folder, ignore_errors=True)
+    for name, content in RESULTS.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(content)
+    for side in (ros.genuine, ros.pipros):
+        side.environment["ROS_TEST_RESULTS_DIR"] = str(folder)
+    return folder
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "summarize_results.py --nodeps one",
+        "summarize_results.py --nodeps std_msgs",
+        "summarize_results.py",
+        "test_results_dir.py",
+        "check_test_ran.py results/one/rosunit-a.xml",
+        "check_test_ran.py results/three/rosunit-gone.xml",
+    ],
+)
+def test_the_helper_programs_of_rosunit_do_as_there(ros: RosSystem, words: str) -> None:
+    outcomes = []
+    for side in (ros.genuine, ros.pipros):
+        folder = make_results(ros)
+        ended = side.run("rosrun", "rosunit", *words.split())
+        files = sorted(str(file.relative_to(folder)) for file in folder.glob("*/*.xml"))
+        outcomes.append((ended.returncode, ended.stdout, ended.stderr, files))
+    assert outcomes[1] == outcomes[0]
+
+
+def test_genuine_programs_read_what_the_helper_programs_wrote(ros: RosSystem) -> None:
+    folder = make_results(ros)
+    ros.pipros.run("rosrun", "rosunit", "check_test_ran.py", "results/three/rosunit-gone.xml")
+    assert ros.pipros.run("rosrun", "rosunit", "clean_junit_xml.py").returncode == 0
+    cleaned = {file.name for file in (folder / "_hudson").iterdir()}
+    assert {"one.rosunit-a.xml", "three.rosunit-gone.xml", "two.rosunit-b.xml"} <= cleaned
+    counted = ros.genuine.run("rosrun", "rosunit", "summarize_results.py", "--nodeps", "_hudson")
+    assert " * TESTS: 4" in counted.stdout
+    assert counted.returncode == 1

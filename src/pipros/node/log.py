@@ -16,13 +16,16 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+from pipros.cache_files import Untrusted, check_owner
 from pipros.errors import PiprosError
 from pipros.log_file import LogFile
 from pipros.msg.time import NS_PER_S
 from pipros.node.clock import Clock
 from pipros.printable import write_line
+from pipros.warn_once import warn_once
 
 if TYPE_CHECKING:
+    from pipros.env import Environment
     from pipros.node.publisher import Publisher
 
 DEFAULT_FORMAT = "[${severity}] [${time}]: ${message}"
@@ -205,6 +208,29 @@ def open_file_handler(path: Path) -> FileHandler:
     return FileHandler(LogFile(path))
 
 
+def find_log_config(environment: Environment) -> Path | None:
+    """The configuration of Python's logging that replaces our way; None without one.
+
+    That is `ROS_PYTHON_LOG_CONFIG_FILE`, else `config/python_logging.conf` or `.yaml` in `ROS_HOME`. Such a
+    file can run code, so one in `ROS_HOME` counts only if nobody else may write to it or its folder.
+    """
+    if environment.python_log_config is not None:
+        return environment.python_log_config
+    folder = environment.ros_home / "config"
+    for config in (folder / "python_logging.conf", folder / "python_logging.yaml"):
+        if not config.is_file():
+            continue
+        try:
+            if hasattr(os, "getuid"):
+                for path in (folder, config):
+                    check_owner(path.stat(), str(path))
+        except Untrusted as error:
+            warn_once(f"WARNING: the configuration of logging is not used: {error}")
+            return None
+        return config
+    return None
+
+
 def configure_by_file(config: Path, log_path: Path) -> None:
     """Configures Python's logging by a file in its own format, or in YAML, instead of our way.
 
@@ -221,12 +247,12 @@ def configure_by_file(config: Path, log_path: Path) -> None:
     try:
         log_path.parent.mkdir(parents=True, exist_ok=True)
         if config.suffix in (".yaml", ".yml"):
-            logging.config.dictConfig(yaml.load(config.read_text(), str(config)))
+            logging.config.dictConfig({"version": 1, **yaml.load(config.read_text(), str(config))})
         else:
             with config.open() as file:
                 logging.config.fileConfig(file, disable_existing_loggers=False)
     except Exception as error:
-        raise PiprosError(f"ROS_PYTHON_LOG_CONFIG_FILE [{config}] cannot be used: {error}") from error
+        raise PiprosError(f"the configuration of logging [{config}] cannot be used: {error}") from error
 
 
 def log_file(log_dir: Path, node_name: str, given: str | None) -> Path:

@@ -13,6 +13,7 @@ from pipros.node.log import (
     ConsoleHandler,
     RosoutHandler,
     configure_by_file,
+    find_log_config,
     log_file,
     open_file_handler,
 )
@@ -34,13 +35,13 @@ _LOGGING_LEVELS = {
 def open_console_and_file(node: Node, logger: logging.Logger, level: int | None) -> None:
     """Sends `logger` to the console and all that the process logs to a file, as Noetic is configured.
 
-    `ROS_PYTHON_LOG_CONFIG_FILE` names a configuration of Python's logging to be used instead.
+    A configuration of Python's logging (`find_log_config`) is used instead.
     `level` is one of ROS' numbers; None leaves the configured one.
     """
     given = node.identity.arguments.special.get("__log")
     path = log_file(node.environment.log_dir, node.name, given)
-    if node.environment.python_log_config is not None:
-        configure_by_file(node.environment.python_log_config, path)
+    if config := find_log_config(node.environment):
+        configure_by_file(config, path)
     else:
         logger.setLevel(logging.INFO)
         logger.addHandler(ConsoleHandler(node.name, lambda: node.clock, node.environment.console_format))

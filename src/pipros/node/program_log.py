@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pipros.env import Environment
 from pipros.errors import PiprosError
-from pipros.node.log import configure_by_file, open_file_handler
+from pipros.node.log import configure_by_file, find_log_config, open_file_handler
 
 
 def log_program(logname: str, level: int, filename: str | None, environment: Environment) -> Path | None:
@@ -42,8 +42,8 @@ def log_program(logname: str, level: int, filename: str | None, environment: Env
     if folder != environment.log_dir:
         _link(folder)
     os.environ["ROS_LOG_FILENAME"] = str(path)
-    if environment.python_log_config is not None:
-        configure_by_file(environment.python_log_config, path)
+    if config := find_log_config(environment):
+        configure_by_file(config, path)
         return path
     root = logging.getLogger()
     try:

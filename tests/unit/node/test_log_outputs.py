@@ -103,6 +103,40 @@ def test_a_configuration_of_pythons_logging_replaces_both(tmp_path: Path, root: 
     logging.getLogger("mine").setLevel(logging.NOTSET)
 
 
+CONFIGURATIONS = {
+    "python_logging.yaml": "incremental: true\nloggers: {mine: {level: ERROR}}\n",
+    "python_logging.conf": "[loggers]\nkeys=root,mine\n[handlers]\nkeys=ros\n[formatters]\nkeys=\n"
+    "[logger_root]\nlevel=INFO\nhandlers=ros\n[logger_mine]\nlevel=ERROR\nhandlers=\nqualname=mine\n"
+    "[handler_ros]\nclass=rosgraph.roslogging.RosStreamHandler\nargs=()\n",
+}
+
+
+@pytest.mark.parametrize("name", CONFIGURATIONS)
+def test_a_configuration_in_the_folder_of_ros_is_found(
+    tmp_path: Path, root: logging.Logger, name: str
+) -> None:
+    config = tmp_path / "home" / "config" / name
+    config.parent.mkdir(parents=True)
+    config.write_text(CONFIGURATIONS[name])
+    open_console_and_file(node(tmp_path, ROS_HOME=str(tmp_path / "home")), logging.Logger("rosout"), 1)
+    try:
+        assert logging.getLogger("mine").level == logging.ERROR
+    finally:
+        logging.getLogger("mine").setLevel(logging.NOTSET)
+
+
+def test_a_configuration_that_others_may_write_is_not_run(
+    tmp_path: Path, root: logging.Logger, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = tmp_path / "shared" / "config" / "python_logging.yaml"
+    config.parent.mkdir(parents=True)
+    config.write_text(CONFIGURATIONS[config.name])
+    config.chmod(0o666)
+    open_console_and_file(node(tmp_path, ROS_HOME=str(tmp_path / "shared")), logging.Logger("rosout"), 1)
+    assert logging.getLogger("mine").level == logging.NOTSET
+    assert "is writable for other users" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("is_off", "topics"), [(False, ["/chatter"]), (True, [])])
 def test_lines_on_rosout_name_the_topics_unless_a_parameter_says_no(
     tmp_path: Path, is_off: bool, topics: list[str]

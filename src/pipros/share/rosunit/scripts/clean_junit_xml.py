@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+"""Writes all test results once more, as well-formed XML, to the folder `_hudson` among them."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import rospkg
+
+from rosunit import junitxml
+
+FOLDER = "_hudson"
+
+
+def main() -> None:
+    print("[clean_junit_xml]: STARTING")
+    results = rospkg.get_test_results_dir()
+    print("will read test results from", results)
+    target = os.path.join(results, FOLDER)
+    if not os.path.exists(target):
+        print("creating directory", target)
+        os.makedirs(target)
+    print(f"[clean_junit_xml]: writing aggregated test results to {target}")
+    for package in sorted(os.listdir(results)):
+        if package not in (FOLDER, ".svn"):
+            print("looking at", package)
+            clean(os.path.join(results, package), package, target)
+    print("[clean_junit_xml]: FINISHED")
+
+
+def clean(folder: str, package: str, target: str) -> None:
+    names = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
+    for name in names:
+        if not name.endswith(".xml"):
+            continue
+        test = f"{package}.{name.removesuffix('.xml')}"
+        file = os.path.join(target, f"{test}.xml")
+        try:
+            content = junitxml.read(os.path.join(folder, name), test).xml_element()
+            print("re-writing", file)
+            with open(file, "wb") as clean_file:
+                clean_file.write(content)
+        except Exception as error:  # one bad file must not hide the others
+            print(f"ignoring [{os.path.join(folder, name)}]: {error}", file=sys.stderr)
+
+
+main()
