@@ -37,10 +37,9 @@ def open_tab(chromium: Browser) -> Iterator[OpenTab]:
         if message.type == "error":
             errors.append(message.text)
 
-    def open_it(page: Page, place: str, scheme: str = "light", size: tuple[int, int] = (1200, 700)) -> Tab:
+    def open_it(page: Page, place: str, size: tuple[int, int] = (1200, 700)) -> Tab:
         context = chromium.new_context(
             viewport={"width": size[0], "height": size[1]},
-            color_scheme=scheme,  # type: ignore[arg-type]
             reduced_motion="reduce",
         )
         context.set_default_timeout(30_000)
@@ -56,7 +55,9 @@ def open_tab(chromium: Browser) -> Iterator[OpenTab]:
     assert errors == []
 
 
-def keep_screenshot(tab: Tab, name: str) -> None:
-    """Keeps a picture where PIPROS_SCREENSHOTS says."""
-    if folder := os.environ.get("PIPROS_SCREENSHOTS"):
-        tab.screenshot(path=Path(folder) / f"{name}.png")
+def keep_screenshots(tab: Tab, name: str) -> None:
+    """Keeps a light and a dark picture where PIPROS_SCREENSHOTS says."""
+    folder = os.environ.get("PIPROS_SCREENSHOTS")
+    for scheme in ("light", "dark") if folder else ():
+        tab.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
+        tab.screenshot(path=Path(folder or "") / f"{name}-{scheme}.png")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshot
+from tests.browser.conftest import OpenTab, keep_screenshots
 from tests.support.environments import REPOSITORY
 from tests.support.page import Page
 from tests.support.processes import Process
@@ -28,11 +28,10 @@ def nodes(ros: RosSystem) -> dict[str, Process]:
     return started
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_case_study_is_drawn_in_the_right_order(
-    ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab, scheme: str
+    ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab
 ) -> None:
-    tab = open_tab(Page(ros), "graph", scheme)
+    tab = open_tab(Page(ros), "graph")
     lefts = []
     for key in ("n/talker_node", "t/battery_topic", "n/listener_node"):
         vertex = tab.locator(f'[data-key="{key}"]')
@@ -46,7 +45,7 @@ def test_the_case_study_is_drawn_in_the_right_order(
     expect(tab.locator("aside .message")).to_contain_text('battery: "%25"')
     expect(tab.locator("[role=meter]")).to_have_attribute("aria-valuenow", "25")
     assert "token" not in tab.url
-    keep_screenshot(tab, f"graph-{scheme}")
+    keep_screenshots(tab, "graph")
 
 
 def test_a_killed_node_is_shown(ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab) -> None:
@@ -77,7 +76,7 @@ def test_topics_are_listed_and_shown(ros: RosSystem, nodes: dict[str, Process], 
     expect(row).to_contain_text("composiv_tryouts/BatteryLevel")
     row.click()
     expect(tab.locator("aside .message")).to_contain_text("%25")
-    keep_screenshot(tab, "topics-light")
+    keep_screenshots(tab, "topics")
 
 
 def test_markup_in_a_message_stays_text(ros: RosSystem, open_tab: OpenTab) -> None:
@@ -95,7 +94,7 @@ def test_it_fits_a_phone(ros: RosSystem, nodes: dict[str, Process], open_tab: Op
     tab = open_tab(Page(ros), "graph/t%2Fbattery_topic", size=(390, 800))
     expect(tab.locator("[role=meter]")).to_be_visible()
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
-    keep_screenshot(tab, "graph-phone")
+    keep_screenshots(tab, "graph-phone")
 
 
 def test_a_lost_server_is_told(ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshot
+from tests.browser.conftest import OpenTab, keep_screenshots
 from tests.support.catkin import build_once
 from tests.support.genuine import missing_packages
 from tests.support.page import Page
@@ -63,15 +63,14 @@ TABS = {
 }
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_each_tab_shows_data_of_all_kinds_of_nodes(mixed: RosSystem, open_tab: OpenTab, scheme: str) -> None:
+def test_each_tab_shows_data_of_all_kinds_of_nodes(mixed: RosSystem, open_tab: OpenTab) -> None:
     page = Page(mixed)
     for place, (where, words) in TABS.items():
-        tab = open_tab(page, place, scheme)
+        tab = open_tab(page, place)
         expect(tab.locator(where).first).to_contain_text(re.compile(words, re.DOTALL))
-        keep_screenshot(tab, f"{place.partition('/')[0]}-{scheme}")
+        keep_screenshots(tab, f"{place.partition('/')[0]}")
         tab.context.close()
-    tab = open_tab(page, "graph", scheme)
+    tab = open_tab(page, "graph")
     for name in ["robot", *(["genuine_robot", "cpp_talker", "cpp_imu", "listener"] if IS_MIXED else [])]:
         if name != "robot" or IS_MIXED:  # alone it is connected to nobody but the page
             expect(tab.locator(f'[data-key="n/{name}"]')).to_be_visible()
@@ -79,7 +78,7 @@ def test_each_tab_shows_data_of_all_kinds_of_nodes(mixed: RosSystem, open_tab: O
         expect(tab.locator("svg.canvas")).to_contain_text(re.compile(r"\d Hz"))
         tab.locator('[data-key="n/cpp_talker"]').click()
         expect(tab.locator("aside")).to_contain_text("to /listener, /battery_topic:")
-    keep_screenshot(tab, f"system-{scheme}")
+    keep_screenshots(tab, "system")
 
 
 # When the vertex gets the shape of a node that does not answer, by the clock of this machine.

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import expect
 
 from pipros.reconfigure.cfg_file import module_contents, read
-from tests.browser.conftest import OpenTab, keep_screenshot
+from tests.browser.conftest import OpenTab, keep_screenshots
 from tests.support.genuine import missing_packages
 from tests.support.page import Page
 from tests.support.processes import Process
@@ -96,12 +96,11 @@ def test_each_kind_of_parameter_is_changed_on_the_page(
     expect(free).to_have_value("1")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_without_control_it_only_shows(ros: RosSystem, open_tab: OpenTab, module: Path, scheme: str) -> None:
+def test_without_control_it_only_shows(ros: RosSystem, open_tab: OpenTab, module: Path) -> None:
     ros.pipros.start_master()
     for side in SIDES:
         start(ros, side, module)
-    tab = open_tab(Page(ros), "reconfigure", scheme)
+    tab = open_tab(Page(ros), "reconfigure")
     expect(tab.locator(".servers")).to_contain_text("".join(f"/{side}" for side in sorted(SIDES)))
     tab.get_by_role("button", name="/pipros").click()
     gain = tab.get_by_label("gain", exact=True)
@@ -110,7 +109,7 @@ def test_without_control_it_only_shows(ros: RosSystem, open_tab: OpenTab, module
     client = "import rospy; from dynamic_reconfigure.client import Client; rospy.init_node('c')"
     ros.pipros.run(sys.executable, "-c", f"{client}; Client('/pipros').update_configuration({{'gain': 7}})")
     expect(gain).to_have_value("7")
-    keep_screenshot(tab, f"reconfigure-{scheme}")
+    keep_screenshots(tab, "reconfigure")
 
 
 def test_a_server_that_ends_is_told(ros: RosSystem, open_tab: OpenTab, module: Path) -> None:

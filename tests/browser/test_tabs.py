@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshot
+from tests.browser.conftest import OpenTab, keep_screenshots
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 
@@ -118,4 +118,4 @@ def test_each_tab_fits_a_phone(robot: RosSystem, open_tab: OpenTab, place: str) 
     tab = open_tab(Page(robot), place, size=(390, 800))
     expect(tab.get_by_role("tab", selected=True)).to_be_in_viewport()
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
-    keep_screenshot(tab, f"{place}-phone")
+    keep_screenshots(tab, f"{place}-phone")

@@ -157,8 +157,11 @@ export function open(view, argument) {
   });
   const resized = new ResizeObserver(() => plot?.setSize(size()));
   resized.observe(chart);
+  const scheme = matchMedia("(prefers-color-scheme: dark)");
+  scheme.addEventListener("change", rebuild);
   if (argument) add(argument);
   return () => {
+    scheme.removeEventListener("change", rebuild);
     cancelAnimationFrame(frame);
     resized.disconnect();
     closeTopics();
