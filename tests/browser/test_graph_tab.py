@@ -79,6 +79,19 @@ def test_topics_are_listed_and_shown(ros: RosSystem, nodes: dict[str, Process], 
     keep_screenshots(tab, "topics")
 
 
+def test_a_text_that_is_no_percentage_has_no_gauge(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    first = ros.pipros.start("rostopic", "pub", "-r", "10", "/level", "std_msgs/String", "'%25'")
+    ros.wait_for_publisher("/level")
+    tab = open_tab(Page(ros), "topics/%2Flevel")
+    expect(tab.get_by_role("meter")).to_have_attribute("aria-valuenow", "25")
+    first.press_ctrl_c()
+    first.wait()
+    ros.pipros.start("rostopic", "pub", "-r", "10", "/level", "std_msgs/String", "'%112'")
+    expect(tab.locator("aside .message")).to_contain_text("%112")
+    expect(tab.get_by_role("meter")).to_have_count(0)
+
+
 def test_markup_in_a_message_stays_text(ros: RosSystem, open_tab: OpenTab) -> None:
     ros.pipros.start_master()
     evil = "<img src=x onerror=document.title=1><script>document.title=2</script>"

@@ -29,6 +29,7 @@ export function topicPanel(side, name) {
     }
     morph(message.firstChild, h("div", {}, tree(topic.message, name)));
     if (topic.gauge !== null && topic.gauge !== undefined) drawGauge(gauge, topic.gauge);
+    else replace(gauge); // that of an older message would be wrong
     const found = path ? numberAt(topic.message, path) : null;
     if (!path) path = firstNumber(topic.message);
     const value = topic.gauge ?? found ?? (path ? numberAt(topic.message, path) : null);

@@ -85,7 +85,8 @@ export function open(view, argument) {
     plot = null;
     hint.hidden = curves.size > 0;
     replace(legend);
-    if (!curves.size) { replace(legend); return; }
+    if (!curves.size) return;
+    drawLegend(); // before the size of the chart is taken, which its height changes
     const style = getComputedStyle(document.body);
     const ink = style.getPropertyValue("--ink");
     const line = style.getPropertyValue("--line");
