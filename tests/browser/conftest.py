@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, expect, sync_playwright
@@ -58,6 +59,7 @@ def open_tab(chromium: Browser) -> Iterator[OpenTab]:
 def keep_screenshots(tab: Tab, name: str) -> None:
     """Keeps a light and a dark picture where PIPROS_SCREENSHOTS says."""
     folder = os.environ.get("PIPROS_SCREENSHOTS")
-    for scheme in ("light", "dark") if folder else ():
-        tab.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
+    schemes: tuple[Literal["light", "dark"], ...] = ("light", "dark") if folder else ()
+    for scheme in schemes:
+        tab.emulate_media(color_scheme=scheme)
         tab.screenshot(path=Path(folder or "") / f"{name}-{scheme}.png")
