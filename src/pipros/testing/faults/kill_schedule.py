@@ -7,7 +7,8 @@ import signal
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-DEFAULT_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
+# Windows has no SIGKILL; its SIGTERM ends a process as hard.
+DEFAULT_SIGNALS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM))
 """An orderly end by a person, one by the system, and one without a chance to say anything."""
 
 
