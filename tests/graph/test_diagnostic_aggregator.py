@@ -60,6 +60,14 @@ def test_an_aggregator_and_what_others_add_to_it(ros: RosSystem) -> None:
         wait_until(lambda: states and states[-1] == 2, 30, "the level of everything")
         assert "the analyzer /bad is left out" in launched.output
 
+        told = ros.pipros.run("rosrun", "rosdiagnostic", "rosdiagnostic", "-l", "warning", "-d")
+        assert told.returncode == 0, told.output
+        assert "Error    /bad: Pluginlib exception loading analyzer" in told.stdout
+        assert any("there is no analyzer my_pkg/MyAnalyzer" in line for line in told.stdout)
+        assert not any("/Good" in line for line in told.stdout)
+        told = ros.pipros.run("rosrun", "rosdiagnostic", "rosdiagnostic", "-t", "/nothing", "-w", "0.1")
+        assert (told.returncode, "nothing came on /nothing in 0.1 s" in told.output) == (1, True)
+
         node.master.set_param(
             "/lender/analyzers", {"a": {"type": "GenericAnalyzer", "path": "L", "name": "lent"}}
         )

@@ -72,6 +72,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "roslaunch": {"rosgraph"},  # its server is a rosgraph.xmlrpc.XmlRpcNode
     "roslib": {"genmsg", "genpy", "rosgraph"},  # the former home of their names, messages and network
     "rosbag": {"rospy"},  # timestamps are rospy.Time
+    "rosdiagnostic": {"rospy"},
     "rosmaster": {"rosgraph"},  # ROSMasterHandler is a handler of rosgraph.xmlrpc; its log is rosgraph's
     "rosmsg": {"genpy"},  # generate_dynamic is a name of both
     "rosparam": {"rosgraph"},  # get_param_server returns a rosgraph.Master

@@ -9,6 +9,7 @@ import pytest
 from pipros.diagnostics.aggregation import Aggregation, whole_level
 from pipros.diagnostics.analyzers import ITEM_LIMIT, BadAnalyzer, Items
 from pipros.diagnostics.items import ERROR, OK, STALE, WARN, Status, output_name
+from pipros.diagnostics.listing import listed
 
 ROBOT = {
     "motors": {
@@ -196,3 +197,20 @@ def test_endless_names_cost_no_endless_memory() -> None:
 
     assert taken.count(True) == ITEM_LIMIT
     assert items.analyze(Status("0", OK), 1.0), "one that is known"
+
+
+def test_statuses_are_listed_by_name_and_are_fit_for_a_terminal() -> None:
+    statuses = [
+        Status("/b", OK, "fine", "hw", [("key", "value")]),
+        Status("/a\x1b[2J", STALE, ""),
+        Status("/c", 7, "odd"),
+    ]
+
+    assert listed(statuses, part="/b", details=True) == [
+        "OK       /b: fine",
+        "           hardware_id: hw",
+        "           key: value",
+    ]
+    assert [line[:9] for line in listed(statuses)] == ["Stale    ", "OK       ", "Level 7  "]
+    assert "\x1b" not in "".join(listed(statuses))
+    assert listed(statuses, least=ERROR, part="/b") == []

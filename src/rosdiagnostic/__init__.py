@@ -1,0 +1,1 @@
+"""rosdiagnostic: prints what is reported on /diagnostics_agg."""
