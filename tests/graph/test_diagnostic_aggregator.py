@@ -25,7 +25,7 @@ LAUNCH = """<launch>
 
 
 def test_an_aggregator_and_what_others_add_to_it(ros: RosSystem) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     launch = ros.home / "aggregator.launch"
     launch.write_text(LAUNCH)
     launched = ros.pipros.start("roslaunch", launch)

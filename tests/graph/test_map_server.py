@@ -42,7 +42,7 @@ def test_a_map_is_served_and_saved(ros: RosSystem) -> None:
     write_map(ros.home, "broken", b"")
     (ros.home / "bad.yaml").write_text("image: map.pgm")
     (ros.home / "ask.py").write_text(ASK)
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     server = ros.pipros.start("rosrun", "map_server", "map_server", "map.yaml", "_frame_id:=floor")
     server.wait_for(r"Read a 3 X 1 map @ 0.500 m/cell")
     saved = ros.pipros.run("rosrun", "map_server", "map_saver", "-f", "saved", "--occ", "80", "--free", "20")
@@ -81,7 +81,7 @@ def test_a_map_is_served_and_saved(ros: RosSystem) -> None:
     ],
 )
 def test_wrong_arguments_are_explained(ros: RosSystem, program: str, arguments: str, complaint: str) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ended = ros.pipros.run("rosrun", "map_server", program, *arguments.split())
 
     assert ended.returncode != 0

@@ -47,7 +47,7 @@ async def about(place: str, cookie: str, scheme: str) -> Any:
 
 @pytest.mark.parametrize("is_one_file", [False, True])
 def test_a_certificate_makes_everything_https(ros: RosSystem, tmp_path: Path, is_one_file: bool) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     cert, key = CERTIFICATES / "cert.pem", CERTIFICATES / "key.pem"
     files: tuple[str | Path, ...] = ("--cert", cert, "--key", key)
     if is_one_file:
@@ -84,7 +84,7 @@ def test_a_certificate_makes_everything_https(ros: RosSystem, tmp_path: Path, is
 
 
 def test_without_a_certificate_it_says_that_nothing_is_encrypted(ros: RosSystem) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     server = ros.pipros.start("rqt_graph", "--no-browser", "--control", "--bind", HOST)
     url = urlsplit(server.wait_for(r"http://\S+")[0])
     server.wait_for("Others on this network can see and change the system when they have this address.")
@@ -95,7 +95,7 @@ def test_without_a_certificate_it_says_that_nothing_is_encrypted(ros: RosSystem)
 
 
 def test_a_key_of_another_certificate_is_refused(ros: RosSystem) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     done = ros.pipros.run(
         "rqt_graph", "--no-browser", "--cert", CERTIFICATES / "cert.pem", "--key", "/dev/null"
     )

@@ -47,7 +47,7 @@ def test_the_table_of_clients_is_that_of_genuine() -> None:
     ("server", "client"), [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros")]
 )
 def test_goals_end_alike(plain_ros: RosSystem, server: str, client: str) -> None:
-    plain_ros.pipros.start_master()
+    plain_ros.serve_master()
     sides = {"pipros": plain_ros.pipros, "genuine": plain_ros.genuine}
     serving = sides[server].start("python3", PROGRAMS / "serve_goals.py")
 

@@ -103,7 +103,7 @@ def test_a_package_of_actions_is_compiled_and_serves_a_python_node(ros: RosSyste
     client.write_text(CLIENT)
     ros.pipros.environment["ROS_PACKAGE_PATH"] = str(workspace / "src")
     ros.pipros.environment["CMAKE_PREFIX_PATH"] = f"{workspace / 'devel'}{os.pathsep}/usr"
-    ros.pipros.start_master()
+    ros.serve_master()
     charger = ros.pipros.start("rosrun", "charging", "charger")
     asked = ros.pipros.run("python3", client)
     assert asked.stdout == ["first 3 charged to 80"], asked.output

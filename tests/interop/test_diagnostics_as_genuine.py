@@ -33,7 +33,7 @@ def test_tasks_report_alike_on_random_events() -> None:
 
 @pytest.mark.timeout(200)
 def test_a_node_sends_the_same_reports(plain_ros: RosSystem) -> None:
-    plain_ros.pipros.start_master()
+    plain_ros.serve_master()
     program = PROGRAMS / "report_diagnostics.py"
 
     genuine = plain_ros.genuine.run("python3", program, timeout_s=60)

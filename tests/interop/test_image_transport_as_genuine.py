@@ -28,7 +28,7 @@ Image: Any = load_message_class("sensor_msgs/Image")
 
 @pytest.mark.parametrize("out_transport", [["raw"], []])
 def test_raw_images_go_on_as_with_genuine(plain_ros: RosSystem, out_transport: list[str]) -> None:
-    plain_ros.pipros.start_master()
+    plain_ros.serve_master()
     got: dict[str, list[RawMessage]] = {"genuine": [], "pipros": []}
     environment = Environment(master_uri=plain_ros.pipros.environment["ROS_MASTER_URI"])
     with Node("camera", environment=environment) as node:

@@ -10,7 +10,7 @@ PROGRAM = Path(__file__).parent / "programs" / "serve_markers.py"
 
 
 def test_a_server_sends_the_same_messages(plain_ros: RosSystem) -> None:
-    plain_ros.pipros.start_master()
+    plain_ros.serve_master()
 
     genuine = plain_ros.genuine.run("python3", PROGRAM, timeout_s=60)
     ours = plain_ros.pipros.run("python3", PROGRAM, timeout_s=60)

@@ -174,7 +174,7 @@ def random_system() -> Iterator[RandomSystem]:
 
 
 def test_300_nodes_and_1000_topics(plain_ros: RosSystem, random_system: RandomSystem) -> None:
-    plain_ros.pipros.start_bare_master()
+    plain_ros.serve_master()
     with ServerProxy(plain_ros.master_uri) as master:
         random_system.register(master)
     dead = {f"/node{node}" for node in random_system.dead}

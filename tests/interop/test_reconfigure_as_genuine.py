@@ -35,7 +35,7 @@ def test_parameters_change_alike(plain_ros: RosSystem, tmp_path: Path) -> None:
     file.write_text(CFG)
     module = tmp_path / "module.json"
     module.write_text(json.dumps(module_contents(read(file))))
-    plain_ros.pipros.start_master()
+    plain_ros.serve_master()
     sides = {"pipros": plain_ros.pipros, "genuine": plain_ros.genuine}
     seen = {}
     for server in sides:

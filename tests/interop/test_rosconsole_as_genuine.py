@@ -48,7 +48,10 @@ MISTAKES = (
 def speaker(request: pytest.FixtureRequest, ros: RosSystem) -> Process:
     """A node that logs, of either side, with a master of the other."""
     side, other = (ros.genuine, ros.pipros) if request.param == "genuine" else (ros.pipros, ros.genuine)
-    other.start_master()
+    if other is ros.genuine:
+        other.start_bare_master()
+    else:
+        ros.serve_master()
     python = "/usr/bin/python3" if side is ros.genuine else "python"
     process = side.start(python, "-c", LOGGING_NODE)
     process.wait_for("bad")
@@ -85,7 +88,7 @@ def _plain(lines: list[str]) -> list[str]:
 
 
 def test_a_roscpp_node_obeys(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     ros.genuine.start_node("cpp_battery", "battery_listener", "battery_topic:=/battery_topic")
     ros.wait_for_subscriber("/battery_topic")
     for command in ("list cpp_listener", "get cpp_listener ros", "get cpp_listener ros.roscpp"):

@@ -74,7 +74,7 @@ class Graph:
 
 @pytest.fixture
 def graph(plain_ros: RosSystem) -> Iterator[Graph]:
-    plain_ros.pipros.start_bare_master()
+    plain_ros.serve_master()
     with Node("probe", environment=Environment(master_uri=plain_ros.master_uri)) as node:
         yield Graph(plain_ros, node)
 

@@ -25,7 +25,7 @@ def program(side: str, package: str, name: str) -> list[str]:
 
 @pytest.fixture
 def sides(plain_ros: RosSystem) -> dict[str, Side]:
-    plain_ros.pipros.start_master()
+    plain_ros.serve_master()
     return {"pipros": plain_ros.pipros, "genuine": plain_ros.genuine}
 
 

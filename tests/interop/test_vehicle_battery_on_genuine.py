@@ -28,7 +28,7 @@ def test_the_tests_of_the_logic_pass_on_genuine_ros(ros: RosSystem) -> None:
 @pytest.mark.parametrize("driver_is_genuine", [True, False])
 def test_driver_and_monitor_of_two_sides_work_together(ros: RosSystem, driver_is_genuine: bool) -> None:
     sides = (ros.genuine, ros.pipros) if driver_is_genuine else (ros.pipros, ros.genuine)
-    ros.pipros.start_bare_master()
+    ros.serve_master()
 
     monitor = sides[1].start("rosrun", "vehicle_battery", "battery_monitor")
     sides[0].start("rosrun", "vehicle_battery", "battery_driver", "_source:=simulated", "_percentage:=0.05")
