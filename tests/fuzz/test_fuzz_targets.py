@@ -14,6 +14,7 @@ from tests.fuzz import (
     definitions,
     expressions,
     listings,
+    mcap_files,
     messages,
     replies,
     strange_messages,
@@ -33,6 +34,7 @@ class Subject:
 
 SUBJECTS = {
     "bags": Subject(lambda: bags.target, bags.WORDS, 300),
+    "mcap_files": Subject(lambda: mcap_files.target, mcap_files.WORDS, 150),
     "definitions": Subject(lambda: definitions.target, definitions.WORDS, 700),
     "messages": Subject(lambda: messages.target, (), 1500),
     "strange_messages": Subject(lambda: strange_messages.target, strange_messages.WORDS, 200),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 import os
 import struct
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
@@ -16,32 +17,30 @@ from pathlib import Path
 from typing import Any
 
 from pipros.bag.connection import Connection
-from pipros.bag.errors import BagError, BagFormatError, NoMessages
+from pipros.bag.errors import BagError, BagFormatError, NoMessages, NotIndexed
 from pipros.bag.index import ChunkHeader, Stamp
-from pipros.bag.layout import Layout
+from pipros.bag.layout import REPAIR, Layout
+from pipros.bag.mcap_chunks import ClampedFile, all_records, read_chunk
 from pipros.bag.reader import BagReader, RawMessage
 from pipros.bag.records import Version
+from pipros.bag.scan import Progress
 from pipros.bag.source import Source
+from pipros.errors import PiprosError
 from pipros.limits import Limits, process_limits
+from pipros.msg.class_finder import ClassFinder
 from pipros.msg.time import NS_PER_S
 
 MAGIC = b"\x89MCAP0\r\n"
 SUFFIX = ".mcap"
 _VERSION = Version(0, 0)
 _COMPRESSIONS = {"none": "NONE", "lz4": "LZ4", "bz2": "ZSTD", "zstd": "ZSTD"}
+_AFTER_ALL = 1 << 64
+"""Nanoseconds above every time."""
+
+_TIMES_NS = (1 << 32) * NS_PER_S
+"""What a time of ROS cannot be."""
+
 _OF_HEADER = ("callerid", "latching", "md5sum", "topic")
-
-
-def is_mcap(path: str | os.PathLike[str]) -> bool:
-    """True for a file that begins as MCAP files do, or a name of one that does not exist yet.
-
-    Raises:
-        OSError: the file cannot be read.
-    """
-    if not os.path.exists(path):
-        return os.fspath(path).endswith(SUFFIX)
-    with open(path, "rb") as file:
-        return file.read(len(MAGIC)) == MAGIC
 
 
 @contextmanager
@@ -73,50 +72,68 @@ def _library() -> Any:
     return mcap
 
 
+def connection_of(channel: Any, schema: Any, name: str) -> Connection:
+    """The connection that a channel is.
+
+    Raises:
+        BagError: its messages are not of ROS 1.
+    """
+    if channel.message_encoding != "ros1" or schema is None or schema.encoding != "ros1msg":
+        encoding = "no schema" if schema is None else schema.encoding
+        hint = " (messages of ROS 2)" if channel.message_encoding == "cdr" else ""
+        raise BagError(
+            f"{name}: the messages of [{channel.topic}] must be of the encoding ros1 with a "
+            f"schema ros1msg, got {channel.message_encoding} with {encoding}{hint}"
+        )
+    header = {"topic": channel.topic, "type": schema.name, **channel.metadata}
+    fields = {name: value.encode() for name, value in header.items()}
+    fields["message_definition"] = bytes(schema.data)
+    if "md5sum" not in fields:
+        definition = fields["message_definition"].decode("utf-8", "replace")
+        try:
+            fields["md5sum"] = ClassFinder().find(schema.name, "", definition)._md5sum.encode()
+        except PiprosError as error:
+            raise BagError(f"{name}: the definition of [{channel.topic}] is broken: {error}") from error
+    return Connection(channel.id, channel.topic, fields)
+
+
 class McapReader(BagReader):
     """An MCAP file of ROS 1 messages, with the methods of `BagReader`.
 
+    Args:
+        path: of the file, or a file that is open for reading bytes, which is closed with the reader.
+
     Raises:
+        NotIndexed: it has no summary, as while it is written.
         BagError: the library is missing, the file is damaged, or its messages are not of ROS 1.
     """
 
-    def __init__(self, path: str | os.PathLike[str], *, limits: Limits | None = None) -> None:
+    def __init__(self, path: Any, *, limits: Limits | None = None) -> None:
         self._limits = limits or process_limits()
         library = _library()
-        self._owned = Path(path).open("rb")  # noqa: SIM115 # closed by `close`
+        self._owned = path if hasattr(path, "read") else Path(path).open("rb")  # noqa: SIM115
         try:
-            self._source = Source(self._owned, os.fspath(path), self._limits)
+            self._source = Source(self._owned, str(getattr(path, "name", path)), self._limits)
             self.layout = Layout(_VERSION)
             self._start()
             self._owned.seek(0)
-            with _translated(self._source.name):
-                self._mcap = library.reader.SeekingReader(
-                    self._owned, record_size_limit=self._limits.bag_chunk_bytes
-                )
-                self._summary = self._mcap.get_summary()
+            clamped: Any = ClampedFile(self._source, self._owned)
+            limit = self._limits.bag_chunk_bytes
+            try:
+                with _translated(self._source.name):
+                    self._summary = library.reader.SeekingReader(
+                        clamped, record_size_limit=limit
+                    ).get_summary()
+            except BagFormatError as error:
+                raise NotIndexed(f"{error}. {REPAIR}") from error
             if self._summary is None or self._summary.statistics is None:
-                raise BagError(f"{self._source.name} has no summary. Run mcap recover")
+                raise NotIndexed(f"{self._source.name} has no summary. {REPAIR}")
             for channel in self._summary.channels.values():
-                self.layout.connections[channel.id] = self._connection(channel)
+                schema = self._summary.schemas.get(channel.schema_id)
+                self.layout.connections[channel.id] = connection_of(channel, schema, self._source.name)
         except BaseException:
             self.close()
             raise
-
-    def _connection(self, channel: Any) -> Connection:
-        schema = self._summary.schemas.get(channel.schema_id)
-        if channel.message_encoding != "ros1" or schema is None or schema.encoding != "ros1msg":
-            encoding = "no schema" if schema is None else schema.encoding
-            raise BagError(
-                f"{self._source.name}: the messages of [{channel.topic}] must be of the encoding ros1 with a "
-                f"schema ros1msg, got {channel.message_encoding} with {encoding}"
-            )
-        header = {"topic": channel.topic, "type": schema.name, **channel.metadata}
-        fields = {name: value.encode() for name, value in header.items()}
-        fields["message_definition"] = bytes(schema.data)
-        if "md5sum" not in fields:
-            made = Connection(channel.id, channel.topic, fields)
-            fields["md5sum"] = self.class_of(made)._md5sum.encode()
-        return Connection(channel.id, channel.topic, fields)
 
     @property
     def format_name(self) -> str:
@@ -165,15 +182,82 @@ class McapReader(BagReader):
         wanted = {each.id: each for each in (self.connections if connections is None else connections)}
         if not wanted:
             return
+        first = 0 if start is None else start[0] * NS_PER_S + start[1]
+        last = _AFTER_ALL if end is None else end[0] * NS_PER_S + end[1]
         with _translated(self._source.name):
-            for _, channel, message in self._mcap.iter_messages(
-                topics={each.topic for each in wanted.values()},
-                starting_at=None if start is None else start[0] * NS_PER_S + start[1],
-                ending_at=None if end is None else end[0] * NS_PER_S + end[1],
-            ):
-                connection = wanted.get(channel.id)
-                if connection is not None:
-                    yield connection, *divmod(message.log_time, NS_PER_S), message.data, 0, message.sequence
+            for time, _, _, message in self._in_order(wanted, first, last):
+                connection = wanted[message.channel_id]
+                yield connection, *_stamp(time, self._source.name), message.data, 0, message.sequence
+
+    def _in_order(
+        self, wanted: Mapping[int, Connection], first: int, last: int
+    ) -> Iterator[tuple[int, int, int, Any]]:
+        """Time, position, number and record of the messages, of as few chunks at a time as possible."""
+        chunks = sorted(
+            (max(chunk.message_start_time, first), chunk.chunk_start_offset)
+            for chunk in self._summary.chunk_indexes
+            if chunk.message_start_time <= last and chunk.message_end_time >= first
+        )
+        if not self._summary.chunk_indexes:
+            chunks = [(0, -1)]
+        waiting: list[tuple[int, int, int, Any]] = []
+        for at, (_, position) in enumerate(chunks):
+            if position < 0:
+                records = all_records(self._source, self._owned, self._limits, lambda _: None)
+            else:
+                records = iter(read_chunk(self._source, position, self._limits))
+            for number, record in enumerate(records):
+                if getattr(record, "channel_id", None) in wanted and first <= record.log_time <= last:
+                    waiting.append((record.log_time, position, number, record))
+            waiting.sort(key=lambda each: each[:3])
+            until = chunks[at + 1][0] if at + 1 < len(chunks) else _AFTER_ALL + 1
+            ready = bisect_left(waiting, (until,))
+            yield from waiting[:ready]
+            del waiting[:ready]
+
+
+def recover(path: str | os.PathLike[str], file: Any, limits: Limits, told: Progress) -> list[str]:
+    """Writes all messages of an MCAP file, up to the first damaged place, to another with a summary.
+
+    Returns what was damaged.
+
+    Raises:
+        BagError: the library is missing, or messages are not of ROS 1.
+    """
+    _library()
+    from mcap.records import Channel, Schema
+
+    writer = McapWriter(file, compression="zstd")
+    schemas: dict[int, Any] = {}
+    connections: dict[int, Connection] = {}
+    with open(path, "rb") as old:
+        source = Source(old, os.fspath(path), limits)
+        try:
+            with _translated(source.name):
+                for record in all_records(source, old, limits, told):
+                    if isinstance(record, Schema):
+                        schemas[record.id] = record
+                    elif isinstance(record, Channel):
+                        if record.id not in connections:
+                            connection = connection_of(record, schemas.get(record.schema_id), source.name)
+                            new = writer.add_connection(connection.topic, connection.header)
+                            connections[record.id] = new
+                    elif record.channel_id in connections:
+                        seconds, nanoseconds = _stamp(record.log_time, source.name)
+                        writer.write(connections[record.channel_id], seconds, nanoseconds, record.data)
+        except BagFormatError as error:
+            damage = [str(error)]
+        else:
+            damage = []
+    writer.finish()
+    return damage
+
+
+def _stamp(time_ns: int, name: str) -> Stamp:
+    """Seconds and nanoseconds. Raises `BagFormatError` for what a time of ROS cannot be."""
+    if time_ns >= _TIMES_NS:
+        raise BagFormatError(f"{name}: a time must be below 2^32 s, got {time_ns} ns")
+    return divmod(time_ns, NS_PER_S)
 
 
 class McapWriter:

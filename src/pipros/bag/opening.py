@@ -8,6 +8,8 @@ from typing import Any
 from pipros.bag.reader import BagReader
 from pipros.bag.writer import CHUNK_BYTES, BagWriter, MessageWriter
 
+_MCAP = b"\x89MCAP0\r\n"
+
 
 def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> BagReader:
     """The reader of a file, by its first bytes.
@@ -16,13 +18,17 @@ def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> Ba
         BagError: the file is neither, is damaged, or needs a library that is not installed.
         OSError: it cannot be read.
     """
-    with open(path, "rb") as file:
-        start = file.read(8)
-    if start == b"\x89MCAP0\r\n":
+    if is_mcap(path):
         from pipros.bag.mcap_files import McapReader
 
         return McapReader(path)
     return BagReader(path, rebuild_index=rebuild_index)
+
+
+def is_mcap(path: str | os.PathLike[str]) -> bool:
+    """True for a file that begins as MCAP files do. Raises `OSError` if it cannot be read."""
+    with open(path, "rb") as file:
+        return file.read(len(_MCAP)) == _MCAP
 
 
 def writer_for(

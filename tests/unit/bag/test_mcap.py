@@ -6,13 +6,18 @@ from typing import Any
 
 import pytest
 from mcap.reader import make_reader
+from mcap.writer import Writer as LibraryWriter
 from std_msgs.msg import String
 
 from pipros.bag import BagError
+from pipros.bag.mcap_files import McapWriter, recover
 from pipros.bag.opening import open_bag
 from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.record_queue import Received
+from pipros.bag.rewrite import copy_chosen
 from pipros.cli.rosbag import main
+from pipros.limits import process_limits
+from pipros.msg.errors import DeserializationError
 from tests.support.bags import bag_bytes, rows_of, some_rows, values
 
 ROWS = some_rows()
@@ -121,3 +126,94 @@ def test_without_the_library_it_says_what_to_install(
     assert main(["convert", "run.bag", "run.mcap"]) == 1
     assert "pip install 'pipros[mcap]'" in capsys.readouterr().err
     assert os.listdir() == ["run.bag"]
+
+
+@pytest.mark.parametrize("compression", ["none", "lz4", "zstd"])
+def test_reindex_restores_what_is_before_a_damaged_place(
+    compression: str, bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["convert", "--compression", compression, "run.bag", "run.mcap"])
+    with open("some.mcap", "w+b") as file, open_bag("run.bag") as reader:
+        copy_chosen(reader, McapWriter(file, compression=compression, chunk_bytes=200), None, lambda _: None)
+    whole = Path("some.mcap").read_bytes()
+    counts = set()
+    for size in range(40, len(whole), 97):
+        Path("cut.mcap").write_bytes(whole[:size])
+        Path("cut.orig.mcap").unlink(missing_ok=True)
+        assert main(["info", "cut.mcap"]) == 1
+        assert "ERROR bag unindexed: cut.mcap.  Run rosbag reindex." in capsys.readouterr().err
+        assert main(["reindex", "cut.mcap"]) == 0
+        found = contents("cut.mcap")
+        assert found == values(ROWS)[: len(found)]
+        counts.add(len(found))
+    assert len(counts) > 3
+    assert max(counts) == len(ROWS)
+
+
+def test_a_flipped_byte_is_an_error_or_leaves_the_other_messages(bag: Path) -> None:
+    main(["convert", "--compression", "none", "run.bag", "run.mcap"])
+    whole = bytearray(Path("run.mcap").read_bytes())
+    refused = 0
+    for at in range(0, len(whole), 7):
+        whole[at] ^= 0x10
+        Path("bad.mcap").write_bytes(whole)
+        whole[at] ^= 0x10
+        try:
+            assert len(contents("bad.mcap")) <= len(ROWS)
+        except BagError:
+            refused += 1
+        except DeserializationError:
+            refused += 1
+    assert refused > 20
+
+
+def test_no_more_is_uncompressed_than_a_chunk_claims(bag: Path) -> None:
+    for compression in ("lz4", "zstd"):
+        main(["convert", "-f", "--compression", compression, "run.bag", "run.mcap"])
+        whole = Path("run.mcap").read_bytes()
+        with open_bag("run.mcap") as reader:
+            size = reader.chunk_header(0).size.to_bytes(8, "little")
+        for wrong in (10, 1 << 40):
+            Path("bad.mcap").write_bytes(whole.replace(size, wrong.to_bytes(8, "little")))
+            with pytest.raises(BagError, match=r"must have|damaged"):
+                contents("bad.mcap")
+
+
+def test_files_without_chunks_are_read_and_messages_of_ros_2_refused(bag: Path) -> None:
+    for encoding, schema_encoding in (("ros1", "ros1msg"), ("cdr", "ros2msg")):
+        with open("bare.mcap", "wb") as file:
+            writer = LibraryWriter(file, use_chunking=False)
+            writer.start(profile=encoding, library="x")
+            schema = writer.register_schema("std_msgs/String", schema_encoding, b"string data")
+            channel = writer.register_channel("/a", encoding, schema)
+            for time in (3, 1, 2):
+                writer.add_message(channel, time, b"\x01\0\0\0%d" % time, time)
+            writer.finish()
+        if encoding == "ros1":
+            assert contents("bare.mcap") == [("/a", str(time), 0, time) for time in (1, 2, 3)]
+            with open_bag("bare.mcap") as reader:
+                assert reader.connections[0].md5sum == String._md5sum
+        else:
+            with pytest.raises(BagError, match=r"encoding ros1 .*, got cdr with ros2msg .messages of ROS 2"):
+                contents("bare.mcap")
+
+
+def test_what_is_written_by_now_can_be_read_of_a_recording_under_way(bag: Path) -> None:
+    recording = RecordFiles(FileOptions(name="new.mcap", chunk_bytes=100), lambda _: None)
+    recording.open((5, 0))
+    header = {"type": "std_msgs/String", "md5sum": String._md5sum, "message_definition": String._full_text}
+    for number in range(50):
+        recording.write(Received("/a", header, b"\x02\0\0\0%02d" % number, 5, number))
+    recording.flush()
+    found = contents_of_active(Path("new.mcap.active"))
+    recording.close()
+
+    assert found == [f"{number:02d}" for number in range(len(found))]
+    assert len(found) > 30
+
+
+def contents_of_active(path: Path) -> list[str]:
+    """The texts in a file that another program may still write."""
+    with open("copy.mcap", "w+b") as file:
+        recover(path, file, process_limits(), lambda _: None)
+    return [row[1] for row in contents("copy.mcap")]

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from pipros.bag.compression import BZ2, LZ4, NONE
 from pipros.bag.errors import BagError, NotIndexed
+from pipros.bag.opening import is_mcap
 from pipros.bag.reader import BagReader
 from pipros.bag.repair import reindex as reindex_file
 from pipros.bag.rewrite import recompress, replaced_file
@@ -118,11 +119,23 @@ def _reindex(source: Path, target: Path, options: Values) -> None:
     progress = Progress(str(source), source.stat().st_size, is_quiet=options.quiet)
     if target.exists() and source.samefile(target):
         raise BagError(f"the output would be the input itself: {target}")
+    if is_mcap(source):
+        from pipros.bag.mcap_files import recover
+
+        with replaced_file(target) as file:
+            damages = recover(source, file, process_limits(), progress)
+        progress.finish()
+        _tell(damages, options)
+        return
     with replaced_file(target) as file:
         with source.open("rb") as old:
             shutil.copyfileobj(old, file, 1024 * 1024)
         writer = reindex_file(file, str(source), process_limits(), progress)
         writer.finish()
     progress.finish()
-    for damage in () if options.quiet else writer.layout.damage:
+    _tell(writer.layout.damage, options)
+
+
+def _tell(damages: Sequence[str], options: Values) -> None:
+    for damage in () if options.quiet else damages:
         print(f"WARNING: {damage}", file=sys.stderr)

@@ -1,0 +1,61 @@
+"""An MCAP file from a stranger: its messages, or a BagError; nothing else, in bounded memory.
+
+python -m tests.fuzz.mcap_files --seconds 60
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+import tempfile
+import tracemalloc
+
+from pipros.bag.errors import BagError
+from pipros.bag.info import bag_info, info_text
+from pipros.bag.mcap_files import McapReader, recover
+from pipros.limits import Limits
+from tests.fuzz import mutation
+
+WORDS = [
+    *(b"ros1", b"ros1msg", b"zstd", b"lz4", b"\x89MCAP0\r\n", b"cdr", b"md5sum", b"std_msgs/String"),
+    *(bytes([op]) + bytes([1, 0, 0, 0, 0, 0, 0, 0]) for op in range(1, 16)),
+]
+LIMITS = Limits(bag_chunk_bytes=1 << 20, bag_cache_bytes=1 << 20, bag_header_bytes=10_000)
+MEMORY_BYTES = 24 << 20
+"""Several chunks of the limit, and what compression needs of its own."""
+
+MEMORY_PER_BYTE = 1000
+
+
+def target(data: bytes) -> None:
+    tracemalloc.start()
+    try:
+        with contextlib.suppress(BagError):
+            bag = McapReader(io.BytesIO(data), limits=LIMITS)
+            assert info_text(bag_info(bag, "x.mcap", with_frequencies=True))
+            for _ in bag.raw_messages():
+                pass
+        _repair(data)
+    finally:
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    assert peak < MEMORY_BYTES + MEMORY_PER_BYTE * len(data), f"{peak} bytes for {len(data)}"
+
+
+def _repair(data: bytes) -> None:
+    """A repaired file can be read whole."""
+    made = io.BytesIO()
+    with tempfile.NamedTemporaryFile() as file:
+        file.write(data)
+        file.flush()
+        try:
+            recover(file.name, made, LIMITS, lambda _: None)
+        except BagError:
+            return
+    for _ in McapReader(made, limits=LIMITS).raw_messages():
+        pass
+
+
+if __name__ == "__main__":
+    sys.exit(mutation.main(target, "mcap_files", WORDS))
