@@ -11,6 +11,7 @@ from pipros import interrupts as _interrupts
 _interrupts.install()  # before the other imports: they are where Python drops a Ctrl-C most often
 
 import pipros.startup as _startup  # noqa: F401 # the import hook, where pipros.pth did not run
+from rospy import brought_along as _brought_along
 from rospy import client as client
 from rospy import core as core
 from rospy import exceptions as exceptions
@@ -98,6 +99,8 @@ from rospy.topics import Message as Message
 from rospy.topics import Publisher as Publisher
 from rospy.topics import SubscribeListener as SubscribeListener
 from rospy.topics import Subscriber as Subscriber
+
+_brought_along.bring_along()
 
 
 def __getattr__(name: str) -> _Any:

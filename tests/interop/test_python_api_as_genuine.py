@@ -260,3 +260,44 @@ def test_import_rospy_alone_gives_its_inner_modules(tmp_path: Path) -> None:
         assert ran.returncode == 0, ran.stderr
         printed.append(ran.stdout)
     assert printed[0] == printed[1]
+
+
+USED_WITHOUT_IMPORT = (
+    "xml.etree.ElementTree.parse",
+    "xml.dom.minidom.parse",
+    "xml.parsers.expat.ParserCreate",
+    "xmlrpc.client.ServerProxy",
+    "xmlrpc.server.SimpleXMLRPCServer",
+    "logging.handlers.RotatingFileHandler",
+    "logging.config.fileConfig",
+    "importlib.util.find_spec",
+    "os.path.join",
+    "rospy.rosgraph",
+    "roslib.packages.get_pkg_dir",
+    "roslib.message.get_message_class",
+    "rosgraph.names.ns_join",
+    "rosgraph.xmlrpc.XmlRpcNode",
+    "rosgraph.roslogging.configure_logging",
+    "genpy.message.fill_message_args",
+    "genpy.rostime.Time",
+)
+
+
+def test_scripts_use_what_import_rospy_brought_along(tmp_path: Path) -> None:
+    """As in gazebo_ros, whose scripts write `import xml` and then use `xml.etree.ElementTree`."""
+    program = (
+        "import functools, importlib, rospy\n"
+        f"for name in {USED_WITHOUT_IMPORT}:\n"
+        "    first, *rest = name.split('.')\n"
+        "    functools.reduce(getattr, rest, importlib.import_module(first))\n"
+        "import xml\n"
+        "assert not hasattr(xml, 'nothing')\n"
+    )
+    for python, environment in (
+        ("/usr/bin/python3", genuine_environment(tmp_path, "http://127.0.0.1:1")),
+        ("python3", pipros_environment(tmp_path, "http://127.0.0.1:1", make_tool_folder(tmp_path / "tools"))),
+    ):
+        ran = subprocess.run(
+            [python, "-c", program], env=environment, capture_output=True, text=True, timeout=60
+        )
+        assert ran.returncode == 0, ran.stderr
