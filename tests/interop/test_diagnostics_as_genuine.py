@@ -10,6 +10,9 @@ from typing import Any
 
 import pytest
 
+from pipros.msg import load_message_class
+from pipros.msg.time import Time
+from rosbag import Bag
 from tests.interop.programs.examine_diagnostics import __file__ as script
 from tests.support.ros import RosSystem
 
@@ -29,6 +32,46 @@ def asked(python: str) -> Any:
 
 def test_tasks_report_alike_on_random_events() -> None:
     assert asked(sys.executable) == asked("/usr/bin/python3")
+
+
+def test_recorded_diagnostics_are_exported_alike(plain_ros: RosSystem) -> None:
+    array, status, pair = (
+        load_message_class(f"diagnostic_msgs/{name}")
+        for name in ("DiagnosticArray", "DiagnosticStatus", "KeyValue")
+    )
+    bag = plain_ros.home / "robot.bag"
+    with Bag(str(bag), "w") as file:
+        for second in range(5):
+            later = [pair("later", "1")] if second > 2 else []
+            message = array(
+                status=[
+                    status(
+                        second % 4, "Motor (left): a/b", " hot, very", "hw,1", [pair("x", "a\nb,c"), *later]
+                    ),
+                    status(0, "Fan.1", "", "", [pair("Temp, C", str(second))]),
+                ]
+            )
+            message.header.stamp.secs = 1_700_000_000 + second
+            file.write("/diagnostics", message, Time(1_700_000_100 + second))
+            file.write("/other_diagnostics", message, Time(1_700_000_100 + second))
+
+    written = {}
+    for side in ("genuine", "pipros"):
+        runner = getattr(plain_ros, side)
+        program = ["rosrun", "diagnostic_analysis", "export_csv.py"]
+        if side == "genuine":  # its first line names no Python that there is
+            program = ["python3", "/usr/lib/diagnostic_analysis/export_csv.py"]
+        ended = runner.run(*program, "-d", side, bag)
+        assert "Processing file robot.bag. File 1 of 1." in ended.stdout, ended.output
+        folder = plain_ros.home / side
+        written[side] = {
+            str(file.relative_to(folder)): file.read_text() for file in folder.rglob("*") if file.is_file()
+        }
+
+    assert written["pipros"] == written["genuine"], ended.output
+    assert len(written["pipros"]) == 2
+    missing = plain_ros.pipros.run("rosrun", "diagnostic_analysis", "export_csv.py", "nothing.bag")
+    assert (missing.returncode, "ERROR: nothing.bag: " in missing.output) == (1, True)
 
 
 @pytest.mark.timeout(200)

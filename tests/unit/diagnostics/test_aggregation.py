@@ -8,6 +8,7 @@ import pytest
 
 from pipros.diagnostics.aggregation import Aggregation, whole_level
 from pipros.diagnostics.analyzers import ITEM_LIMIT, BadAnalyzer, Items
+from pipros.diagnostics.csv_rows import Columns, file_names
 from pipros.diagnostics.items import ERROR, OK, STALE, WARN, Status, output_name
 from pipros.diagnostics.listing import listed
 
@@ -214,3 +215,16 @@ def test_statuses_are_listed_by_name_and_are_fit_for_a_terminal() -> None:
     assert [line[:9] for line in listed(statuses)] == ["Stale    ", "OK       ", "Level 7  "]
     assert "\x1b" not in "".join(listed(statuses))
     assert listed(statuses, least=ERROR, part="/b") == []
+
+
+def test_rows_have_no_line_breaks_and_names_stay_in_their_folder() -> None:
+    columns = Columns()
+    first = columns.row(Status("a", OK, "two\nlines, one", "h\r\nw", [("k,1\n", "v\n,")]), 0.0)
+    second = columns.row(Status("a", ERROR, "", "", [("new", "x")]), 0.0)
+
+    assert columns.header() == "Timestamp,Level,Message,Hardware ID,k1 ,new\n"
+    assert first.partition(",")[2] == "0,two  lines  one,h   w,v   \n"
+    assert second.partition(",")[2] == "2,,,,x\n"
+    names = file_names(["../../etc/passwd", "", "\0", "x" * 500, "x" * 501])
+    assert not any("/" in name or name.startswith(".") or len(name) > 255 for name in names.values())
+    assert len(set(names.values())) == 5

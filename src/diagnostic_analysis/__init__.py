@@ -1,0 +1,1 @@
+"""diagnostic_analysis: recorded diagnostics as CSV files."""
