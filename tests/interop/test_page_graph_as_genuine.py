@@ -153,10 +153,6 @@ def _with_dead(observation: Observation, dead: set[str]) -> Observation | None:
     return observation if observation.unreachable == dead else None
 
 
-def _with_bad(found: dict[str, Any], dead: set[str]) -> dict[str, Any] | None:
-    return found if set(found["bad"]) == dead else None
-
-
 class _Server(ThreadingMixIn, MultiPathXMLRPCServer):
     daemon_threads = True
     request_queue_size = 100
@@ -178,18 +174,20 @@ def test_300_nodes_and_1000_topics(plain_ros: RosSystem, random_system: RandomSy
     with ServerProxy(plain_ros.master_uri) as master:
         random_system.register(master)
     dead = {f"/node{node}" for node in random_system.dead}
-    # On a busy machine a node may miss the deadline of either side; then all are asked again.
+    # On a busy machine a node may miss the deadline of either side. Ours asks again, genuine's are left out.
     observation = wait_until(lambda: _with_dead(observe(plain_ros, NODES), dead), 60, "only the dead to fail")
-    genuine = wait_until(lambda: _with_bad(genuine_edges(plain_ros), dead), 60, "only the dead to fail")
+    genuine = genuine_edges(plain_ros)
+    silent = set(genuine["bad"])
+    assert dead <= silent
     assert sorted(observation.nodes) == genuine["nodes"]
 
+    # Genuine hears of a connection from the subscriber only.
     ours = sorted([each.publisher, each.subscriber, each.topic] for each in observation.connections)
-    # Of a connection to a dead node the other end may tell; genuine hears of subscribers only.
-    told = {tuple(each) for each in genuine["connections"]}
-    assert told <= {tuple(each) for each in ours}
-    assert [each for each in ours if each[1] not in dead] == genuine["connections"]
-    expected = [each for each in random_system.connections if each[1] not in dead]
-    assert [each for each in ours if each[1] not in dead] == sorted(expected)
+    assert [each for each in ours if each[1] not in silent] == genuine["connections"]
+    assert [each for each in ours if each[1] not in dead] == sorted(
+        each for each in random_system.connections if each[1] not in dead
+    )
+    assert len(ours) > 1000
     assert arrows(observation, EVERYTHING) == of_genuine(genuine["registered"])
 
     graph = node_graph(observation.state, observation.connections, observation.unreachable, EVERYTHING)
