@@ -13,7 +13,10 @@ from std_msgs.msg import Int32, String
 
 from pipros.bag import BagError, BagFormatError, BagReader, NoMessages, NotIndexed
 from pipros.bag import chunk_data as chunk_data_module
+from pipros.bag.connection import Connection, connection_record
+from pipros.bag.index import ENTRY, ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
 from pipros.bag.info import bag_info
+from pipros.bag.records import MAGIC, file_header, record_bytes
 from pipros.limits import Limits
 from tests.support.bags import bag_bytes, header_of, old_bag_bytes, rows_of, some_rows, values
 from tests.support.examples import examples
@@ -229,3 +232,29 @@ def test_a_bag_of_many_topics_is_described_with_one_look_at_each_chunk(
 
     assert len(info.topics) == 1000
     assert sorted(looked) == list(range(len(bag.chunks)))
+
+
+def test_a_chunk_of_three_gigabytes_is_read_where_its_messages_are(tmp_path: Path) -> None:
+    """Offsets above 2^31 are in use; what lies between is a hole of the file."""
+    size, offset = 3_000_000_000, 2_999_999_000
+    header = header_of(Int32(), "/a")
+    connection = Connection(0, "/a", header)
+    chunk = ChunkInfo(len(MAGIC) + 4096 + 8, (5, 0), (5, 0), {0: 1})
+    path = tmp_path / "large.bag"
+    with path.open("wb") as file:
+        file.seek(chunk.position)
+        start = file.tell() + file.write(chunk_header_bytes("none", size, size))
+        file.seek(start + offset)
+        file.write(
+            record_bytes({"op": b"\x02", "conn": bytes(4), "time": b"\5\0\0\0" + bytes(4)}, b"\7\0\0\0")
+        )
+        file.seek(start + size)
+        file.write(index_record(0, ENTRY.pack(5, 0, offset)))
+        end = file.tell()
+        file.write(connection_record(connection) + chunk_info_record(chunk))
+        file.seek(0)
+        file.write(MAGIC + file_header(end, 1, 1))
+
+    with BagReader(path) as bag:
+        assert rows_of(bag) == [("/a", 7, 5, 0)]
+        assert bag.chunk_header(0).size == size
