@@ -15,7 +15,8 @@ from typing import Any, Protocol
 
 from pipros.errors import Interrupted, PiprosError, Refused, Unreachable
 from pipros.net.master_client import MasterClient
-from pipros.net.rpc_async_client import call_async
+from pipros.net.rpc_async_client import AsyncRpcClient
+from pipros.wire.xmlrpc import encode_call
 
 WATCH_INTERVAL_S = 1.0
 """How often the master is asked whether it still knows the node."""
@@ -169,19 +170,22 @@ class Registrations:
 
     async def watch(self) -> None:
         """Runs until cancelled: registers all entries again whenever the master does not know the node."""
+        client = AsyncRpcClient(self._master.uri)
+        try:
+            await self._watch(client)
+        finally:
+            client.close()
+
+    async def _watch(self, client: AsyncRpcClient) -> None:
+        # Over one connection and encoded once: a node that is silent should cost next to nothing.
+        question = encode_call("lookupNode", (self._node_name, self._node_name))
         is_away = False
         while True:
             await asyncio.sleep(WATCH_INTERVAL_S)
             if not self._entries:
                 continue
             try:
-                answer = await call_async(
-                    self._master.uri,
-                    "lookupNode",
-                    self._node_name,
-                    self._node_name,
-                    timeout_s=WATCH_DEADLINE_S,
-                )
+                answer = await client.post(question, timeout_s=WATCH_DEADLINE_S)
             except PiprosError as error:
                 if not is_away and isinstance(error, Unreachable):
                     is_away = True
