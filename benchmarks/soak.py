@@ -1,11 +1,12 @@
 """A graph in which nodes come and go for a long time: what is held, and what is lost.
 
-    python benchmarks/soak.py --minutes 30
+    python benchmarks/soak.py --minutes 30 [--system]
 
 This process has the master, a talker at 50 Hz, a listener and a service, and stays. Around it 20 nodes, each
 a process, live for a while: they listen, talk back, call the service, and end, every third one by SIGKILL. A
 line is printed every ten seconds; the exit status is 1 when this process ends up holding more than at first,
-or when a message was lost between nodes that were connected.
+or when a message was lost between nodes that were connected. With --system everything runs at once, see
+benchmarks/soak_system.py.
 """
 
 from __future__ import annotations
@@ -207,11 +208,16 @@ def main() -> int:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     options.add_argument("--minutes", type=float, default=30.0)
     options.add_argument("--nodes", type=int, default=20)
+    options.add_argument("--system", action="store_true", help="page, bags, transforms, actions, launch")
     options.add_argument("--visitor", metavar="NAME", help=argparse.SUPPRESS)
     given = options.parse_args()
     if given.visitor:
         visit(given.visitor)
         return 0
+    if given.system:
+        from soak_system import soak_system
+
+        return soak_system(given.minutes)
     return soak(given.minutes, given.nodes)
 
 
