@@ -281,8 +281,8 @@ async def watch(system: System, minutes: float, say: Callable[[str], None]) -> t
     try:
         for number in range(1, max(FIFTHS * 2, int(minutes * 60 / SAMPLE_S)) + 1):
             await asyncio.sleep(max(0.0, begin + number * SAMPLE_S - time.monotonic()))
-            for one in held.values():
-                one.sample()
+            for process in held.values():
+                process.sample()
             if browser.done():
                 browser.result()
             if number % 6 == 0:
