@@ -56,6 +56,7 @@ STEP = {package: step for step, packages in enumerate(STEPS) for package in pack
 # Facades that stand on others, whose names are part of what they promise.
 FACADES_BELOW: dict[str, set[str]] = {
     "actionlib": {"rospy"},
+    "actionlib_tools": {"actionlib", "genpy", "roslib", "rospy", "rostopic"},
     "bondpy": {"rospy", "smclib"},  # bond.sm is a machine of smclib
     "camera_info_manager": {"camera_calibration_parsers", "rospy"},  # the messages of files
     "diagnostic_aggregator": {"bondpy", "rospy"},

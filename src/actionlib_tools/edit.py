@@ -1,0 +1,29 @@
+"""Edits a text in the editor of the user."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import tempfile
+
+
+def edited(text: str) -> str:
+    """What the user makes of a text with `$VISUAL`, `$EDITOR` or vi.
+
+    Raises:
+        ValueError: the editor cannot be started, or ends with an error.
+    """
+    editor = shlex.split(os.environ.get("VISUAL") or os.environ.get("EDITOR") or "vi")
+    descriptor, path = tempfile.mkstemp(suffix=".yaml", text=True)
+    try:
+        with open(descriptor, "w", encoding="utf-8") as file:
+            file.write(text + "\n")
+        try:
+            subprocess.run([*editor, path], check=True)  # noqa: S603
+        except (OSError, subprocess.CalledProcessError) as error:
+            raise ValueError(f"the editor failed: {error}. Set EDITOR to another one") from None
+        with open(path, encoding="utf-8") as file:
+            return file.read()
+    finally:
+        os.unlink(path)

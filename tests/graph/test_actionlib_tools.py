@@ -1,0 +1,46 @@
+"""axclient.py and axserver.py: with each other, in scripts."""
+
+from __future__ import annotations
+
+import pytest
+
+from actionlib_tools.library import yaml_msg_str, yaml_msgs_str
+from tests.support.ros import RosSystem
+
+
+def test_messages_are_made_of_yaml() -> None:
+    from actionlib.msg import TestGoal
+
+    assert yaml_msg_str(TestGoal, "goal: 3").goal == 3
+    assert yaml_msg_str(TestGoal, " ").goal == 0
+    assert [goal.goal for goal in yaml_msgs_str(TestGoal, "[{goal: 1}, {}]")] == [1, 0]
+    with pytest.raises(ValueError, match="yaml string does not contain a dictionary"):
+        yaml_msg_str(TestGoal, "[1]")
+    with pytest.raises(ValueError, match=r"yaml file \[f\] does not contain a list of dictionaries"):
+        yaml_msgs_str(TestGoal, "goal: 1", "f")
+
+
+def test_a_script_sends_a_goal_that_a_script_answers(ros: RosSystem) -> None:
+    ros.pipros.start_bare_master()
+    (ros.home / "run.sh").write_text(
+        "echo 'sequence: [1, 1, 2]' | rosrun actionlib axserver.py /fib actionlib_tutorials/Fibonacci &\n"
+        "until rostopic type /fib/goal; do :; done\n"
+        "echo 'order: 3' | rosrun actionlib_tools axclient.py /fib; echo ended $?\n"
+        "echo 'size: 3' | rosrun actionlib_tools axclient.py /fib; echo ended $?\n"
+        "kill -INT -$$\nwait\n"
+    )
+    ran = ros.pipros.start("bash", "-m", ros.home / "run.sh")
+    ran.wait_for("ended 2")
+    ran.press_ctrl_c()
+
+    assert ran.stdout.index("  order: 3") < ran.stdout.index("SUCCEEDED")
+    assert "  sequence: [1, 1, 2]" in ran.stdout
+    assert "ended 0" in ran.stdout
+    assert "this is not a actionlib_tutorials/FibonacciGoal" in ran.output
+
+
+def test_an_action_that_is_not_there_is_named(ros: RosSystem) -> None:
+    ros.pipros.start_bare_master()
+    ended = ros.pipros.run("rosrun", "actionlib_tools", "axclient.py", "/nothing")
+    assert ended.returncode == 2
+    assert "Is the action server for '/nothing' running?" in ended.output
