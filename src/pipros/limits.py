@@ -156,8 +156,9 @@ class Limits(NamedTuple):
             InvalidLimits: an unknown name, or a value that is not a number greater than zero. 0 is allowed
                 where it is the default.
 
-        >>> Limits.parse("frame_bytes=1000, stall_s=0.5").stall_s
-        0.5
+        Examples:
+            >>> Limits.parse("frame_bytes=1000, stall_s=0.5").stall_s
+            0.5
         """
         known = cls._field_defaults
         changed: dict[str, float] = {}
@@ -181,8 +182,9 @@ class Limits(NamedTuple):
 def limit_text(name: str, value: float) -> str:
     """The words of errors about a limit, which say how to change it.
 
-    >>> limit_text("body_bytes", 1000)
-    'the limit is 1000 (body_bytes in PIPROS_LIMITS)'
+    Examples:
+        >>> limit_text("body_bytes", 1000)
+        'the limit is 1000 (body_bytes in PIPROS_LIMITS)'
     """
     return f"the limit is {value} ({name} in {VARIABLE})"
 

@@ -36,9 +36,10 @@ class Core:
 
     A context manager: starts on the way in, stops on the way out. Several may run in one process.
 
-    >>> with Core(port=0) as core:                                 # doctest: +SKIP
-    ...     print(core.uri)
-    http://127.0.0.1:40123/
+    Examples:
+        >>> with Core(port=0) as core:  # doctest: +SKIP
+        ...     print(core.uri)
+        http://127.0.0.1:40123/
     """
 
     def __init__(

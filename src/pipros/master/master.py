@@ -32,9 +32,10 @@ class Master:
 
     Several may run in one process. A context manager: starts on the way in, stops on the way out.
 
-    >>> with Master(port=0) as master:                             # doctest: +SKIP
-    ...     print(master.uri)
-    http://127.0.0.1:40123/
+    Examples:
+        >>> with Master(port=0) as master:  # doctest: +SKIP
+        ...     print(master.uri)
+        http://127.0.0.1:40123/
 
     Attributes:
         host: the address it listens on; `127.0.0.1` is for this machine only.

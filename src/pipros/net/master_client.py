@@ -21,8 +21,9 @@ class MasterClient:
         Interrupted: `interrupt` was called.
         Fault, ProtocolError: what answers is not a ROS master.
 
-    >>> MasterClient("http://localhost:11311/", "/me").get_topic_types()        # doctest: +SKIP
-    [['/rosout', 'rosgraph_msgs/Log']]
+    Examples:
+        >>> MasterClient("http://localhost:11311/", "/me").get_topic_types()  # doctest: +SKIP
+        [['/rosout', 'rosgraph_msgs/Log']]
     """
 
     def __init__(self, uri: str, caller_id: str, *, timeout_s: float | None = None) -> None:

@@ -52,9 +52,10 @@ class Node:
     Use it as a context manager, or call `start` and `shutdown`. Every method may be called from
     any thread. Nothing here touches signals or other state of the process.
 
-    >>> with Node("listener") as node:                                     # doctest: +SKIP
-    ...     node.subscribe("/chatter", String, lambda message: print(message.data))
-    ...     node.wait_for_shutdown()
+    Examples:
+        >>> with Node("listener") as node:  # doctest: +SKIP
+        ...     node.subscribe("/chatter", String, lambda message: print(message.data))
+        ...     node.wait_for_shutdown()
     """
 
     def __init__(
@@ -340,8 +341,9 @@ class Node:
         With `queue_size` n, a slow callback gets the n newest messages and misses older ones.
         In an asyncio loop and without a callback, the subscriber is an asynchronous iterator:
 
-        >>> async for message in node.subscribe("/chatter", String):            # doctest: +SKIP
-        ...     print(message.data)
+        Examples:
+            >>> async for message in node.subscribe("/chatter", String):  # doctest: +SKIP
+            ...     print(message.data)
         """
         if callback is None and asyncio_support.is_in_event_loop():
             callback = asyncio_support.MessageStream[Any](queue_size)
