@@ -289,8 +289,9 @@ async def watch(system: System, minutes: float, say: Callable[[str], None]) -> t
                 sizes = " ".join(f"{name} {one.megabytes[-1]:.0f}" for name, one in held.items())
                 say(f"{number * SAMPLE_S / 60:5.1f} min, MB: {sizes}; {system.done()} {counts}")
     finally:
-        browser.cancel()
-        await asyncio.gather(browser, return_exceptions=True)
+        while not browser.done():  # wait_for of Python 3.11 and older may swallow a cancellation
+            browser.cancel()
+            await asyncio.wait([browser], timeout=1)
     return held, counts
 
 
