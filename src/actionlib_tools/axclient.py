@@ -60,18 +60,20 @@ class Client:
             return self._client.wait_for_server()
         return True
 
-    def take(self, text: str) -> None:
+    def set_goal(self, text: str) -> None:
         """Makes the YAML of `text` the goal.
 
         Raises:
             ValueError: it is not a goal of this type.
         """
         try:
-            self.goal = yaml_msg_str(self.action.goal, text)
+            goal = yaml_msg_str(self.action.goal, text)
+            goal._check_types()
         except rospy.ROSException as error:
             raise ValueError(str(error)) from None
         except Exception as error:  # of messages: genpy's and YAML's own
             raise ValueError(f"this is not a {self.action.goal._type}: {error}") from None
+        self.goal = goal
 
     def send(self) -> None:
         """Sends the goal."""
@@ -135,7 +137,7 @@ def main() -> int:
 
 
 def _send_once(client: Client) -> int:
-    client.take(sys.stdin.read())
+    client.set_goal(sys.stdin.read())
     client.send()
     try:
         status = client.wait()
@@ -170,9 +172,9 @@ def _talk(client: Client) -> int:
                 client.cancel()
                 continue
             if word == "edit":
-                client.take(edited(to_yaml(client.goal)))
+                client.set_goal(edited(to_yaml(client.goal)))
             elif word == "set":
-                client.take(rest)
+                client.set_goal(rest)
             elif word != "show" and line:
                 print(COMMANDS)
                 continue

@@ -27,16 +27,18 @@ def test_a_script_sends_a_goal_that_a_script_answers(ros: RosSystem) -> None:
         "until rostopic type /fib/goal; do :; done\n"
         "echo 'order: 3' | rosrun actionlib_tools axclient.py /fib; echo ended $?\n"
         "echo 'size: 3' | rosrun actionlib_tools axclient.py /fib; echo ended $?\n"
+        "echo 'order: many' | rosrun actionlib_tools axclient.py /fib; echo refused $?\n"
         "kill -INT -$$\nwait\n"
     )
     ran = ros.pipros.start("bash", "-m", ros.home / "run.sh")
     ran.wait_for("ended 2")
+    ran.wait_for("refused 2")
     ran.press_ctrl_c()
 
     assert ran.stdout.index("  order: 3") < ran.stdout.index("SUCCEEDED")
     assert "  sequence: [1, 1, 2]" in ran.stdout
     assert "ended 0" in ran.stdout
-    assert "this is not a actionlib_tutorials/FibonacciGoal" in ran.output
+    assert ran.output.count("this is not a actionlib_tutorials/FibonacciGoal") == 2
 
 
 def test_an_action_that_is_not_there_is_named(ros: RosSystem) -> None:
