@@ -56,9 +56,9 @@ def _translated(name: str) -> Iterator[None]:
         raise BagFormatError(f"{name} is damaged or cut off") from error
     except Exception as error:
         # The library lets through what struct, lz4 and zstandard raise, besides its own errors.
-        if not isinstance(error, struct.error | ValueError | EOFError | RuntimeError | KeyError) and (
-            type(error).__module__.partition(".")[0] not in ("mcap", "zstandard", "lz4")
-        ):
+        if not isinstance(
+            error, struct.error | ValueError | OverflowError | EOFError | RuntimeError | KeyError
+        ) and (type(error).__module__.partition(".")[0] not in ("mcap", "zstandard", "lz4")):
             raise
         raise BagFormatError(f"{name} is damaged or cut off: {error or type(error).__name__}") from error
 
