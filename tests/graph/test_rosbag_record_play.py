@@ -216,6 +216,23 @@ def test_a_bag_is_played_in_order_with_its_types_and_latching(
     assert play.stdout[-1] == "Done."
 
 
+def test_a_thousand_topics_are_played_and_recorded(ros: RosSystem, master: Master) -> None:
+    rows = [(f"/t{n % 1000}", Int32(n), 100 + n // 1000, n % 1000) for n in range(3000)]
+    (ros.home / "in.bag").write_bytes(bag_bytes(rows))
+    record = start(ros, master, "record", "--chunksize", "0", "-a", "-x", "/rosout.*", "-O", "run")
+    active = ros.home / "run.bag.active"
+
+    play = start(ros, master, "play", "-r", "2", "--wait-for-subscribers", "in.bag")
+
+    assert play.wait(120) == 0, play.output
+    wait_until(
+        lambda: message_count(active) == 3000, 60, lambda: f"{message_count(active)} messages recorded"
+    )
+    record.press_ctrl_c()
+    assert record.wait() == 0
+    assert sorted(recorded(ros.home / "run.bag")) == sorted((topic, m.data) for topic, m, *_ in rows)
+
+
 def test_parts_and_the_clock_are_played(ros: RosSystem, master: Master, make_node: MakeNode) -> None:
     bag_of(ros.home / "in.bag")
     inbox, clock = Inbox(), Inbox()
