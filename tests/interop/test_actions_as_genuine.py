@@ -10,6 +10,7 @@ import pytest
 
 from pipros.actions.client_goal import TRANSITIONS
 from tests.support.ros import RosSystem
+from tests.support.roscpp import compile_program
 
 PROGRAMS = Path(__file__).parent / "programs"
 
@@ -44,12 +45,16 @@ def test_the_table_of_clients_is_that_of_genuine() -> None:
 
 @pytest.mark.timeout(200)
 @pytest.mark.parametrize(
-    ("server", "client"), [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros")]
+    ("server", "client"),
+    [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros"), ("roscpp", "pipros")],
 )
 def test_goals_end_alike(plain_ros: RosSystem, server: str, client: str) -> None:
     plain_ros.serve_master()
     sides = {"pipros": plain_ros.pipros, "genuine": plain_ros.genuine}
-    serving = sides[server].start("python3", PROGRAMS / "serve_goals.py")
+    if server == "roscpp":
+        serving = plain_ros.genuine.start(compile_program(PROGRAMS / "goals.cpp", "actionlib"), "server")
+    else:
+        serving = sides[server].start("python3", PROGRAMS / "serve_goals.py")
 
     ended = sides[client].run("python3", PROGRAMS / "send_goals.py", timeout_s=120)
     serving.press_ctrl_c()
@@ -71,4 +76,24 @@ def test_goals_end_alike(plain_ros: RosSystem, server: str, client: str) -> None
         "['WAITING_FOR_RESULT', 'DONE'] ABORTED -3",
         "never",
         "True 2",
+    ], ended.output
+
+
+@pytest.mark.timeout(200)
+def test_goals_of_a_client_in_cpp_end_as_they_should(plain_ros: RosSystem) -> None:
+    plain_ros.serve_master()
+    plain_ros.pipros.start("python3", PROGRAMS / "serve_goals.py")
+
+    ended = plain_ros.genuine.run(
+        compile_program(PROGRAMS / "goals.cpp", "actionlib"), "client", timeout_s=120
+    )
+
+    assert ended.stdout == [
+        "1",
+        "SUCCEEDED 5 reached",
+        "ABORTED 0 Exception in execute callback: by the goal",
+        "101",
+        "1",
+        "PREEMPTED -1 asked to end",
+        "SUCCEEDED 8 reached",
     ], ended.output

@@ -11,26 +11,11 @@ import pytest
 
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
+from tests.support.roscpp import compile_program
 
 PROGRAM = Path(__file__).parent / "programs" / "hold_bond.py"
 EXAMINE = Path(__file__).parent / "programs" / "examine_statemap.py"
 PAIRS = [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros"), ("genuine", "genuine")]
-
-CPP = """#include <bondcpp/bond.h>
-#include <iostream>
-int main(int argc, char** argv) {
-  ros::init(argc, argv, "bond_in_cpp", ros::init_options::NoSigintHandler);
-  ros::AsyncSpinner spinner(1);
-  ros::NodeHandle node;
-  spinner.start();
-  bond::Bond bond("/bonds", argv[1]);
-  bond.setConnectTimeout(60);
-  bond.start();
-  std::cout << "formed: " << bond.waitUntilFormed(ros::Duration(60)) << std::endl;
-  if (std::string(argv[2]) == "break") bond.breakBond();
-  std::cout << "broken: " << bond.waitUntilBroken(ros::Duration(60)) << std::endl;
-}
-"""
 
 
 def hold(ros: RosSystem, side: str, *arguments: str) -> Process:
@@ -107,19 +92,9 @@ def test_a_bond_with_bondcpp(ros: RosSystem, bondcpp: Path, breaks: str) -> None
 
 
 @pytest.fixture(scope="module")
-def bondcpp(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def bondcpp() -> Path:
     """A program of one side of a bond that stands on genuine bondcpp."""
-    folder = tmp_path_factory.mktemp("bondcpp")
-    (folder / "bond.cpp").write_text(CPP)
-    flags = subprocess.run(
-        ["/usr/bin/pkg-config", "--cflags", "--libs", "bondcpp", "roscpp"],
-        check=True,
-        capture_output=True,
-        text=True,
-        env={"PATH": "/usr/bin:/bin"},
-    ).stdout.split()
-    subprocess.run(["/usr/bin/g++", "-o", folder / "bond", folder / "bond.cpp", *flags], check=True)
-    return folder / "bond"
+    return compile_program(PROGRAM.with_suffix(".cpp"), "bondcpp")
 
 
 def test_smclib_answers_as_genuine() -> None:

@@ -1,0 +1,15 @@
+"""A package as users have it, with actions and transforms; and what its run prints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+PACKAGES = Path(__file__).parent / "packages"
+SAID = [
+    "(2.0, 0.0): SUCCEEDED there, moved: True",
+    "  at 2.00 0.00, 2.00 0.00, nose at 3.00 0.00",
+    "(2.0, 3.0): SUCCEEDED there, moved: True",
+    "  at 2.00 3.00, 2.00 3.00, nose at 2.00 4.00",
+    "(-1.0, 0.0): ABORTED there is a wall, moved: False",
+    "cancelled: PREEMPTED stopped",
+]

@@ -1,0 +1,28 @@
+"""Single C++ programs on genuine roscpp, compiled once on a machine."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+from tests.support.once import machine_folder, make_once
+
+_BARE = {"PATH": "/usr/bin:/bin"}
+
+
+def compile_program(source: Path, *packages: str) -> Path:
+    """The program of one source file, which uses these packages; kept for later runs."""
+    program = machine_folder(source.stem, (source, Path(__file__))) / source.stem
+
+    def make() -> None:
+        flags = subprocess.run(
+            ["/usr/bin/pkg-config", "--cflags", "--libs", *packages, "roscpp"],
+            check=True,
+            capture_output=True,
+            text=True,
+            env=_BARE,
+        ).stdout.split()
+        subprocess.run(["/usr/bin/g++", "-o", program, source, *flags], check=True, env=_BARE)
+
+    make_once(program.parent, make)
+    return program
