@@ -5,7 +5,10 @@ from __future__ import annotations
 import pytest
 
 from actionlib_tools.library import yaml_msg_str, yaml_msgs_str
+from tests.support.environments import REPOSITORY
 from tests.support.ros import RosSystem
+
+SERVER = REPOSITORY / "tests" / "interop" / "programs" / "serve_goals.py"
 
 
 def test_messages_are_made_of_yaml() -> None:
@@ -39,6 +42,35 @@ def test_a_script_sends_a_goal_that_a_script_answers(ros: RosSystem) -> None:
     assert "  sequence: [1, 1, 2]" in ran.stdout
     assert "ended 0" in ran.stdout
     assert ran.output.count("this is not a actionlib_tutorials/FibonacciGoal") == 2
+
+
+def test_goals_are_set_edited_sent_and_cancelled_on_a_terminal(ros: RosSystem) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start("python3", SERVER)
+    (ros.home / "editor").write_text("#!/bin/sh\necho 'goal: 7' >$1\n")
+    (ros.home / "editor").chmod(0o755)
+    ros.pipros.environment["EDITOR"] = str(ros.home / "editor")
+    ros.wait_for_subscriber("/simple/goal")
+    terminal = ros.pipros.open_terminal()
+
+    def answer(line: str, expected: str) -> None:
+        terminal.wait_for("axclient> $")
+        terminal.answer(line)
+        terminal.wait_for(expected)
+
+    terminal.type("rosrun actionlib_tools axclient.py /simple")
+    answer("set goal: many", "this is not a actionlib/TestGoal")
+    answer("set goal: 5", "  goal: 5")
+    answer("send", "SUCCEEDED: reached")
+    answer("edit", "  goal: 7")
+    answer("help", "Commands: edit")
+    answer("set goal: 100", "  goal: 100")
+    answer("send", "feedback:")
+    terminal.press_ctrl_c()
+    terminal.wait_for("PREEMPTED: asked to end")
+    terminal.wait_for("axclient> $")
+    terminal.answer("quit")
+    assert terminal.wait_for_prompt() == 0
 
 
 def test_an_action_that_is_not_there_is_named(ros: RosSystem) -> None:

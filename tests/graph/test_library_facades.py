@@ -45,9 +45,22 @@ print(got, one.getTopic(), one.resolved_name, other.get_num_connections())
 
 
 ACTIONS = """
+import subprocess
+import sys
+
 import actionlib
 from actionlib.msg import TestAction, TestGoal, TestResult
 from actionlib_msgs.msg import GoalStatus
+
+OF_ANOTHER_TYPE = '''
+import actionlib, rospy
+from actionlib.msg import TwoIntsAction, TwoIntsGoal
+rospy.init_node("other")
+client = actionlib.SimpleActionClient("act", TwoIntsAction)
+print(client.wait_for_server(rospy.Duration(0.5)))
+client.send_goal(TwoIntsGoal(1, 2))
+print(client.wait_for_result(rospy.Duration(0.2)))
+'''
 
 def serve():
     server = actionlib.SimpleActionServer("act", TestAction, None, auto_start=False)
@@ -90,6 +103,8 @@ handle = early.send_goal(TestGoal(4))
 wait_for(lambda: handle.get_comm_state() == actionlib.CommState.DONE)
 print("cancelled before:", actionlib.TerminalState.to_string(handle.get_terminal_state()), cancelled)
 
+ended = subprocess.run([sys.executable, "-c", OF_ANOTHER_TYPE], capture_output=True, text=True)
+print("of another type:", ended.stdout.split(), ended.returncode, server.is_active())
 client.send_goal(TestGoal(6))
 wait_for(server.is_active)
 wait_for(lambda: client.get_state() == GoalStatus.ACTIVE)
@@ -168,6 +183,7 @@ print(dynparam("load", "node", "saved.yaml"), server.config.gain, server.config.
                 "replaced: PREEMPTED",
                 "the new one: True True",
                 "cancelled before: RECALLED []",
+                "of another type: ['False', 'False'] 0 False",
                 "lost with its server: True True",
                 "Type is not an action spec: <",
             ],

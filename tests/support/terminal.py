@@ -102,6 +102,11 @@ class Terminal:
         self._typed_at = len(self._screen)
         os.write(self._keyboard, keys.encode())
 
+    def answer(self, line: str) -> None:
+        """Types a line and Enter for the running program, which asks for it."""
+        self._typed_at = len(self._screen)
+        os.write(self._keyboard, line.encode() + b"\n")
+
     def type(self, line: str) -> None:
         """Types a line and Enter, once the prompt is there."""
         self.wait_for_prompt()
