@@ -190,7 +190,10 @@ def test_corrupted_bytes_end_links_and_never_nodes(
     make_node: MakeNode, proxy: FaultProxy, relay: Relay
 ) -> None:
     proxy.inject(corrupt_every_bytes=3000)
-    for _ in range(30):
+    rounds = 0
+    while rounds < 30 or not relay.history.torn:
+        rounds += 1
+        assert rounds < 1000, "no message arrived with a changed text"
         for _ in range(20):
             relay.say(size=200)
         proxy.cut()  # a length that was changed has the receiver wait for bytes that nobody sent
@@ -202,7 +205,7 @@ def test_corrupted_bytes_end_links_and_never_nodes(
 
     # TCPROS has no checksums: what was changed within a text arrives, and is all that is wrong.
     torn = relay.history.torn
-    assert 0 < len(torn) <= corrupted
+    assert len(torn) <= corrupted
     assert [line for line in relay.problems() if line not in torn and "lost" not in line] == []
 
 

@@ -20,7 +20,7 @@ try() {
   printf '<%s>' "${COMPREPLY[@]}"
   echo
 }
-try roscd robo
+try roscd robots
 try roscd robots/
 try rosed robots R
 try rostopic pub /t robots/Wheel ''

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import itertools
+import shutil
+from pathlib import Path
 
 import pytest
 
 from tests.support.robot import make_robot_package
 from tests.support.ros import RosSystem
 
+MODULES = Path("/usr/lib/python3/dist-packages")
 COLLECT = """import rospy
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
@@ -45,19 +48,24 @@ def test_the_frames_and_joints_are_the_same(plain_ros: RosSystem, chosen: str) -
     pipros, genuine = plain_ros.pipros, plain_ros.genuine
     pipros.environment["ROS_PACKAGE_PATH"] = str(package.parent)
     pipros.start_bare_master()
+    sides = {"pipros": pipros, "genuine": genuine}
     (plain_ros.home / "chosen.yaml").write_text(PARAMETERS[chosen])
     loaded = pipros.run("rosparam", "load", plain_ros.home / "chosen.yaml", "/")
     assert loaded.returncode == 0, loaded.output
     described = pipros.run("rosrun", "xacro", "xacro", package / "urdf" / "arm.urdf.xacro")
     pipros.run("rosparam", "set", "robot_description", "\n".join(described.stdout))
     (plain_ros.home / "collect.py").write_text(COLLECT)
+    # Genuine's joint_state_publisher is Python: unmodified, it runs on rospy of pipros, too.
+    modules = plain_ros.home / "modules"
+    shutil.copytree(MODULES / "joint_state_publisher", modules / "joint_state_publisher")
     collected = {}
-    for joints, frames in itertools.product(("pipros", "genuine"), repeat=2):
-        sides = {"pipros": pipros, "genuine": genuine}
-        started = [
-            sides[side].start(*program(side, name))
-            for side, name in ((joints, "joint_state_publisher"), (frames, "robot_state_publisher"))
-        ]
+    for joints, frames in [*itertools.product(("pipros", "genuine"), repeat=2), ("unmodified", "pipros")]:
+        if joints == "unmodified":
+            script = program("genuine", "joint_state_publisher")
+            publisher = pipros.start("python3", *script, PYTHONPATH=str(modules))
+        else:
+            publisher = sides[joints].start(*program(joints, "joint_state_publisher"))
+        started = [publisher, sides[frames].start(*program(frames, "robot_state_publisher"))]
         ended = pipros.run("python3", plain_ros.home / "collect.py", timeout_s=90)
         for process in started:
             process.press_ctrl_c()

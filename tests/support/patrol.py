@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-PACKAGES = Path(__file__).parent / "packages"
+PACKAGES = Path(__file__).parents[1] / "packages"
 SAID = [
     "(2.0, 0.0): SUCCEEDED there, moved: True",
     "  at 2.00 0.00, 2.00 0.00, nose at 3.00 0.00",
