@@ -99,7 +99,8 @@ def outcomes(side: Side, program: str, folder: Path) -> list[str]:
     found = []
     for line in ended.stdout:
         if line.startswith("@@"):
-            label, outcome = json.loads(line[2:])
+            # Behind it may stand what a thread wrote before the end of the line.
+            label, outcome = json.JSONDecoder().raw_decode(line[2:])[0]
             if label not in DIFFERENT:
                 found.append(f"{label} | {json.dumps(outcome)}")
     return found

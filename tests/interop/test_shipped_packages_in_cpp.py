@@ -7,9 +7,9 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from bond.msg import Status
 from control_msgs.msg import FollowJointTrajectoryAction, PidState
 from control_msgs.srv import QueryCalibrationState
+from map_msgs.msg import ProjectedMapInfo
 
 from pipros.workspace.index import SHARED_PACKAGES
 from tests.support.environments import CPP_ONLY, genuine_environment
@@ -36,9 +36,9 @@ int main() {
             << ros::service_traits::md5sum<control_msgs::QueryCalibrationState>();
 }
 """
-BOND_PROGRAM = """#include <bond/Status.h>
+MAP_PROGRAM = """#include <map_msgs/ProjectedMapInfo.h>
 #include <iostream>
-int main() { std::cout << ros::message_traits::md5sum<bond::Status>(); }
+int main() { std::cout << ros::message_traits::md5sum<map_msgs::ProjectedMapInfo>(); }
 """
 
 
@@ -66,8 +66,8 @@ def test_a_cpp_program_uses_a_package_that_only_pipros_has(tmp_path: Path) -> No
 
 @pytest.mark.timeout(300)
 def test_catkin_make_of_pipros_hands_over_what_genuine_ros_lacks(ros: RosSystem, tmp_path: Path) -> None:
-    manifest, cmake = (text.replace("control_msgs", "bond") for text in (MANIFEST, CMAKE))
-    add_package(tmp_path, manifest, cmake, BOND_PROGRAM)
+    manifest, cmake = (text.replace("control_msgs", "map_msgs") for text in (MANIFEST, CMAKE))
+    add_package(tmp_path, manifest, cmake, MAP_PROGRAM)
 
     built = ros.pipros.run(
         *("catkin_make", "-C", tmp_path),
@@ -77,8 +77,11 @@ def test_catkin_make_of_pipros_hands_over_what_genuine_ros_lacks(ros: RosSystem,
     )
 
     assert built.returncode == 0, built.output
-    assert "-- bond is not installed: its messages are built from those that come with pipros" in built.stdout
-    assert said_by(tmp_path) == [Status._md5sum]
+    assert (
+        "-- map_msgs is not installed: its messages are built from those that come with pipros"
+        in built.stdout
+    )
+    assert said_by(tmp_path) == [ProjectedMapInfo._md5sum]
 
 
 def add_package(workspace: Path, manifest: str, cmake: str, program: str) -> None:

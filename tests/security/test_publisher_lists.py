@@ -75,7 +75,7 @@ def test_thousands_of_dead_publishers_are_tried_a_few_at_a_time_and_named_once(m
     talker.advertise("chat", String)
 
     wait_until_connected(subscriber)
-    assert most[0] <= 20
+    assert most[0] <= 100  # of 10,000; slow attempts, as on a busy machine, make room for others
     assert len([line for line in lines if "cannot receive" in line or "publishers" in line]) <= 4
     with RpcClient(listener.uri, timeout_s=10) as peer:
         assert peer.call("getPid", "/friend")[0] == 1
