@@ -70,7 +70,8 @@ class SilentSlave:
         self._listener = socket.create_server(("127.0.0.1", 0), backlog=100)
         self.api = f"http://127.0.0.1:{self._listener.getsockname()[1]}/"
         self.connections: list[socket.socket] = []
-        threading.Thread(target=self._accept, daemon=True).start()
+        self._accepting = threading.Thread(target=self._accept, daemon=True)
+        self._accepting.start()
 
     def _accept(self) -> None:
         while True:
@@ -82,6 +83,7 @@ class SilentSlave:
 
     def stop(self) -> None:
         self._listener.shutdown(socket.SHUT_RDWR)
+        self._accepting.join(30)  # it may be about to note a connection
         self._listener.close()
         for connection in self.connections:
             connection.close()
