@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from pipros.bag.errors import BagError
-from pipros.bag.filter_expression import field_of
 from pipros.errors import PiprosError
 from pipros.msg.base import Message
+from pipros.msg.field_access import field_of
 from pipros.safe.expr import Expression
 
 _CLASS_MAKERS = ("get_new_class", "get_old_class")

@@ -5,27 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pipros.graph.output import to_stderr
-from pipros.msg.base import Message
-from pipros.msg.time import TVal
+from pipros.msg.field_access import field_of
 from pipros.safe.expr import ExpressionError, evaluate
 
 if TYPE_CHECKING:
+    from pipros.msg.time import TVal
     from pipros.printable import Say
-
-_OF_TIMES = ("secs", "nsecs", "to_sec", "to_nsec", "is_zero")
-
-
-def get_field(value: Any, name: str) -> Any:
-    """The declared field `name` of a message, or a field or method of a time. Nothing else can be read.
-
-    Raises:
-        AttributeError: the field does not exist.
-    """
-    if isinstance(value, TVal) and name in _OF_TIMES:
-        return getattr(value, name)
-    if isinstance(value, Message) and name in value.__slots__:
-        return getattr(value, name)
-    raise AttributeError(f"{type(value).__name__} has no field [{name}]")
 
 
 class MessageFilter:
@@ -47,7 +32,7 @@ class MessageFilter:
                     self._expression,
                     names={"m": message, "topic": topic},
                     functions={"to_sec": _seconds},
-                    fields=get_field,
+                    fields=field_of,
                 )
             )
         except ExpressionError as error:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from pipros.bag.filter_expression import field_of
 from pipros.errors import PiprosError
+from pipros.msg.field_access import field_of
 from pipros.msg.time import Time
 from pipros.safe.expr import Expression, ExpressionError
 from pipros.safe.guarded import CONSTANTS, FUNCTIONS

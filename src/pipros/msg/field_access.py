@@ -1,0 +1,24 @@
+"""What expressions over messages may read: fields, the type of a message, and times as numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.msg.base import Message
+from pipros.msg.time import TVal
+from pipros.safe.expr import TYPE_NAMES
+
+_OF_TIMES = ("secs", "nsecs", "to_sec", "to_nsec", "to_time", "is_zero")
+
+
+def field_of(value: Any, name: str) -> Any:
+    """A declared field of a message or its `_type`, or a field or method of a time. Nothing else can be read.
+
+    Raises:
+        AttributeError: the field does not exist.
+    """
+    if isinstance(value, TVal) and name in _OF_TIMES:
+        return getattr(value, name)
+    if isinstance(value, Message) and (name in value.__slots__ or name in TYPE_NAMES):
+        return getattr(value, name)
+    raise AttributeError(f"{type(value).__name__} has no field [{name}]")
