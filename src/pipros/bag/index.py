@@ -14,7 +14,7 @@ from pipros.bag.records import TIME, U32, U64, Fields, Op, number, record_bytes,
 
 ENTRY = Struct("<III")
 INDEX_RECORD_BYTES = 55
-"""An index record as everybody writes it, without its entries."""
+"""The size of an index record as all writers make it, without its entries."""
 
 Stamp = tuple[int, int]
 """A time: seconds and nanoseconds."""

@@ -7,12 +7,18 @@ from dataclasses import dataclass, field
 
 from pipros.bag.connection import Connection, parse_connection
 from pipros.bag.errors import BagError, BagFormatError, NotIndexed
-from pipros.bag.index import ChunkHeader, ChunkInfo, parse_chunk_header, parse_chunk_info, parse_index
+from pipros.bag.index import (
+    INDEX_RECORD_BYTES,
+    ChunkHeader,
+    ChunkInfo,
+    parse_chunk_header,
+    parse_chunk_info,
+    parse_index,
+)
 from pipros.bag.records import MAGIC, Op, Version, number, op_of, parse_fields, parse_version
 from pipros.bag.source import Source
 
 _LONGEST_FIRST_LINE = 100
-_INDEX_RECORD_BYTES = 55  # without its entries
 
 
 @dataclass(slots=True)
@@ -135,7 +141,7 @@ def read_chunk_index(
     if chunk.position in layout.indexes:
         return layout.indexes[chunk.position]
     position = header.data_position + header.data_size
-    expected = sum(_INDEX_RECORD_BYTES + 12 * count for count in chunk.counts.values())
+    expected = sum(INDEX_RECORD_BYTES + 12 * count for count in chunk.counts.values())
     block = _Block(source, position, expected)
     found: dict[int, bytes] = {}
     for _ in chunk.counts:

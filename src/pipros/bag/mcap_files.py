@@ -31,7 +31,6 @@ from pipros.msg.class_finder import ClassFinder
 from pipros.msg.time import NS_PER_S
 
 MAGIC = b"\x89MCAP0\r\n"
-SUFFIX = ".mcap"
 _VERSION = Version(0, 0)
 _COMPRESSIONS = {"none": "NONE", "lz4": "LZ4", "bz2": "ZSTD", "zstd": "ZSTD"}
 _AFTER_ALL = 1 << 64

@@ -143,7 +143,6 @@ def _parse(arguments: Sequence[str]) -> Namespace:
     own, collected = _split(arguments)
     options = parser.parse_args(own)
     options.cmake_args = collected["--cmake-args"]
-    options.make_args = [*collected["--make-args"], *collected["--catkin-make-args"]]
     if options.only_pkg_with_deps and not (options.merge or options.install):
         parser.error("The --only-pkg-with-deps option can only be used together with --merge or --install")
     return options

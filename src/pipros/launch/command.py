@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from pipros.env import Environment
@@ -49,10 +49,6 @@ class Command:
     environment: Mapping[str, str]
     overlay: Mapping[str, str]
     folder: Path
-
-    def with_arguments(self, *arguments: str) -> Command:
-        """The same with more arguments at the end."""
-        return replace(self, argv=(*self.argv, *arguments))
 
 
 FindExecutables = Callable[[Package, str], Executables]

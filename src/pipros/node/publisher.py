@@ -257,10 +257,6 @@ class Publisher(Generic[AnyMessage]):
     def connection_count(self) -> int:
         return len(self.publication.links)
 
-    @property
-    def is_unregistered(self) -> bool:
-        return self._release is None
-
     def publish(self, message: AnyMessage) -> None:
         """Sends a message to every subscriber; does nothing once the node has shut down.
 

@@ -105,10 +105,6 @@ class Input:
         self._subscriber: Any = None
         self._lock = threading.RLock()
 
-    @property
-    def is_subscribed(self) -> bool:
-        return self._subscriber is not None
-
     def subscribe(self) -> bool:
         """Returns whether it was not subscribed to before."""
         with self._lock:
