@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import select
 import sys
 import threading
@@ -16,6 +17,9 @@ from dataclasses import dataclass
 
 _COLOURS = (36, 32, 35, 33, 34, 96, 92, 95)
 _CHUNK_BYTES = 65536
+
+# Loggers write the end of a line's colour behind its line end.
+_COLOURS_ALONE = re.compile(rb"(?:\033\[[\d;]*m)+")
 
 # An incomplete line, such as a prompt or a progress bar, is shown after this time.
 _INCOMPLETE_LINE_S = 0.1
@@ -36,9 +40,12 @@ class LinePrefix:
     is_in_line: bool = False
 
     def format(self, text: bytes) -> bytes:
-        """A piece of output with the prefix at the start of each line."""
+        """A piece of output with the prefix at the start of each line. Colours alone do not begin a line."""
         pieces = []
         for line in text.splitlines(keepends=True):
+            if not self.is_in_line and _COLOURS_ALONE.fullmatch(line):
+                pieces.append(line)
+                continue
             pieces.append(line if self.is_in_line else self.prefix + line)
             self.is_in_line = not line.endswith(b"\n")
         return b"".join(pieces)

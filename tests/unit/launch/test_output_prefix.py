@@ -18,6 +18,7 @@ from pipros.launch.output_prefix import LinePrefix, is_available
         ([b"prompt> ", b"answer\n", b"next\n"], b"[n] prompt> answer\n[n] next\n"),
         ([b"10 %\r20 %\r", b"done\n"], b"[n] 10 %\r20 %\rdone\n"),
         ([b"one\ntwo", b" more\nthree\n"], b"[n] one\n[n] two more\n[n] three\n"),
+        ([b"\033[33mwarned\n", b"\033[0m", b"next\n"], b"[n] \033[33mwarned\n\033[0m[n] next\n"),
         ([b""], b""),
     ],
 )
