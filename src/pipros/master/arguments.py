@@ -1,4 +1,7 @@
-"""Checks of the arguments of all Master API methods, with the error texts of genuine rosmaster."""
+"""The arguments of all Master API methods: checked, bounded and resolved.
+
+The checks and their error texts are those of `pipros.net.argument_checks`.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,16 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from pipros import names
-from pipros.master.registry import ANY_TYPE, RegistryFull
+from pipros.master.registry import RegistryFull
+from pipros.net.argument_checks import (
+    ParameterInvalid,
+    api_uri,
+    below_root,
+    empty_or_valid_name,
+    non_empty_text,
+    resolved_name,
+    type_name,
+)
 
 Answer = list[Any]
 
@@ -20,13 +32,16 @@ CALLER_ERROR: Final = -1
 _log = logging.getLogger("rosmaster.master")
 
 
-class BadArgument(Exception):
-    """An argument is invalid; the text is sent back to the caller."""
+_TOPIC = below_root("topic")
+_SERVICE = below_root("service")
+_TOPIC_TYPE = type_name("topic_type")
+_KEY = non_empty_text("key")
+_SUBGRAPH = empty_or_valid_name("subgraph")
 
 
 @dataclass(frozen=True, slots=True)
 class Arguments:
-    """The checks. Longer names and URIs are refused: parsing megabytes would delay other callers."""
+    """The checks of one master. Long names and URIs are refused: parsing them would delay other callers."""
 
     name_characters: int
 
@@ -49,7 +64,7 @@ class Arguments:
                 return [CALLER_ERROR, "Error: bad call arity", error_value]
             try:
                 return method(*params)
-            except (BadArgument, RegistryFull) as error:
+            except (ParameterInvalid, RegistryFull) as error:
                 _log.info("%s: invalid parameter: %s", name, error)
                 return [CALLER_ERROR, str(error), error_value]
 
@@ -63,63 +78,35 @@ class Arguments:
 
     def resolved(self, parameter: str, name: Any, caller: str) -> str:
         """The global name that `name` resolves to for the caller."""
-        if type(name) is not str or not name:
-            raise BadArgument(f"ERROR: parameter [{parameter}] must be a non-empty string")
-        self._check_length(parameter, name)
-        if ":" in name or " " in name:
-            raise BadArgument(f"ERROR: parameter [{parameter}] contains illegal chars")
-        return names.resolve(name, caller)
+        return resolved_name(parameter, self._bounded(parameter, name), caller)
 
     def topic(self, name: Any, caller: str) -> str:
         """As `resolved`, for a topic."""
-        return self._below_root("topic", name, caller)
+        return str(_TOPIC(self._bounded("topic", name), caller))
 
     def service(self, name: Any, caller: str) -> str:
         """As `resolved`, for a service."""
-        return self._below_root("service", name, caller)
+        return str(_SERVICE(self._bounded("service", name), caller))
 
-    def _below_root(self, parameter: str, name: Any, caller: str) -> str:
-        found = self.resolved(parameter, name, caller)
-        if name == "/":
-            raise BadArgument(f"ERROR: parameter [{parameter}] cannot be the global namespace")
-        return found
-
-    def topic_type(self, type_name: Any) -> str:
+    def topic_type(self, name: Any) -> str:
         """`package/Type`, or `*`."""
-        if type(type_name) is not str or not type_name:
-            raise BadArgument("ERROR: parameter [topic_type] must be a non-empty string")
-        self._check_length("topic_type", type_name)
-        if type_name != ANY_TYPE and type_name.count("/") != 1:
-            raise BadArgument("ERROR: parameter [topic_type] is not a valid package resource name")
-        return type_name
+        return str(_TOPIC_TYPE(self._bounded("topic_type", name), ""))
 
     def api_uri(self, parameter: str, api: Any) -> str:
         """The URI of a node or a service. It is not checked whether anything answers there."""
-        if type(api) is not str or not api:
-            raise BadArgument(f"ERROR: parameter [{parameter}] is not an XMLRPC URI")
-        self._check_length(parameter, api)
-        if not api.startswith(("http://", "rosrpc://")):
-            raise BadArgument(f"ERROR: parameter [{parameter}] is not an RPC URI")
-        return api
+        return str(api_uri(parameter)(self._bounded(parameter, api), ""))
 
     def param_key(self, key: Any, caller: str) -> str:
         """The global name of a parameter."""
-        if not key:
-            raise BadArgument("ERROR: parameter [key] must be specified and non-empty")
-        if type(key) is not str:
-            raise BadArgument("ERROR: parameter [key] must be a string")
-        self._check_length("key", key)
-        return names.resolve(key, caller)
+        return names.resolve(_KEY(self._bounded("key", key), caller), caller)
 
     def subgraph(self, name: Any, caller: str) -> str:
         """The prefix of the wanted topics: a namespace with a trailing slash."""
-        if type(name) is not str:
-            raise BadArgument("ERROR: parameter [subgraph] must be a string")
-        self._check_length("subgraph", name)
-        return names.resolve(name, caller).rstrip("/") + "/" if name else "/"
+        return names.as_namespace(_SUBGRAPH(self._bounded("subgraph", name), caller))
 
-    def _check_length(self, parameter: str, text: str) -> None:
-        if len(text) > self.name_characters:
-            raise BadArgument(
+    def _bounded(self, parameter: str, value: Any) -> Any:
+        if isinstance(value, str) and len(value) > self.name_characters:
+            raise ParameterInvalid(
                 f"ERROR: parameter [{parameter}] is longer than {self.name_characters} characters"
             )
+        return value

@@ -1,7 +1,7 @@
-"""Checks of the arguments of API calls, each made for one parameter by its name.
+"""Checks of the arguments of the Master API and the Slave API, each made for one parameter by its name.
 
-A check is called with the value and the caller's id, and returns the value that the call shall work with: a
-name comes back resolved. Sources: the checks of the Master and Slave API, http://wiki.ros.org/ROS/Master_API.
+A check takes the value and the caller's id, and returns the value to use: names are resolved. Error texts are
+those of genuine ROS. Source: http://wiki.ros.org/ROS/Master_API.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ ANY_TYPE = "*"
 
 
 class ParameterInvalid(Exception):
-    """A parameter is not what a call can work with."""
+    """An argument is invalid. The text is sent back to the caller."""
 
     def __init__(self, message: str) -> None:
         super().__init__(message)
@@ -27,7 +27,7 @@ def resolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
     """The global name that a legal name means to the caller.
 
     Raises:
-        ParameterInvalid: it is not a text, is empty, or has a colon or blank in it.
+        ParameterInvalid: it is empty, is not a string, or contains a colon or a blank.
     """
     return names.resolve(unresolved_name(param_name, param_value, caller_id), caller_id)
 
@@ -42,17 +42,17 @@ def unresolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
 
 
 def valid_name(param_name: str, resolve: bool = True) -> Check:
-    """Takes a legal name; resolves it unless told not to."""
+    """Accepts a legal name, and resolves it if `resolve` is set."""
     check = resolved_name if resolve else unresolved_name
     return lambda value, caller_id: check(param_name, value, caller_id)
 
 
 def below_root(param_name: str) -> Check:
-    """Takes the name of a topic or service: a legal name that is not the root."""
+    """Accepts the name of a topic or service: a legal name other than the root. Resolves it."""
 
     def check(value: Any, caller_id: str) -> str:
         name = resolved_name(param_name, value, caller_id)
-        if name == "/":
+        if value == "/":  # not what else resolves to it, as in genuine ROS
             raise ParameterInvalid(f"ERROR: parameter [{param_name}] cannot be the global namespace")
         return name
 
@@ -60,7 +60,7 @@ def below_root(param_name: str) -> Check:
 
 
 def empty_or_valid_name(param_name: str) -> Check:
-    """Takes the empty text, and any other as a name, which it resolves."""
+    """Accepts any string. Resolves it as a name unless it is empty."""
 
     def check(value: Any, caller_id: str) -> str:
         if not isinstance(value, str):
@@ -71,7 +71,7 @@ def empty_or_valid_name(param_name: str) -> Check:
 
 
 def global_name(param_name: str) -> Check:
-    """Takes a name with a leading slash."""
+    """Accepts a name with a leading slash."""
 
     def check(value: Any, caller_id: str) -> str:
         del caller_id
@@ -83,7 +83,7 @@ def global_name(param_name: str) -> Check:
 
 
 def type_name(param_name: str) -> Check:
-    """Takes `package/Type`, and `*`."""
+    """Accepts `package/Type` and `*`."""
 
     def check(value: Any, caller_id: str) -> str:
         del caller_id
@@ -96,7 +96,7 @@ def type_name(param_name: str) -> Check:
 
 
 def api_uri(paramName: str) -> Check:  # noqa: N803  # its name in ROS
-    """Takes the URI of a node or a service. It is not checked whether anything answers there."""
+    """Accepts the URI of a node or a service. It is not checked whether anything answers there."""
 
     def check(value: Any, caller_id: str) -> str:
         del caller_id
@@ -110,7 +110,7 @@ def api_uri(paramName: str) -> Check:  # noqa: N803  # its name in ROS
 
 
 def publishers(param_name: str) -> Check:
-    """Takes a list of texts, the URIs of publishers."""
+    """Accepts a list of strings, the URIs of publishers."""
 
     def check(value: Any, caller_id: str) -> list[str]:
         del caller_id
@@ -124,7 +124,7 @@ def publishers(param_name: str) -> Check:
 
 
 def not_none(param_name: str) -> Check:
-    """Takes anything but None."""
+    """Accepts anything but None."""
 
     def check(value: Any, caller_id: str) -> Any:
         del caller_id
@@ -136,7 +136,7 @@ def not_none(param_name: str) -> Check:
 
 
 def non_empty(param_name: str) -> Check:
-    """Takes what counts as true."""
+    """Accepts any value that is true."""
 
     def check(value: Any, caller_id: str) -> Any:
         del caller_id
@@ -148,7 +148,7 @@ def non_empty(param_name: str) -> Check:
 
 
 def non_empty_text(param_name: str) -> Check:
-    """Takes a text with something in it."""
+    """Accepts a string that is not empty."""
 
     def check(value: Any, caller_id: str) -> str:
         if not isinstance(non_empty(param_name)(value, caller_id), str):

@@ -19,11 +19,11 @@ PUBLISHERS = "is_publishers_list"
 def apivalidate(
     error_return_value: Any, validators: Sequence[Check | tuple[str, str] | None] = ()
 ) -> Callable[[Method], Method]:
-    """Has a method of an XML-RPC API check its parameters, and answer with code -1 when one is wrong.
+    """A decorator: the method checks its parameters first, and answers with code -1 when one is invalid.
 
     Args:
-        error_return_value: the value of such an answer.
-        validators: a check for each parameter behind `caller_id`; None for one that may be anything.
+        error_return_value: the value of an answer with code -1 or 0.
+        validators: a check for each parameter after `caller_id`; None accepts anything.
     """
 
     def check_validates(method: Method) -> Method:
