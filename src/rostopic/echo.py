@@ -10,7 +10,7 @@ from typing import Any
 import rospy
 from pipros.graph.elide import Elision
 from pipros.graph.message_path import Part
-from pipros.graph.plot import FieldFilter, Plot, field_filter
+from pipros.graph.message_rows import FieldFilter, MessageRows, field_filter
 from pipros.msg.base import Message
 from pipros.msg.text import strify_message
 
@@ -116,7 +116,7 @@ class CallbackEcho:
             time = val.header.stamp if is_stamped else rospy.get_rostime()
         part = Part(val, more.get("type_information"))
         offset_ns = 0 if offset is None else offset.to_nsec()
-        return Plot(more.get("field_filter")).row(part, time.to_nsec(), offset_ns)
+        return MessageRows(more.get("field_filter")).row(part, time.to_nsec(), offset_ns)
 
     def callback(self, data: Any, callback_args: Mapping[str, Any], current_time: Any = None) -> None:
         """Prints a message.
@@ -148,7 +148,7 @@ class CallbackEcho:
             return
         self.count += 1
         if self.plot and self.first:
-            print(Plot(self.field_filter).heading(Part(data, kind)))
+            print(MessageRows(self.field_filter).heading(Part(data, kind)))
             self.first = False
         text = self.str_fn(
             data,

@@ -6,7 +6,7 @@ from pipros.graph.elide import Elision
 from pipros.graph.errors import GraphError
 from pipros.graph.message_filter import MessageFilter
 from pipros.graph.message_path import Part
-from pipros.graph.plot import Plot, field_filter
+from pipros.graph.message_rows import MessageRows, field_filter
 from pipros.graph.raw_decoder import RawDecoder
 from pipros.msg import load_message_class
 from pipros.msg.text import strify_message
@@ -41,30 +41,32 @@ def test_the_original_stays_as_it_is() -> None:
 
 def test_a_row_has_a_column_for_each_element() -> None:
     part = Part(LaserScan(ranges=(1.5, 2.5)), LaserScan._type)
-    plot = Plot()
-    assert plot.heading(part).endswith("field.range_max,field.ranges0,field.ranges1")
-    assert plot.row(part, 17).startswith("17,0,0,,")
-    assert plot.row(part, 17).endswith("0.0,1.5,2.5")
+    rows = MessageRows()
+    assert rows.heading(part).endswith("field.range_max,field.ranges0,field.ranges1")
+    assert rows.row(part, 17).startswith("17,0,0,,")
+    assert rows.row(part, 17).endswith("0.0,1.5,2.5")
 
 
 def test_octets_have_no_columns() -> None:
-    assert "data" not in Plot().heading(Part(Image(data=b"abc"), Image._type))
+    assert "data" not in MessageRows().heading(Part(Image(data=b"abc"), Image._type))
 
 
 @pytest.mark.parametrize(("no_arrays", "no_texts"), [(True, False), (False, True), (True, True)])
 def test_arrays_and_texts_of_messages_can_be_left_out(no_arrays: bool, no_texts: bool) -> None:
     scan = LaserScan(ranges=(1.0,))
-    plot = Plot(field_filter(no_arrays=no_arrays, no_texts=no_texts))
-    heading = plot.heading(Part(scan, LaserScan._type))
+    rows = MessageRows(field_filter(no_arrays=no_arrays, no_texts=no_texts))
+    heading = rows.heading(Part(scan, LaserScan._type))
     assert ("ranges0" in heading, "frame_id" in heading) == (not no_arrays, not no_texts)
-    assert plot.row(Part(scan, LaserScan._type), 1).count(",") == heading.count(",")
-    assert plot.row(Part([1.0], "float32[]"), 1) == "1,1.0"  # what was asked for is shown
+    assert rows.row(Part(scan, LaserScan._type), 1).count(",") == heading.count(",")
+    assert rows.row(Part([1.0], "float32[]"), 1) == "1,1.0"  # what was asked for is shown
 
 
 def test_an_offset_is_taken_off_points_in_time() -> None:
     stamp = load_message_class("std_msgs/Time")()
     stamp.data.secs = 10
-    assert Plot().row(Part(stamp, stamp._type), 10_000_000_000, 4_000_000_000) == "6000000000,6000000000"
+    assert (
+        MessageRows().row(Part(stamp, stamp._type), 10_000_000_000, 4_000_000_000) == "6000000000,6000000000"
+    )
 
 
 @pytest.mark.parametrize(
@@ -143,4 +145,4 @@ def test_without_any_definition_there_is_a_plain_error(kind: str) -> None:
     ],
 )
 def test_a_text_is_one_cell_of_its_row(text: str, cell: str) -> None:
-    assert Plot().row(Part(text, "string"), 1) == f"1,{cell}"
+    assert MessageRows().row(Part(text, "string"), 1) == f"1,{cell}"

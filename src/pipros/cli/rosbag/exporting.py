@@ -14,7 +14,7 @@ from pipros.bag.opening import open_bag
 from pipros.bag.reader import BagReader
 from pipros.cli.command import CommandError, option_parser
 from pipros.graph.message_path import Part
-from pipros.graph.plot import Plot
+from pipros.graph.message_rows import MessageRows
 from pipros.msg.base import Message
 from pipros.msg.time import TVal
 
@@ -68,12 +68,12 @@ def _export(bag: BagReader, topic: str, path: Path, form: str) -> None:
 
 def _table(bag: BagReader, topic: str, file: TextIO) -> int:
     """The rows that `rostopic echo -p` prints; times are those of the bag."""
-    plot, count = Plot(), 0
+    rows, count = MessageRows(), 0
     for _, message, time, connection in bag.messages(topic):
         part = Part(message, connection.type)
         if not count:
-            file.write(plot.heading(part) + "\n")
-        file.write(plot.row(part, time.to_nsec()) + "\n")
+            file.write(rows.heading(part) + "\n")
+        file.write(rows.row(part, time.to_nsec()) + "\n")
         count += 1
     return count
 

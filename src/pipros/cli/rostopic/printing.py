@@ -12,7 +12,7 @@ from pipros.graph.elide import Elision
 from pipros.graph.listening import TopicPart
 from pipros.graph.message_filter import MessageFilter
 from pipros.graph.message_path import Part, describe_path, extract
-from pipros.graph.plot import Plot, field_filter
+from pipros.graph.message_rows import MessageRows, field_filter
 from pipros.graph.raw_decoder import RawDecoder
 from pipros.msg.text import strify_message
 from pipros.msg.time import NS_PER_S, Time
@@ -36,7 +36,7 @@ class MessagePrinter:
         self._decoder = RawDecoder()
         self._left = options.count
         self._filter = MessageFilter(options.expression) if options.expression else None
-        self._plot = Plot(field_filter(no_arrays=options.no_arrays, no_texts=options.no_texts))
+        self._rows = MessageRows(field_filter(no_arrays=options.no_arrays, no_texts=options.no_texts))
         self._elision = Elision(no_arrays=options.no_arrays, no_texts=options.no_texts)
         self._elides = options.no_arrays or options.no_texts
         self._has_heading = False
@@ -85,8 +85,8 @@ class MessagePrinter:
         heading = ""
         if not self._has_heading:
             self._has_heading = True
-            heading = self._plot.heading(part) + "\n"
-        return heading + self._plot.row(part, time_ns, now_ns if self._options.offset else 0) + "\n"
+            heading = self._rows.heading(part) + "\n"
+        return heading + self._rows.row(part, time_ns, now_ns if self._options.offset else 0) + "\n"
 
 
 def _readable(part: Part) -> Any:

@@ -28,7 +28,7 @@ def field_filter(*, no_arrays: bool, no_texts: bool) -> FieldFilter:
     return shown
 
 
-class Plot:
+class MessageRows:
     """Flattens values to columns, one for each element of an array."""
 
     def __init__(self, shown: FieldFilter | None = None) -> None:
