@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 
-from pipros.cli.query_arguments import TOO_MANY_WORDS, complain, split_arguments
+from pipros.cli.package_query import TOO_MANY_WORDS, PackageQuery, QueryFailed, complain, split_arguments
 from pipros.cli.streams import command
 from pipros.errors import PiprosError
-from pipros.workspace.dependency_graph import DependencyGraph
-from pipros.workspace.index import PackageIndex
 
 HELP = """\
 USAGE: rospack <command> [options] [package]
@@ -49,45 +46,10 @@ USAGE: rospack <command> [options] [package]
 """
 
 # Noetic has two texts for an unknown package.
-_NO_SUCH_PACKAGE = dict.fromkeys(("depends", "depends1", "depends-on", "depends-on1"), "no such package {}")
+_UNKNOWN = dict.fromkeys(("depends", "depends1", "depends-on", "depends-on1"), "no such package {}")
 
 _VALUE_OPTIONS = ("--target", "--attrib", "--top", "--length", "--lang")
 _FLAGS = ("-q", "--deps-only", "--zombie-only")
-
-
-class _Failed(PiprosError):
-    """The command fails; the text is printed after `[rospack] Error: `."""
-
-
-class _Query:
-    """The arguments of one command, with the package index and the dependency graph."""
-
-    def __init__(self, command: str, words: Sequence[str], options: Mapping[str, str]) -> None:
-        self._words = words
-        self._unknown = _NO_SUCH_PACKAGE.get(command, "package '{}' not found")
-        self.options = options
-        self.index = PackageIndex.from_environment()
-        self.graph = DependencyGraph(self.index)
-
-    @property
-    def package(self) -> str:
-        """The package named, or the one around the current folder."""
-        name = self._words[0] if self._words else ""
-        if not name:
-            current = self.index.containing(Path.cwd())
-            if current is None or current.path != Path.cwd():
-                raise _Failed("no package given")
-            name = current.name
-        if self.index.get(name) is None:
-            raise _Failed(self._unknown.format(name))
-        return name
-
-    def option(self, name: str, complaint: str) -> str:
-        """The value of an option; `complaint` is Noetic's error when it is missing."""
-        value = self.options.get(name, "")
-        if not value:
-            raise _Failed(complaint)
-        return value
 
 
 @command
@@ -111,7 +73,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     if len(words) > 1:
         return complain("rospack", TOO_MANY_WORDS, options)
     try:
-        lines = answer(_Query(command, words, options))
+        unknown = _UNKNOWN.get(command, "package '{}' not found")
+        lines = answer(PackageQuery(words, options, unknown=unknown))
     except (PiprosError, OSError) as error:
         return complain("rospack", str(error), options)
     for line in lines:
@@ -119,19 +82,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _find(query: _Query) -> list[str]:
-    return [str(query.index.find(query.package).path)]
+def _find(query: PackageQuery) -> list[str]:
+    return [str(query.index.find(query.name).path)]
 
 
-def _list(query: _Query) -> list[str]:
+def _list(query: PackageQuery) -> list[str]:
     return [f"{package.name} {package.path}" for package in query.index]
 
 
-def _list_names(query: _Query) -> list[str]:
+def _list_names(query: PackageQuery) -> list[str]:
     return [package.name for package in query.index]
 
 
-def _list_duplicates(query: _Query) -> list[str]:
+def _list_duplicates(query: PackageQuery) -> list[str]:
     duplicates = query.index.duplicates()
     return [
         line
@@ -140,70 +103,45 @@ def _list_duplicates(query: _Query) -> list[str]:
     ]
 
 
-def _depends(query: _Query) -> list[str]:
-    return query.graph.all(query.package)
+def _depends(query: PackageQuery) -> list[str]:
+    return query.graph.all(query.name)
 
 
-def _depends1(query: _Query) -> list[str]:
-    return query.graph.direct(query.package)
+def _depends1(query: PackageQuery) -> list[str]:
+    return query.graph.direct(query.name)
 
 
-def _depends_on(query: _Query) -> list[str]:
-    return query.graph.dependents(query.package)
+def _depends_on(query: PackageQuery) -> list[str]:
+    return query.graph.dependents(query.name)
 
 
-def _depends_on1(query: _Query) -> list[str]:
-    return query.graph.dependents(query.package, only_direct=True)
+def _depends_on1(query: PackageQuery) -> list[str]:
+    return query.graph.dependents(query.name, only_direct=True)
 
 
-def _depends_indent(query: _Query) -> list[str]:
-    lines: list[str] = []
-
-    def add(name: str, depth: int, path: tuple[str, ...]) -> None:
-        for needed in query.graph.direct(name):
-            if needed in path:
-                raise _Failed(f"package '{path[0]}' depends on itself")
-            lines.append("  " * depth + needed)
-            add(needed, depth + 1, (*path, needed))
-
-    name = query.package
-    add(name, 0, (name,))
-    return lines
+def _depends_manifests(query: PackageQuery) -> list[str]:
+    return [" ".join(str(query.index.find(name).manifest_file) for name in query.graph.all(query.name))]
 
 
-def _depends_manifests(query: _Query) -> list[str]:
-    return [" ".join(str(query.index.find(name).manifest_file) for name in query.graph.all(query.package))]
-
-
-def _depends_msgsrv(query: _Query) -> list[str]:
+def _depends_msgsrv(query: PackageQuery) -> list[str]:
     # Only rosbuild packages had separate folders for generated files.
-    query.graph.all(query.package)
+    query.graph.all(query.name)
     return [""]
 
 
-def _depends_why(query: _Query) -> list[str]:
-    name, target = query.package, query.option("--target", "no package or target given")
-    if query.index.get(target) is None:
-        raise _Failed(f"package '{target}' not found")
-    return [
-        f"Dependency chains from {name} to {target}:",
-        *("* " + " -> ".join(chain) + " " for chain in query.graph.chains(name, target)),
-    ]
-
-
-def _plugins(query: _Query) -> list[str]:
+def _plugins(query: PackageQuery) -> list[str]:
     attribute, top = query.option("--attrib", "no package / attrib given"), query.options.get("--top")
     if top is not None and query.index.get(top) is None:
-        raise _Failed(f"no such package {top}")
-    found = query.graph.exporters(query.package, attribute, top)
+        raise QueryFailed(f"no such package {top}")
+    found = query.graph.exporters(query.name, attribute, top)
     return [f"{package.name} {value}" for package, value in found]
 
 
-def _export(query: _Query) -> list[str]:
+def _export(query: PackageQuery) -> list[str]:
     language, attribute = (
         query.option(name, "no package / lang / attrib given") for name in ("--lang", "--attrib")
     )
-    name = query.package
+    name = query.name
     packages = [*query.graph.all(name), *([] if "--deps-only" in query.options else [name])]
     values = []
     for package in reversed(packages):
@@ -216,25 +154,25 @@ def _export(query: _Query) -> list[str]:
     return [" ".join(values)]
 
 
-def _rosdep(query: _Query) -> list[str]:
-    return [f"name: {key}" for key in query.graph.rosdeps(query.package)]
+def _rosdep(query: PackageQuery) -> list[str]:
+    return [f"name: {key}" for key in query.graph.rosdeps(query.name)]
 
 
-def _rosdep0(query: _Query) -> list[str]:
-    return [f"name: {key}" for key in query.graph.rosdeps(query.package, only_direct=True)]
+def _rosdep0(query: PackageQuery) -> list[str]:
+    return [f"name: {key}" for key in query.graph.rosdeps(query.name, only_direct=True)]
 
 
-def _nothing(query: _Query) -> list[str]:
+def _nothing(query: PackageQuery) -> list[str]:
     # Manifests of rosbuild named a version control system; the commands still exist.
-    _ = query.package  # raises for an unknown package
+    _ = query.name  # raises for an unknown package
     return []
 
 
-def _flags(option: str, prefix: str = "") -> Callable[[_Query], list[str]]:
+def _flags(option: str, prefix: str = "") -> Callable[[PackageQuery], list[str]]:
     """A command that prints the flags of pkg-config, each without its prefix."""
 
-    def ask(query: _Query) -> list[str]:
-        name = query.package
+    def ask(query: PackageQuery) -> list[str]:
+        name = query.name
         if "--deps-only" in query.options:
             query.graph.all(name)
             return [""]  # the flags of pkg-config include those of the dependencies
@@ -245,20 +183,11 @@ def _flags(option: str, prefix: str = "") -> Callable[[_Query], list[str]]:
     return ask
 
 
-def _langs(_query: _Query) -> list[str]:
+def _langs(_query: PackageQuery) -> list[str]:
     return ["genpy"]
 
 
-def _profile(query: _Query) -> list[str]:
-    from pipros.workspace.crawl_times import crawl_times
-
-    length = query.options.get("--length", "20")
-    if not length.lstrip("-").isdecimal():
-        raise _Failed(f"--length must be a number, got [{length}]")
-    return crawl_times(query.index.folders, int(length), only_empty="--zombie-only" in query.options)
-
-
-_COMMANDS: Mapping[str, Callable[[_Query], list[str]]] = {
+_COMMANDS: Mapping[str, Callable[[PackageQuery], list[str]]] = {
     "find": _find,
     "list": _list,
     "list-names": _list_names,
@@ -267,10 +196,10 @@ _COMMANDS: Mapping[str, Callable[[_Query], list[str]]] = {
     "depends1": _depends1,
     "depends-on": _depends_on,
     "depends-on1": _depends_on1,
-    "depends-indent": _depends_indent,
+    "depends-indent": PackageQuery.indented_dependencies,
     "depends-manifests": _depends_manifests,
     "depends-msgsrv": _depends_msgsrv,
-    "depends-why": _depends_why,
+    "depends-why": PackageQuery.dependency_chains,
     "plugins": _plugins,
     "export": _export,
     "rosdep": _rosdep,
@@ -285,7 +214,7 @@ _COMMANDS: Mapping[str, Callable[[_Query], list[str]]] = {
     "libs-only-L": _flags("libs-only-L", "-L"),
     "libs-only-l": _flags("libs-only-l", "-l"),
     "libs-only-other": _flags("libs-only-other"),
-    "profile": _profile,
+    "profile": PackageQuery.crawl_times,
 }
 
 

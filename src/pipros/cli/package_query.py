@@ -1,0 +1,146 @@
+"""What `rospack` and `rosstack` share: arguments, read without `optparse`, and answers about packages."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+
+from pipros.errors import PiprosError
+from pipros.packages.crawl import PACKAGES
+from pipros.workspace.dependency_graph import DependencyGraph
+from pipros.workspace.index import PackageIndex
+
+
+def split_arguments(
+    arguments: Sequence[str], value_options: Collection[str], flags: Collection[str]
+) -> tuple[list[str], dict[str, str], str]:
+    """Words, options, and the error in them, which is empty if there is none.
+
+    Args:
+        arguments: of the command line.
+        value_options: options with a value, which follows `=` or is the next argument.
+        flags: options without one. `-h` and `--help` are words unless they are flags.
+    """
+    words: list[str] = []
+    options: dict[str, str] = {}
+    left = iter(arguments)
+    for argument in left:
+        name, sign, value = argument.partition("=")
+        if name in value_options:
+            if not sign:
+                following = next(left, None)
+                if following is None:
+                    return words, options, f"the required argument for option '{name}' is missing"
+                value = following
+            options[name] = value
+        elif argument in flags:
+            options[argument] = "yes"
+        elif argument.startswith("-") and argument not in ("-h", "--help"):
+            return words, options, f"failed to parse command-line options: unrecognised option '{argument}'"
+        else:
+            words.append(argument)
+    return words, options, ""
+
+
+TOO_MANY_WORDS = (
+    "failed to parse command-line options: "
+    "too many positional options have been specified on the command line"
+)
+
+
+def complain(tool: str, text: str, options: Mapping[str, str]) -> int:
+    """Prints the error, unless `-q` is given. Returns the exit code."""
+    if "-q" not in options:
+        print(f"[{tool}] Error: {text}", file=sys.stderr)
+    return 1
+
+
+class QueryFailed(PiprosError):
+    """A command cannot be carried out; the text is printed after `[rospack] Error: `."""
+
+
+class PackageQuery:
+    """The arguments of one command, with the package index and the dependency graph.
+
+    Attributes:
+        words: the arguments that are not options; the first names a package.
+    """
+
+    def __init__(
+        self,
+        words: Sequence[str],
+        options: Mapping[str, str],
+        *,
+        noun: str = "package",
+        unknown: str = "package '{}' not found",
+        kinds: Sequence[str] = PACKAGES,
+    ) -> None:
+        """Reads nothing yet.
+
+        Args:
+            words, options: as `split_arguments` returns them.
+            noun: what errors call a package.
+            unknown: the error for an unknown package, with `{}` for its name.
+            kinds: what counts as a package, see `PackageIndex`.
+        """
+        self.words = words
+        self.options = options
+        self._noun = noun
+        self._unknown = unknown
+        self.index = PackageIndex.from_environment(kinds=kinds)
+        self.graph = DependencyGraph(self.index)
+
+    @property
+    def name(self) -> str:
+        """The package named, or the one whose folder is the current folder."""
+        name = self.words[0] if self.words else ""
+        if not name:
+            current = self.index.containing(Path.cwd())
+            if current is None or current.path != Path.cwd():
+                raise QueryFailed(f"no {self._noun} given")
+            name = current.name
+        if self.index.get(name) is None:
+            raise QueryFailed(self._unknown.format(name))
+        return name
+
+    def option(self, name: str, complaint: str) -> str:
+        """The value of an option; `complaint` is Noetic's error when it is missing."""
+        value = self.options.get(name, "")
+        if not value:
+            raise QueryFailed(complaint)
+        return value
+
+    def indented_dependencies(self) -> list[str]:
+        """`depends-indent`: all dependencies as a tree, as often as they occur in it."""
+        lines: list[str] = []
+
+        def add(name: str, depth: int, path: tuple[str, ...]) -> None:
+            for needed in self.graph.direct(name):
+                if needed in path:
+                    raise QueryFailed(f"package '{path[0]}' depends on itself")
+                lines.append("  " * depth + needed)
+                add(needed, depth + 1, (*path, needed))
+
+        name = self.name
+        add(name, 0, (name,))
+        return lines
+
+    def dependency_chains(self) -> list[str]:
+        """`depends-why`: every path of dependencies to the package of the option `--target`."""
+        name, target = self.name, self.option("--target", f"no {self._noun} or target given")
+        if self.index.get(target) is None:
+            raise QueryFailed(f"{self._noun} '{target}' not found")
+        return [
+            f"Dependency chains from {name} to {target}:",
+            *("* " + " -> ".join(chain) + " " for chain in self.graph.chains(name, target)),
+        ]
+
+    def crawl_times(self) -> list[str]:
+        """`profile`: the folders that take longest to search."""
+        from pipros.workspace.crawl_times import crawl_times
+
+        length = self.options.get("--length", "20")
+        if not length.lstrip("-").isdecimal():
+            raise QueryFailed(f"--length must be a number, got [{length}]")
+        return crawl_times(self.index.folders, int(length), only_empty="--zombie-only" in self.options)
