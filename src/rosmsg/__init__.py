@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, TextIO
 
 from genpy.dynamic import generate_dynamic
@@ -107,6 +108,12 @@ def list_types(package: str, mode: str = MODE_MSG, rospack: object = None) -> li
         return [f"{package}/{name}" for name in _KINDS[mode].names(package)]
     except PiprosError as error:
         raise ROSMsgException(str(error)) from None
+
+
+def _list_types(path: str, subdir: str, ext: str) -> list[str]:
+    """The names of the types whose files, with the extension `ext`, are in the folder `path`, sorted."""
+    del subdir  # stands in the path
+    return sorted(file.stem for file in Path(path).glob(f"*{ext}") if file.is_file())
 
 
 def list_msgs(package: str, rospack: object = None) -> list[str]:

@@ -29,11 +29,12 @@ from rospy.msproxy import MasterProxy
 from rospy.rostime import in_seconds
 from rospy.service import Service as Service
 from rospy.session import session
+from rospy.shared_names import share_names
 from rospy.topics import Subscriber
 
 TIMEOUT_READY = 15.0
 
-_UNSPECIFIED = object()
+_unspecified = object()
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -172,7 +173,7 @@ def wait_for_message(
 
 
 @_interruptible
-def get_param(param_name: str, default: Any = _UNSPECIFIED) -> Any:
+def get_param(param_name: str, default: Any = _unspecified) -> Any:
     """A parameter's value; that of a namespace is a dictionary.
 
     Raises:
@@ -185,7 +186,7 @@ def get_param(param_name: str, default: Any = _UNSPECIFIED) -> Any:
 
 
 @_interruptible
-def get_param_cached(param_name: str, default: Any = _UNSPECIFIED) -> Any:
+def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
     """As `get_param`, but asks the master only once: later changes come by themselves."""
     try:
         return session.params.get_cached(param_name)
@@ -194,7 +195,7 @@ def get_param_cached(param_name: str, default: Any = _UNSPECIFIED) -> Any:
 
 
 def _default(param_name: str, default: Any) -> Any:
-    if default is _UNSPECIFIED:
+    if default is _unspecified:
         raise KeyError(param_name)
     return default
 
@@ -249,8 +250,4 @@ def get_param_names() -> list[str]:
     return session.params.names()
 
 
-def __getattr__(name: str) -> Any:
-    """The state of the node as some packages look at it."""
-    if name == "_init_node_args":
-        return session.init_arguments
-    raise AttributeError(f"module 'rospy.client' has no attribute '{name}'")
+share_names(__name__, session, {"_init_node_args": "init_arguments"})

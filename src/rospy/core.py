@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import functools
 import logging
+import threading
 import warnings
 from collections.abc import Callable
-from typing import Any, ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar
 
 from pipros.net.argument_checks import below_root
 from pipros.wire.uri import split_uri
 from rospy.logs import LoggingIdentical as LoggingIdentical
 from rospy.logs import LoggingOnce as LoggingOnce
 from rospy.logs import LoggingThrottle as LoggingThrottle
+from rospy.logs import _logging_identical as _logging_identical
+from rospy.logs import _logging_once as _logging_once
+from rospy.logs import _logging_throttle as _logging_throttle
 from rospy.logs import logdebug as logdebug
 from rospy.logs import logdebug_once as logdebug_once
 from rospy.logs import logdebug_throttle as logdebug_throttle
@@ -38,22 +42,24 @@ from rospy.logs import logwarn_throttle_identical as logwarn_throttle_identical
 from rospy.names import *  # noqa: F403  # what others import from here
 from rospy.names import ParameterInvalid, ROSException, ROSInitException
 from rospy.session import session
+from rospy.shared_names import share_names
 
 is_topic = below_root
 
+_TIMEOUT_SHUTDOWN_JOIN = 5.0
 ROSRPC = "rosrpc://"
 MASTER_NAME = "master"
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
-_internal_logger = logging.getLogger("rospy.internal")
+_rospy_logger = logging.getLogger("rospy.internal")
 
 # What the client library itself says: for log files, not for `/rosout`.
-rospydebug = _internal_logger.debug
-rospyinfo = _internal_logger.info
-rospywarn = _internal_logger.warning
-rospyerr = _internal_logger.error
+rospydebug = _rospy_logger.debug
+rospyinfo = _rospy_logger.info
+rospywarn = _rospy_logger.warning
+rospyerr = _rospy_logger.error
 
 
 def deprecated(func: Callable[P, T]) -> Callable[P, T]:
@@ -86,7 +92,7 @@ def is_shutdown() -> bool:
 
 def is_shutdown_requested() -> bool:
     """True as soon as the node has been told to shut down, also inside shutdown hooks."""
-    return session.is_shutdown or (session.node is not None and session.node.is_ending)
+    return session.is_ending
 
 
 def signal_shutdown(reason: str) -> None:
@@ -150,9 +156,7 @@ def configure_logging(node_name: str, level: int = logging.INFO) -> None:
 
 def get_node_uri() -> str | None:
     """The URI of the node's slave API; None before init_node."""
-    if session.node_uri is not None:
-        return session.node_uri
-    return session.node.uri if session.node is not None else None
+    return session.node_uri
 
 
 def set_node_uri(uri: str) -> None:
@@ -206,19 +210,22 @@ class NullHandler(logging.NullHandler):
         """Does nothing."""
 
 
-_STATE: dict[str, Callable[[], Any]] = {
-    "_client_ready": lambda: session.is_initialized,
-    "_client_shutdown_hooks": lambda: session.client_hooks,
-    "_in_shutdown": lambda: session.is_shutdown,
-    "_log_filename": lambda: session.log_file,
-    "_preshutdown_hooks": lambda: session.preshutdown_hooks,
-    "_shutdown_hooks": lambda: session.shutdown_hooks,
-    "_uri": get_node_uri,
-}
+def _add_shutdown_thread(t: threading.Thread) -> None:
+    """Has the end of the node wait for a thread, for some seconds at most."""
+    add_shutdown_hook(lambda _: t.join(_TIMEOUT_SHUTDOWN_JOIN))
 
 
-def __getattr__(name: str) -> Any:
-    """The state of the node as some packages look at it."""
-    if name in _STATE:
-        return _STATE[name]()
-    raise AttributeError(f"module 'rospy.core' has no attribute '{name}'")
+share_names(
+    __name__,
+    session,
+    {
+        "_client_ready": "is_initialized",
+        "_client_shutdown_hooks": "client_hooks",
+        "_in_shutdown": "is_ending",
+        "_log_filename": "log_file",
+        "_preshutdown_hooks": "preshutdown_hooks",
+        "_shutdown_flag": "is_shutdown",
+        "_shutdown_hooks": "shutdown_hooks",
+        "_uri": "node_uri",
+    },
+)

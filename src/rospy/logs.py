@@ -98,7 +98,7 @@ class LoggingOnce:
 
 
 # A call of one kind, on the same line as one of another, does not disturb it.
-_once, _throttled, _identical, _identical_throttled = (
+_logging_once, _logging_throttle, _logging_identical, _logging_identical_throttle = (
     LoggingOnce(),
     LoggingThrottle(),
     LoggingIdentical(),
@@ -123,19 +123,19 @@ def _family(level: int) -> Family:
 
     def throttle(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
         logger = _logger(kwargs)
-        if _throttled(_caller(), period):
+        if _logging_throttle(_caller(), period):
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def throttle_identical(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
         logger = _logger(kwargs)
         caller = _caller()
-        is_due = _identical_throttled(caller, period)
-        if _identical(caller, str(msg)) or is_due:
+        is_due = _logging_identical_throttle(caller, period)
+        if _logging_identical(caller, str(msg)) or is_due:
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def once(msg: object, *args: Any, **kwargs: Any) -> None:
         logger = _logger(kwargs)
-        if _once(_caller()):
+        if _logging_once(_caller()):
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     return Family(log, throttle, throttle_identical, once)

@@ -10,6 +10,7 @@ from pipros.msg.time import NS_PER_S
 from pipros.node.clock import Clock, SimulatedClock
 from rospy.exceptions import ROSInitException
 from rospy.session import session
+from rospy.shared_names import share_names
 
 
 def clock() -> Clock:
@@ -106,3 +107,6 @@ def wallsleep(duration: float | msg_time.Duration) -> None:
 def in_seconds(duration: float | msg_time.Duration) -> float:
     """A duration or a number of seconds as the latter."""
     return duration.to_sec() if isinstance(duration, msg_time.Duration) else duration
+
+
+share_names(__name__, session, {"_rostime_initialized": "has_time"})

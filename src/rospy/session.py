@@ -15,7 +15,8 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
+from weakref import WeakSet
 
 from pipros import names
 from pipros.env import Environment
@@ -41,31 +42,43 @@ class InitInterrupted(ROSInitException, ROSInterruptException):
     """The process was told to end while init_node still waited for the master."""
 
 
+class Closable(Protocol):
+    """What is closed when its node is forgotten: a `rospy.Publisher`."""
+
+    def close(self) -> None: ...
+
+
 class Session:
     """The life of rospy in this process: before `init_node`, with its node, and after the end."""
 
     def __init__(self) -> None:
-        self.node: Node | None = None
         self.logger = logging.getLogger("rosout")
         self.has_time = False
+        self.init_arguments: tuple[Any, ...] | None = None  # of init_node
+        self.publishers: WeakSet[Closable] = WeakSet()  # each rospy.Publisher
         self._clock: Clock = WallClock()  # before init_node
-        self.calls = OpenCalls()
-        self._init_arguments: tuple[Any, ...] | None = None
-        self._waiting_for_node: list[Callable[[Node], object]] = []
-        self._early_services: set[str] = set()
-        self.client_hooks: list[Hook] = []
-        self.preshutdown_hooks: list[Hook] = []
-        self.shutdown_hooks: list[Hook] = []
         self._waits: set[OnceEvent] = set()
-        self._is_over = False  # shut down without ever having had a node
         self._lock = threading.RLock()
         self._signals = Signals(self.end)
         self._has_signals = False
         self._early_clients: tuple[str, MasterClient, Parameters] | None = None
         self._arguments: names.Arguments | None = None  # in place of those of the command line
+        self._log_handlers: list[logging.Handler] = []
+        self._process_id = 0  # which init_node was called in
+        self._be_without_node()
+
+    def _be_without_node(self) -> None:
+        self.node: Node | None = None
+        self.calls = OpenCalls()
+        self._waiting_for_node: list[Callable[[Node], object]] = []
+        self._early_services: set[str] = set()
+        self.client_hooks: list[Hook] = []
+        self.preshutdown_hooks: list[Hook] = []
+        self.shutdown_hooks: list[Hook] = []
+        self._is_over = False  # shut down without a node, or said to be
         self._remappings: dict[str, str] | None = None
         self._is_initialized: bool | None = None  # in place of what the node says
-        self.node_uri: str | None = None
+        self._node_uri: str | None = None  # in place of the node's
         self.log_file: str | None = None
         self.rosout_handler: logging.Handler | None = None
         self.services: dict[str, Any] = {}  # each rospy.Service by its name
@@ -120,11 +133,6 @@ class Session:
         return self.identity.namespace
 
     @property
-    def init_arguments(self) -> tuple[Any, ...] | None:
-        """What init_node was called with; None before."""
-        return self._init_arguments
-
-    @property
     def is_initialized(self) -> bool:
         if self._is_initialized is not None:
             return self._is_initialized
@@ -137,6 +145,33 @@ class Session:
     @property
     def is_shutdown(self) -> bool:
         return self._is_over or (self.node is not None and self.node.is_shutdown)
+
+    @is_shutdown.setter
+    def is_shutdown(self, value: bool) -> None:
+        """False after the end of the node has the process be one without a node, which may start another."""
+        if not value and self.node is not None and self.node.is_shutdown:
+            self._forget_node()
+        self._is_over = value
+
+    @property
+    def is_ending(self) -> bool:
+        """True as soon as the node has been told to shut down."""
+        return self.is_shutdown or (self.node is not None and self.node.is_ending)
+
+    @is_ending.setter
+    def is_ending(self, value: bool) -> None:
+        """Packages that set it to False set `is_shutdown` as well, and that decides."""
+
+    @property
+    def node_uri(self) -> str | None:
+        """The URI of the node's slave API, or what it was said to be; None before init_node."""
+        if self._node_uri is not None or self.node is None:
+            return self._node_uri
+        return self.node.uri
+
+    @node_uri.setter
+    def node_uri(self, value: str | None) -> None:
+        self._node_uri = value
 
     @property
     def clock(self) -> Clock:
@@ -240,20 +275,54 @@ class Session:
         if "/" in name:
             raise ValueError("namespaces are not allowed in node names")
         with self._lock:
-            if self._init_arguments is not None:
-                if self._init_arguments == arguments:
+            if self.init_arguments is not None:
+                if self.init_arguments == arguments:
                     return
                 raise ROSException(
                     "rospy.init_node() has already been called with different arguments: "
-                    f"{self._init_arguments}"
+                    f"{self.init_arguments}"
                 )
-            self._init_arguments = arguments
+            self.init_arguments = arguments
         try:
+            self._make_way()
             self._start(arguments, disable_rosout, rpc_port, tcpros_port)
         except BaseException:
             if self.node is None:
-                self._init_arguments = None
+                self.init_arguments = None
             raise
+
+    def _make_way(self) -> None:
+        """Ends the node that there is, if `rospy.client._init_node_args` was set to None while it ran.
+
+        Raises:
+            ROSInitException: the process was told to end.
+        """
+        if self.is_shutdown:
+            raise ROSInitException(
+                "init_node interrupted before it could complete: rospy has been shut down "
+                "(rospy.core._shutdown_flag = False has it begin anew)"
+            )
+        if self.node is not None:
+            self._forget_node()
+
+    def _forget_node(self) -> None:
+        """Has the process be one without a node. What was made for the node stays closed.
+
+        A node that runs is ended first, but for that of the process that this one was forked from.
+        """
+        if os.getpid() == self._process_id:
+            self.end("another node takes its place")
+        else:
+            self._signals, self._has_signals = Signals(self.end), False
+        for handler in self._log_handlers:
+            self.logger.removeHandler(handler)
+            logging.getLogger().removeHandler(handler)
+            handler.close()
+        self._log_handlers.clear()
+        for publisher in self.publishers:
+            publisher.close()
+        self.publishers.clear()
+        self._be_without_node()
 
     def _start(
         self, arguments: tuple[Any, ...], disable_rosout: bool, rpc_port: int, tcpros_port: int
@@ -275,12 +344,18 @@ class Session:
         )
         node.on_shutdown(self.calls.interrupt_present)
         node.on_shutdown(self._call_client_hooks)
-        open_console_and_file(node, self.logger, log_level)
-        if disable_signals:
+        self._process_id = os.getpid()
+        self._log_handlers += open_console_and_file(node, self.logger, log_level)
+        if self._has_signals:  # for a former node
+            node.start()
+            self.node = node
+            self._signals.listen_anew(node)
+        elif disable_signals:
             node.start()
             self.node = node
         else:
             self._start_with_signals(node)
+        atexit.unregister(self.end)
         atexit.register(self.end, "atexit")
         if hasattr(os, "register_at_fork"):  # the end of a child is not the end of the node
             os.register_at_fork(after_in_child=lambda: atexit.unregister(self.end))
@@ -313,6 +388,7 @@ class Session:
         """Sends what is logged to `/rosout`, unless it is sent there already, or there is no node."""
         if self.node is not None and self.rosout_handler is None:
             self.rosout_handler = open_rosout(self.node, self.logger)
+            self._log_handlers.append(self.rosout_handler)
 
     def follow_simulated_time(self) -> None:
         """Goes by `/clock` if `/use_sim_time` is set.
@@ -376,10 +452,11 @@ class Session:
                 self._call_client_hooks()
                 self._is_over = True
             return
+        calls, shutdown_hooks = self.calls, self.shutdown_hooks
         self.node.shutdown(reason)
-        self.calls.interrupt()
-        hooks = list(self.shutdown_hooks)
-        self.shutdown_hooks.clear()
+        calls.interrupt()
+        hooks = list(shutdown_hooks)
+        shutdown_hooks.clear()
         self._call(hooks, reason)
 
     def _call_client_hooks(self) -> None:

@@ -130,7 +130,7 @@ class Publisher(Topic[AnyMessage]):
         del tcp_nodelay
         self._handle: node_api.Publisher[AnyMessage] | None = None
         self._impl: PublisherImpl | None = None
-        self._is_unregistered = False
+        self._is_unregistered = self._is_closed = False
         self._publish: Callable[[AnyMessage], None] = self._refuse
         queue_size = queue_size if queue_size is None or queue_size > 0 else 0
 
@@ -147,6 +147,7 @@ class Publisher(Topic[AnyMessage]):
             if subscriber_listener is not None:
                 self._handle.publication.listeners.append(subscriber_listener)
 
+        session.publishers.add(self)
         session.when_started(advertise)
 
     def publish(self, *args: Any, **kwds: Any) -> None:
@@ -184,9 +185,16 @@ class Publisher(Topic[AnyMessage]):
         if handle is not None:
             handle.unregister()
 
+    def close(self) -> None:
+        """Has `publish` raise: the node is no longer that of the process."""
+        self._publish = self._refuse
+        self._is_closed = True
+
     def _refuse(self, _: AnyMessage) -> NoReturn:
         if self._is_unregistered:
             raise ROSException("publish() to an unregistered() handle")
+        if self._is_closed:
+            raise ROSException("publish() to a closed topic")
         raise ROSException("ROS node has not been initialized yet. Please call init_node() first")
 
     @property

@@ -45,11 +45,16 @@ BROKEN_IN_GENUINE = {"rospy.impl.udpros"}
 """Modules of genuine ROS that cannot be imported there, either."""
 
 PRIVATE_NAMES = {
-    "rospy.client": ["_init_node_args"],
-    "rospy.core": ["_client_ready", "_in_shutdown", "_shutdown_hooks", "_uri"],
+    "rosmsg": ["_list_types"],
+    "rospy.client": ["_init_node_args", "_unspecified"],
+    "rospy.core": [
+        *("_add_shutdown_thread", "_client_ready", "_client_shutdown_hooks", "_in_shutdown", "_log_filename"),
+        *("_logging_identical", "_logging_once", "_logging_throttle", "_preshutdown_hooks", "_rospy_logger"),
+        *("_shutdown_flag", "_shutdown_hooks", "_uri"),
+    ],
     "rospy.impl.registration": ["_topic_manager", "_service_manager"],
-    "rospy.names": ["_mappings", "_resolved_mappings"],
-    "rospy.rostime": ["_set_rostime"],
+    "rospy.names": ["_caller_id", "_caller_namespace", "_mappings", "_resolved_mappings"],
+    "rospy.rostime": ["_rostime_initialized", "_set_rostime"],
     "rospy.topics": ["_PublisherImpl", "_SubscriberImpl", "_TopicImpl", "_TopicManager"],
 }
 """Private names that published packages use all the same."""

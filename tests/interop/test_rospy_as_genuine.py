@@ -47,6 +47,8 @@ SCRIPTS = {
     ("examine_junitxml.py",): 12,
     ("examine_durations.py",): 40,
     ("examine_the_rest.py",): 80,
+    ("examine_second_node.py",): 15,
+    ("examine_second_node.py", "revived"): 20,
 }
 """Script and arguments -> how many outcomes it has at least."""
 

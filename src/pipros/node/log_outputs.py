@@ -32,36 +32,44 @@ _LOGGING_LEVELS = {
 """The levels of Python's logging for those of ROS."""
 
 
-def open_console_and_file(node: Node, logger: logging.Logger, level: int | None) -> None:
+def open_console_and_file(node: Node, logger: logging.Logger, level: int | None) -> list[logging.Handler]:
     """Sends `logger` to the console and all that the process logs to a file, as Noetic is configured.
 
     A configuration of Python's logging (`find_log_config`) is used instead.
     `level` is one of ROS' numbers; None leaves the configured one.
+
+    Returns:
+        What was added to the logger and to the root logger; nothing with a configuration.
     """
+    handlers: list[logging.Handler] = []
     given = node.identity.arguments.special.get("__log")
     path = log_file(node.environment.log_dir, node.name, given)
     if config := find_log_config(node.environment):
         configure_by_file(config, path)
     else:
         logger.setLevel(logging.INFO)
-        logger.addHandler(ConsoleHandler(node.name, lambda: node.clock, node.environment.console_format))
-        _log_to_file(path)
+        console = ConsoleHandler(node.name, lambda: node.clock, node.environment.console_format)
+        logger.addHandler(console)
+        handlers = [console, *_log_to_file(path)]
     if level is not None:
         logger.setLevel(_LOGGING_LEVELS.get(level, logging.INFO))
+    return handlers
 
 
-def _log_to_file(path: Path) -> None:
+def _log_to_file(path: Path) -> list[logging.Handler]:
     root = logging.getLogger()
     try:
-        root.addHandler(open_file_handler(path))
+        handler = open_file_handler(path)
     except OSError as error:
         print(
             f"WARNING: cannot log to [{path}]: {error.strerror}. "
             "Please set ROS_LOG_DIR to a writable location.",
             file=sys.stderr,
         )
-    else:
-        root.setLevel(min(root.level or logging.INFO, logging.INFO))
+        return []
+    root.addHandler(handler)
+    root.setLevel(min(root.level or logging.INFO, logging.INFO))
+    return [handler]
 
 
 def open_rosout(node: Node, logger: logging.Logger) -> RosoutHandler:

@@ -91,6 +91,18 @@ class Signals:
         """Has signals end the node, also those since `install`. They are read in its event loop."""
         node.add_reader(self._sockets[0], self._read)
 
+    def listen_anew(self, node: Node) -> None:
+        """Has signals end a later node, as they did the one before. Those that came in between are lost."""
+        if self._ending is not None and self._ending is not threading.current_thread():
+            self._ending.join()
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                self._sockets[0].recv(64)
+        self._ending, self._has_ended = None, False
+        self._by_interpreter.clear()
+        self._by_handler.clear()
+        self.listen(node)
+
     def uninstall(self) -> None:
         """Restores what was there before `install`. In the main thread, once the node has ended."""
         try:

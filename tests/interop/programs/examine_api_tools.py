@@ -2,9 +2,11 @@
 
 import contextlib
 import io
+import os
 import sys
 import warnings
 
+import rospkg
 from examination import begin, examine
 
 warnings.simplefilter("ignore")
@@ -53,6 +55,10 @@ def examine_rosmsg():
     for mode in (rosmsg.MODE_MSG, rosmsg.MODE_SRV):
         examine(f"usage {mode}", lambda: rosmsg.fullusage(mode))
     examine("mode", lambda: rosmsg.list_types("std_srvs", "nonsense"))
+    package = rospkg.RosPack().get_path("std_srvs")
+    for folder, extension in (("srv", ".srv"), ("srv", ".msg"), ("none", ".msg")):
+        path = os.path.join(package, folder)
+        examine(f"types {folder}", lambda: rosmsg._list_types(path, folder, extension))
     for arguments in (["md5", "std_msgs/String"], ["show", "std_msgs/String"], ["package", "std_srvs"]):
         sys.argv = ["rosmsg", *arguments]
         function = getattr(rosmsg, f"rosmsg_cmd_{arguments[0]}")

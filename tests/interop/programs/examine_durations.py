@@ -16,6 +16,9 @@ def without_a_node():
     for limit in (0.1, rospy.Duration(0.1), 0, rospy.Duration(0)):
         examine(f"wait_for_service {limit}", lambda: rospy.wait_for_service("/nobody", limit))
     examine("before", lambda: (clock.is_rostime_initialized(), clock.is_wallclock()))
+    clock._rostime_initialized = True
+    examine("initialized by its private name", clock.is_rostime_initialized)
+    clock._rostime_initialized = False
     examine("initialized", lambda: clock.set_rostime_initialized(True))
     examine("after", lambda: (clock.is_rostime_initialized(), clock.is_wallclock()))
     examine("wall", lambda: (rospy.get_time() > 1e9, rospy.Time.now().to_sec() > 1e9))
