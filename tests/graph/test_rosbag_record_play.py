@@ -164,7 +164,7 @@ def test_a_full_disk_leaves_a_valid_bag_and_disturbs_no_publisher(
     record.press_ctrl_c()
 
     assert record.wait() == 1
-    assert re.search(r"the disk with 'full.bag' is full: the last \d+ messages were given up", record.output)
+    assert re.search(r"the disk with 'full.bag' is full: the last \d+ messages were discarded", record.output)
     assert re.search(r"\d+ messages were dropped, \d+ in all: the disk is full", record.output)
     assert not (ros.home / "full.bag.active").exists()
     found = [message[len(text) :] for _, message in recorded(ros.home / "full.bag")]

@@ -2,8 +2,8 @@
 
     from pipros.bag import BagReader, BagWriter, merged, open_bag
 
-The pure part (records, index, compression, the order of messages) has bytes in and values out; `source.py`
-is all that is asked of a file to read.
+Records, index, compression and the order of messages are pure: bytes in, values out. Files are read through
+`source.py` alone.
 """
 
 from __future__ import annotations

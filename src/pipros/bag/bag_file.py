@@ -1,4 +1,4 @@
-"""One bag that is read, written, or appended to and read meanwhile, with its state between these."""
+"""One bag that is read, written, or appended to and read at the same time, as `rosbag.Bag` allows."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class BagFile:
         self._reader = None
 
     def set_chunks(self, compression: str, chunk_bytes: int) -> None:
-        """How the next chunks are made. The open one is written before."""
+        """Sets how later chunks are made. The open chunk is written first."""
         self.flush()
         self._compression, self._chunk_bytes = compression, chunk_bytes
         if self.writer is not None:
@@ -96,7 +96,7 @@ class BagFile:
 
     @property
     def size(self) -> int:
-        """Bytes of the file, with those that are not written yet."""
+        """The size of the file, including bytes that are not written yet."""
         return self.writer.size if self.writer is not None else self.view().size
 
     def flush(self) -> None:
@@ -105,7 +105,7 @@ class BagFile:
             self.writer.flush()
 
     def view(self) -> BagReader:
-        """The bag as a reader has it; what was added so far is written to the file."""
+        """A reader of the bag, including what was added so far, which is written to the file first."""
         if self._reader is not None:
             return self._reader
         if self.writer is None:
@@ -114,7 +114,7 @@ class BagFile:
         return BagReader.of_layout(self._file, self._name, self.writer.layout, self._limits)
 
     def reindex(self) -> list[int]:
-        """Makes the index anew, of a bag in mode `a`; returns the positions of its chunks.
+        """Rebuilds the index of a bag in mode `a`; returns the positions of its chunks.
 
         Raises:
             BagError: the format cannot be given an index.

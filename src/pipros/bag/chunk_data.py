@@ -1,4 +1,4 @@
-"""The content of chunks: read from the file, uncompressed ahead of its use, kept while it is needed."""
+"""The contents of chunks: read from the file, decompressed ahead of time, kept while they are needed."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from pipros.bag.source import Source
 from pipros.limits import Limits
 
 LARGE_BYTES = 16 * 1024 * 1024
-"""Uncompressed chunks above this size are not read whole; their messages are read one by one."""
+"""Uncompressed chunks above this size are not read as a whole: their messages are read one by one."""
 
 _AHEAD_BYTES = 64 * 1024 * 1024
-"""Uncompressed size of the chunks that are prepared ahead."""
+"""The uncompressed size of the chunks that are read ahead."""
 
 
 class Headers(Protocol):
-    """Tells the header of a chunk by its number."""
+    """Returns the header of a chunk by its number."""
 
     def __call__(self, number: int, /) -> ChunkHeader: ...
 
@@ -54,9 +54,9 @@ def check_chunk(source: Source, header: ChunkHeader, limits: Limits) -> str:
 
 
 class ChunkStore:
-    """The contents of chunks, at most `bag_cache_bytes` of them besides the one in use.
+    """The contents of chunks: at most `bag_cache_bytes` besides the one in use.
 
-    Compressed chunks that come next are uncompressed by threads meanwhile.
+    Threads decompress the chunks that come next.
     """
 
     def __init__(self, source: Source, headers: Headers, limits: Limits) -> None:
@@ -93,7 +93,7 @@ class ChunkStore:
         return data
 
     def drop(self, number: int) -> None:
-        """Forgets a chunk that is not needed any more."""
+        """Discards a chunk that is no longer needed."""
         self._kept_bytes -= len(self._kept.pop(number, b""))
 
     def close(self) -> None:

@@ -15,7 +15,7 @@ COMPRESSIONS = (NONE, BZ2, LZ4)
 
 
 def has_lz4() -> bool:
-    """True if chunks can be written with lz4."""
+    """Whether chunks can be written with lz4."""
     return _lz4() is not None
 
 
@@ -41,7 +41,7 @@ def compress(compression: str, data: bytes | memoryview) -> bytes | memoryview:
 
 
 def decompress(compression: str, data: bytes, size: int, where: str) -> bytes:
-    """The data of a chunk, which must be `size` bytes. No more than that is ever made.
+    """The data of a chunk, which must be `size` bytes. At most that many are ever produced.
 
     Raises:
         BagFormatError: the bytes are damaged, or of another size.

@@ -1,4 +1,4 @@
-"""Connections of a bag: one publisher of one topic, with what it said in its connection header."""
+"""Connections of a bag: one publisher of one topic, with the fields of its connection header."""
 
 from __future__ import annotations
 

@@ -9,14 +9,14 @@ _TEXT_LIMIT = 2_000
 
 
 class BagError(PiprosError):
-    """A bag cannot be read or written as asked. What it quotes of the file is made printable."""
+    """A bag cannot be read or written as requested. Quoted parts of the file are made printable."""
 
     def __init__(self, text: str = "") -> None:
         super().__init__(printable(text, _TEXT_LIMIT))
 
 
 class BagFormatError(BagError):
-    """The bytes of a file break the format of bags. The text names the place."""
+    """The bytes of a file violate the format of bags. The text names the place."""
 
 
 class NotIndexed(BagError):
@@ -24,4 +24,4 @@ class NotIndexed(BagError):
 
 
 class NoMessages(BagError):
-    """A time was asked of a bag without messages."""
+    """The start or end of a bag without messages was requested."""

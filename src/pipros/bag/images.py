@@ -1,4 +1,4 @@
-"""Images of `sensor_msgs` as files: PNG without a library, and compressed images as they are."""
+"""Images of `sensor_msgs` as files: raw images as PNG, without a library; compressed images unchanged."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from pipros.bag.errors import BagError
 
-# Of each encoding: bytes of a sample, samples of a pixel, PNG's colour type, the order of samples.
+# For each encoding: bytes per sample, samples per pixel, PNG's colour type, the order of the samples.
 _ENCODINGS = {
     "mono8": (1, 1, 0, "k"), "8UC1": (1, 1, 0, "k"), "mono16": (2, 1, 0, "k"), "16UC1": (2, 1, 0, "k"),
     "rgb8": (1, 3, 2, "rgb"), "8UC3": (1, 3, 2, "bgr"), "bgr8": (1, 3, 2, "bgr"),
@@ -23,7 +23,7 @@ def image_file(message: Any) -> tuple[str, bytes]:
     """The suffix and the content of a file with the image.
 
     Raises:
-        BagError: the encoding cannot be written, or the image has fewer bytes than its size asks for.
+        BagError: the encoding cannot be written, or the image has fewer bytes than its size requires.
     """
     if message._type == "sensor_msgs/CompressedImage":
         data = bytes(message.data)

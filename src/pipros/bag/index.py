@@ -1,4 +1,4 @@
-"""The index of a bag of format 2.0: where the messages of each connection lie, and what each chunk has.
+"""The index of a bag of format 2.0: where the messages of each connection are, and what each chunk contains.
 
 An entry of an index is seconds, nanoseconds and the offset of the message's record in the uncompressed chunk.
 """
@@ -22,7 +22,7 @@ Stamp = tuple[int, int]
 
 @dataclass(frozen=True, slots=True)
 class ChunkInfo:
-    """What the index says of a chunk.
+    """What the index says about a chunk.
 
     Attributes:
         position: of the chunk's record in the file.
@@ -53,11 +53,13 @@ class ChunkHeader:
 
 
 def parse_chunk_header(fields: Fields, data_position: int, data_size: int, where: str) -> ChunkHeader:
-    """Raises:
-    BagFormatError: the size or the compression lacks.
+    """The header of a chunk from the fields of its record.
+
+    Raises:
+        BagFormatError: the size or the compression is missing.
     """
     if "compression" not in fields:
-        raise BagFormatError(f"{where}: the field [compression] lacks")
+        raise BagFormatError(f"{where}: the field [compression] is missing")
     size = number(fields, "size", 4, where)
     return ChunkHeader(text_of(fields["compression"]), data_position, data_size, size)
 
@@ -72,7 +74,7 @@ def parse_index(fields: Fields, data: bytes, where: str) -> tuple[int, bytes]:
     """The number of a connection, and its entries in one chunk, packed as `ENTRY`.
 
     Raises:
-        BagFormatError: another version than 1, or another size than that of the entries.
+        BagFormatError: the version is not 1, or the size does not fit the number of entries.
     """
     version = number(fields, "ver", 4, where)
     if version != 1:
@@ -95,8 +97,10 @@ def index_record(connection: int, entries: bytes) -> bytes:
 
 
 def parse_chunk_info(fields: Fields, data: bytes, where: str) -> ChunkInfo:
-    """Raises:
-    BagFormatError: another version than 1, or another size than that of the counts.
+    """What a chunk info record says.
+
+    Raises:
+        BagFormatError: the version is not 1, or the size does not fit the number of connections.
     """
     version = number(fields, "ver", 4, where)
     if version != 1:

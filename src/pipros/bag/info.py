@@ -1,4 +1,4 @@
-"""What `rosbag info` tells about a bag: from its index, as text and YAML in the forms of Noetic."""
+"""What `rosbag info` prints about a bag, as text and as YAML in Noetic's format. Only the index is read."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Topic:
 
     Attributes:
         type: of its first connection.
-        frequency: one by the median time between messages, in Hz; None if unknown.
+        frequency: by the median time between messages, in Hz; None if unknown.
     """
 
     topic: str
@@ -40,7 +40,7 @@ class Topic:
 
 @dataclass(frozen=True, slots=True)
 class Info:
-    """A bag in a few figures. `start` and `end` are seconds, None without messages."""
+    """The figures of a bag. `start` and `end` are in seconds, None without messages."""
 
     path: str | None
     version: str
@@ -55,7 +55,7 @@ class Info:
 
     @property
     def compression(self) -> Compression:
-        """The most frequent one, with the bytes of all."""
+        """The most frequent compression, with the bytes of all chunks."""
         return Compression(
             self.compressions[0].name if self.compressions else "none",
             sum(each.chunks for each in self.compressions),
@@ -65,7 +65,7 @@ class Info:
 
 
 def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False) -> Info:
-    """Reads the headers of all chunks; with frequencies all their indexes too.
+    """Reads the headers of all chunks and, for frequencies, their indexes too.
 
     Raises:
         BagFormatError: they are damaged.
@@ -106,7 +106,7 @@ def compressions(bag: BagReader) -> list[Compression]:
 def topics(
     bag: BagReader, wanted: Iterable[str] | None = None, *, with_frequencies: bool = False
 ) -> list[Topic]:
-    """The topics by name; all, if none are given."""
+    """The topics by name: those wanted, or all."""
     counts = bag.count_by_connection()
     times = bag.times_by_connection() if with_frequencies else {}
     chosen = None if wanted is None else set(wanted)
@@ -217,7 +217,7 @@ def _topic_lines(info: Info) -> list[str]:
 
 
 def info_tree(info: Info) -> dict[str, Any]:
-    """What `rosbag info --yaml` tells, as values; numbers with a fraction are texts with their digits."""
+    """What `rosbag info --yaml` prints, as values; fractions are formatted already."""
     tree: dict[str, Any] = {} if info.path is None else {"path": info.path}
     tree["version"] = info.version
     if not info.is_indexed:

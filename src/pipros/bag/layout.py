@@ -1,4 +1,4 @@
-"""What a bag's index says: its connections and its chunks. Read without a look at the messages."""
+"""The connections and chunks of a bag, as its index lists them. Messages are not read."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ class Layout:
 
     Attributes:
         version: of the format.
-        connections: by their number, in the order of the file.
-        chunks: in the order of the file.
-        indexes: for bags whose index was made by reading them: the entries of each chunk by connection,
-            by the chunk's position. Chunks that are not in it have theirs in the file.
-        headers: likewise, for parts of a file that have no header of their own.
+        connections: by their number, in file order.
+        chunks: in file order.
+        indexes: for bags whose index was rebuilt: the entries of each chunk by connection, by the chunk's
+            position. Other chunks have their entries in the file.
+        headers: likewise, for parts of a file without a chunk header.
         index_position: where the index begins; 0 if there is none.
         end: where the chunks end.
-        damage: what was wrong, if the index was made by reading.
+        damage: what was wrong, if the index was rebuilt.
     """
 
     version: Version
@@ -48,10 +48,10 @@ class Layout:
 
 
 def read_version(source: Source) -> tuple[Version, int]:
-    """The version of a bag, and where its first record begins.
+    """The version of a bag, and the position of its first record.
 
     Raises:
-        BagError: the file is empty, or no bag.
+        BagError: the file is empty, or is not a bag.
     """
     start = source.read(0, min(source.size, _LONGEST_FIRST_LINE))
     line, newline, _ = start.partition(b"\n")
@@ -156,7 +156,7 @@ def read_chunk_index(
 
 
 class _Block:
-    """A part of a source, read at once; what lies beyond is read from the source."""
+    """A part of a source, read at once; anything beyond it is read from the source."""
 
     def __init__(self, source: Source, position: int, size: int) -> None:
         self._source = source

@@ -1,4 +1,4 @@
-"""Reads LZ4 frames without the `lz4` library, for machines that have none.
+"""Reads LZ4 frames without the `lz4` library, for machines where it is not installed.
 
 The format is https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md;
 checksums are verified. About 20 MB/s.

@@ -1,7 +1,7 @@
-"""The records of MCAP files with bounded memory: chunks by their position, and whole files without a summary.
+"""The records of MCAP files in bounded memory: single chunks by position, and whole files without a summary.
 
-The `mcap` library reads the single records. Uncompressing is done with the sizes that are claimed as bounds,
-which the library does not do, and no read is longer than the file.
+The `mcap` library parses the records. It neither bounds decompression by the size that a chunk claims, nor
+reads by the size of the file; this module does.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _RECORD_START = 9
 
 
 class ClampedFile:
-    """A file whose reads are never longer than what is left of it, whatever a damaged length asks for."""
+    """A file that never reads more than what is left of it, whatever a damaged length says."""
 
     def __init__(self, source: Source, file: Any) -> None:
         self._source, self._file = source, file
@@ -45,7 +45,7 @@ def read_chunk(source: Source, position: int, limits: Limits) -> list[Any]:
     """The records of the chunk at a position: schemas, channels and messages.
 
     Raises:
-        BagFormatError: there is none, or it is damaged or too large.
+        BagFormatError: there is no chunk, or it is damaged or too large.
     """
     from mcap.data_stream import ReadDataStream
     from mcap.opcode import Opcode
@@ -56,7 +56,7 @@ def read_chunk(source: Source, position: int, limits: Limits) -> list[Any]:
     size = int.from_bytes(start[1:], "little")
     if start[0] != Opcode.CHUNK or size > limits.bag_chunk_bytes:
         raise BagFormatError(
-            f"{where}: a chunk of at most {limits.bag_chunk_bytes} bytes (bag_chunk_bytes) must be there, "
+            f"{where}: a chunk of at most {limits.bag_chunk_bytes} bytes (bag_chunk_bytes) is expected, "
             f"got the record {start[0]} of {size} bytes"
         )
     chunk = Chunk.read(ReadDataStream(BytesIO(source.read(position + _RECORD_START, size))))
@@ -82,7 +82,7 @@ def chunk_records(chunk: Any, where: str, limits: Limits) -> list[Any]:
     else:
         data = chunk.data
     if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
-        raise BagFormatError(f"{where}: the chunk is damaged: its checksum is another")
+        raise BagFormatError(f"{where}: the chunk is damaged: its checksum differs")
     plain = Chunk("", data, chunk.message_end_time, chunk.message_start_time, 0, len(data))
     return breakup_chunk(plain)
 
@@ -90,17 +90,19 @@ def chunk_records(chunk: Any, where: str, limits: Limits) -> list[Any]:
 def _decompress_zstd(data: bytes, size: int, where: str) -> bytes:
     import zstandard
 
-    told = zstandard.get_frame_parameters(data).content_size
-    if told not in (size, zstandard.CONTENTSIZE_UNKNOWN):
-        raise BagFormatError(f"{where}: the chunk must have {size} bytes, got {told}")
+    claimed = zstandard.get_frame_parameters(data).content_size
+    if claimed not in (size, zstandard.CONTENTSIZE_UNKNOWN):
+        raise BagFormatError(f"{where}: the chunk must have {size} bytes, got {claimed}")
     plain: bytes = zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
     return plain
 
 
-def all_records(source: Source, file: Any, limits: Limits, told: Callable[[int], object]) -> Iterator[Any]:
+def all_records(
+    source: Source, file: Any, limits: Limits, progress: Callable[[int], object]
+) -> Iterator[Any]:
     """The schemas, channels and messages of a file from its start, without its summary.
 
-    Ends at the first damaged place by what the library raises there, or by `BagFormatError`.
+    At the first damaged place it raises what the library raises there, or `BagFormatError`.
     """
     from mcap.records import Channel, Chunk, DataEnd, Message, Schema
     from mcap.stream_reader import StreamReader
@@ -109,7 +111,7 @@ def all_records(source: Source, file: Any, limits: Limits, told: Callable[[int],
     clamped: Any = ClampedFile(source, file)
     reader = StreamReader(clamped, emit_chunks=True, record_size_limit=limits.bag_chunk_bytes)
     for record in reader.records:
-        told(file.tell())
+        progress(file.tell())
         if isinstance(record, Chunk):
             yield from chunk_records(record, source.at(file.tell()), limits)
         elif isinstance(record, Schema | Channel | Message):

@@ -37,14 +37,14 @@ _AFTER_ALL = 1 << 64
 """Nanoseconds above every time."""
 
 _TIMES_NS = (1 << 32) * NS_PER_S
-"""What a time of ROS cannot be."""
+"""The first time, in nanoseconds, that a ROS time cannot hold."""
 
 _OF_HEADER = ("callerid", "latching", "md5sum", "topic")
 
 
 @contextmanager
 def _translated(name: str) -> Iterator[None]:
-    """Errors of the library about damaged files as ours."""
+    """Translates the library's errors about damaged files."""
     try:
         yield
     except BagError:
@@ -54,7 +54,7 @@ def _translated(name: str) -> Iterator[None]:
             raise
         raise BagFormatError(f"{name} is damaged or cut off") from error
     except Exception as error:
-        # The library lets through what struct, lz4 and zstandard raise, besides its own errors.
+        # Besides its own errors, the library passes on those of struct, lz4 and zstandard.
         if not isinstance(
             error, struct.error | ValueError | OverflowError | EOFError | RuntimeError | KeyError
         ) and (type(error).__module__.partition(".")[0] not in ("mcap", "zstandard", "lz4")):
@@ -72,7 +72,7 @@ def _library() -> Any:
 
 
 def connection_of(channel: Any, schema: Any, name: str) -> Connection:
-    """The connection that a channel is.
+    """A channel as a connection.
 
     Raises:
         BagError: its messages are not of ROS 1.
@@ -103,7 +103,7 @@ class McapReader(BagReader):
         path: of the file, or a file that is open for reading bytes, which is closed with the reader.
 
     Raises:
-        NotIndexed: it has no summary, as while it is written.
+        NotIndexed: it has no summary: it is being written, or its writer was killed.
         BagError: the library is missing, the file is damaged, or its messages are not of ROS 1.
     """
 
@@ -191,7 +191,7 @@ class McapReader(BagReader):
     def _in_order(
         self, wanted: Mapping[int, Connection], first: int, last: int
     ) -> Iterator[tuple[int, int, int, Any]]:
-        """Time, position, number and record of the messages, of as few chunks at a time as possible."""
+        """Time, position, number and record of the messages, holding as few chunks at a time as possible."""
         chunks = sorted(
             (max(chunk.message_start_time, first), chunk.chunk_start_offset)
             for chunk in self._summary.chunk_indexes
@@ -215,8 +215,8 @@ class McapReader(BagReader):
             del waiting[:ready]
 
 
-def recover(path: str | os.PathLike[str], file: Any, limits: Limits, told: Progress) -> list[str]:
-    """Writes all messages of an MCAP file, up to the first damaged place, to another with a summary.
+def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: Progress) -> list[str]:
+    """Copies all messages of an MCAP file, up to the first damaged place, to a file with a summary.
 
     Returns what was damaged.
 
@@ -233,7 +233,7 @@ def recover(path: str | os.PathLike[str], file: Any, limits: Limits, told: Progr
         source = Source(old, os.fspath(path), limits)
         try:
             with _translated(source.name):
-                for record in all_records(source, old, limits, told):
+                for record in all_records(source, old, limits, progress):
                     if isinstance(record, Schema):
                         schemas[record.id] = record
                     elif isinstance(record, Channel):
@@ -253,7 +253,7 @@ def recover(path: str | os.PathLike[str], file: Any, limits: Limits, told: Progr
 
 
 def _stamp(time_ns: int, name: str) -> Stamp:
-    """Seconds and nanoseconds. Raises `BagFormatError` for what a time of ROS cannot be."""
+    """Seconds and nanoseconds. Raises `BagFormatError` beyond the range of ROS times."""
     if time_ns >= _TIMES_NS:
         raise BagFormatError(f"{name}: a time must be below 2^32 s, got {time_ns} ns")
     return divmod(time_ns, NS_PER_S)
@@ -285,7 +285,7 @@ class McapWriter:
 
     @property
     def size(self) -> int:
-        """Bytes of the file, and of what waits for its chunk."""
+        """The size of the file, including messages of the open chunk."""
         return int(self._file.tell())
 
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:
@@ -312,11 +312,11 @@ class McapWriter:
         self.write(connection, seconds, nanoseconds, buffer.getvalue())
 
     def flush(self) -> None:
-        """Hands what was written to the operating system; the chunk under way stays in memory."""
+        """Passes what was written to the operating system; the open chunk stays in memory."""
         self._file.flush()
 
     def finish(self) -> None:
-        """Writes the summary. May be called twice."""
+        """Writes the summary. May be repeated."""
         if not self._is_finished:
             self._is_finished = True
             self._writer.finish()

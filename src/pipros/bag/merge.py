@@ -1,4 +1,4 @@
-"""Messages of many bags as one, in time order, with memory bounded by the chunks under way in each."""
+"""The messages of many bags in time order. Memory is bounded by the open chunks of each bag."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The messages of a bag by their positions: for programs that go back and forth in it, such as viewers."""
+"""The messages of a bag by position, for programs that move back and forth in it, such as viewers."""
 
 from __future__ import annotations
 
@@ -25,8 +25,9 @@ class Position(NamedTuple):
 
 
 class MessageIndex:
-    """The positions of all messages of a bag, which are read and kept when they are asked for, and its
-    messages by their positions. The last chunk that was uncompressed is kept.
+    """The positions of all messages of a bag, read at first use, and its messages by position.
+
+    The chunk that was decompressed last is kept.
     """
 
     def __init__(self, bag: BagReader, limits: Limits) -> None:
@@ -55,7 +56,7 @@ class MessageIndex:
         """The message at a position, serialized.
 
         Raises:
-            BagFormatError: there is none.
+            BagFormatError: there is no message.
         """
         where = f"{self._bag.name}, chunk at byte {chunk}, offset {offset}"
         read = self._reading(chunk, where)
@@ -63,7 +64,7 @@ class MessageIndex:
         fields = parse_fields(read(offset + 4, head_size), where)
         begin = offset + 4 + head_size
         if op_of(fields, where) != Op.MESSAGE:
-            raise BagFormatError(f"{where}: no message is there")
+            raise BagFormatError(f"{where}: there is no message")
         if "conn" in fields:
             connection = self._bag.layout.connections.get(number(fields, "conn", 4, where))
             time = fields.get("time", b"").ljust(8, b"\0")
@@ -72,11 +73,11 @@ class MessageIndex:
             connection = self._old_connection(fields)
             stamp = number(fields, "sec", 4, where), number(fields, "nsec", 4, where)
         if connection is None:
-            raise BagFormatError(f"{where}: the message is of an unknown connection")
+            raise BagFormatError(f"{where}: the message belongs to an unknown connection")
         return connection, stamp, read(begin + 4, int.from_bytes(read(begin, 4), "little"))
 
     def _old_connection(self, fields: Fields) -> Connection | None:
-        """In format 1.2 a message has its topic and type itself."""
+        """In format 1.2 each message carries its topic and type."""
         wanted = tuple(text_of(fields.get(name, b"")) for name in ("topic", "type", "md5"))
         for each in self._bag.connections:
             if (each.topic, each.type, each.md5sum) == wanted:
@@ -84,7 +85,7 @@ class MessageIndex:
         return None
 
     def _reading(self, chunk: int, where: str) -> Callable[[int, int], bytes]:
-        """What reads pieces of a chunk."""
+        """A function that reads pieces of a chunk."""
         if len(self._numbers) != len(self._bag.chunks):
             self._numbers = {each.position: at for at, each in enumerate(self._bag.chunks)}
         at = self._numbers.get(chunk)
@@ -97,7 +98,7 @@ class MessageIndex:
 
         def read(position: int, size: int) -> bytes:
             if position + size > header.size:
-                raise BagFormatError(f"{where}: it does not fit into its chunk")
+                raise BagFormatError(f"{where}: the message does not fit into its chunk")
             if is_in_file:
                 return self._bag.source.read(header.data_position + position, size)
             return self._kept[1][position : position + size]

@@ -30,7 +30,7 @@ class Change:
 
     Attributes:
         old, new: the type and md5sum in the bag, and of the package.
-        missing: the conversions for which a rule is needed, and not there or not valid.
+        missing: the conversions whose rule does not exist, or is not valid.
     """
 
     old: Kind
@@ -39,7 +39,7 @@ class Change:
 
 
 class Migrator:
-    """Migrates messages by rules; where the fields are the same, without one."""
+    """Migrates messages by rules. Types with the same fields need no rule."""
 
     def __init__(self, rules: Sequence[Rule] = ()) -> None:
         self._rules = {rule.old: rule for rule in rules if rule.is_valid}
@@ -59,9 +59,9 @@ class Migrator:
         return list(found.values())
 
     def target(self, connection: Connection) -> type[Message] | None:
-        """The installed class that a connection's messages are to become; None if they are of it already.
+        """The installed class to which a connection's messages are migrated; None if they need no migration.
 
-        A rule may give the type another name. A type of no package stays as it is.
+        A rule may rename the type. A type that is not installed stays as it is.
         """
         name = connection.type
         rule = self._rules.get((name, connection.md5sum))
@@ -114,7 +114,7 @@ class Migrator:
         return self._parts[key]
 
     def migrate(self, message: Message, new: type[Message]) -> Message:
-        """A message of the class `new` with the content of another.
+        """A message of the class `new` with the content of `message`.
 
         Raises:
             BagError: a rule is missing.
@@ -159,7 +159,8 @@ class Migrator:
     def fix(self, bag: BagReader, writer: MessageWriter, *, force: bool = False) -> list[Change]:
         """Writes the migrated messages of a bag; returns the changes with missing rules.
 
-        If there are some, nothing is written, unless `force`: then messages that need them stay as they are.
+        If rules are missing, nothing is written, unless `force` is set: then messages that need them stay as
+        they are.
         """
         incomplete = [change for change in self.changes(bag) if change.missing]
         if incomplete and not force:
@@ -220,7 +221,7 @@ def _as_class(message: Message, cls: type[Message]) -> Message:
 
 
 def rule_text(change: tuple[Kind, Kind], old: type[Message], new: type[Message]) -> str:
-    """A rule for a person to complete: what has the same name is assigned."""
+    """A rule to be completed by hand: fields of the same name are assigned already."""
     lines = [
         f"class update_{change[0][0].replace('/', '_')}_{change[0][1]}(MessageUpdateRule):",
         f'\told_type = "{change[0][0]}"',
@@ -250,5 +251,5 @@ def rule_text(change: tuple[Kind, Kind], old: type[Message], new: type[Message])
 
 
 def _quoted(text: str) -> str:
-    """A definition, which a stranger may have written, for triple quotes: it cannot end them."""
+    """A definition, which may come from a stranger, for use in triple quotes: it cannot end them."""
     return text.strip().replace("\\", "\\\\").replace('"', '\\"')

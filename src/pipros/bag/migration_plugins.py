@@ -26,7 +26,7 @@ _EXPORTS = {
 
 
 def installed_rules(index: PackageIndex, warn: Say) -> list[Rule]:
-    """The rules of all packages. What cannot be read or understood is left out, and told."""
+    """The rules of all packages. Rules that cannot be read are left out; `warn` is called with the reason."""
     found: list[Rule] = []
     for package, file in _files(index, warn):
         try:

@@ -17,7 +17,7 @@ from pipros.msg.dynamic import message_classes_from_text
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """One rule. `is_valid` is False for one that was written for a person to complete."""
+    """One rule. `is_valid` is False for one that still has to be completed by hand."""
 
     name: str
     old: tuple[str, str]
@@ -32,7 +32,7 @@ def parse_rules(text: str, file: str, on_refusal: Callable[[str], object] | None
     """The rules of a file.
 
     Args:
-        on_refusal: is told what is wrong with a rule, which is left out then.
+        on_refusal: called with what is wrong with a rule, which is then left out.
 
     Raises:
         BagError: it is malformed, or does what rules may not; the text names file and line.
@@ -67,7 +67,7 @@ def _rule(node: ast.stmt, file: str) -> Rule:
             except (ValueError, TypeError):
                 raise _refusal(part, file, "a value must be a literal") from None
         elif isinstance(part, ast.FunctionDef):
-            if part.name != "get_class_def":  # of rules that genuine rosbag made and printed
+            if part.name != "get_class_def":  # from rules that genuine rosbag generated
                 methods[part.name] = part
         elif not migration_update.is_text(part) and not isinstance(part, ast.Pass):
             raise _refusal(part, file, "a rule may have values and methods")
@@ -87,7 +87,7 @@ def _rule(node: ast.stmt, file: str) -> Rule:
 
 def _md5sum(type_name: str, text: str, node: ast.AST, file: str) -> str:
     if not type_name:
-        return ""  # half a rule, for a type that only one side has
+        return ""  # a type that only one side has
     try:
         return message_classes_from_text(type_name, text)[type_name]._md5sum
     except Exception as error:

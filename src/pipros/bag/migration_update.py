@@ -1,6 +1,6 @@
 """Carries out the method `update` of a migration rule, statement by statement, without running Python code.
 
-What real rules do is there: assignments to fields of messages and to names, `assert`, `if`, `for` over a
+It supports what real rules do: assignments to fields of messages and to names, `assert`, `if`, `for` over a
 list, `self.migrate`, `self.migrate_array`, `self.get_new_class(NAME)(…)`, other methods of the rule, also
 from a dictionary of them, and `append`. Expressions are evaluated by `pipros.safe.expr`. Everything else is
 refused with its line when the rule is read.
@@ -29,7 +29,7 @@ FindClass = Callable[[str, str], type[Message] | None]
 
 
 class Refused(Exception):
-    """A statement that rules may not have. `node` is where."""
+    """A statement that rules may not contain, at `node`."""
 
     def __init__(self, node: ast.AST, reason: str) -> None:
         super().__init__(reason)
@@ -37,7 +37,7 @@ class Refused(Exception):
 
 
 def check(methods: Mapping[str, ast.FunctionDef]) -> None:
-    """Raises `Refused` for the first statement that is not understood."""
+    """Raises `Refused` for the first statement that is not supported."""
     for method in methods.values():
         _check_all(method.body, methods)
 
@@ -103,7 +103,7 @@ class Update:
     """The method `update` of a rule. Use it in one thread at a time.
 
     Args:
-        set_field: sets a field of a message, and migrates what it is given if it must.
+        set_field: sets a field of a message, and migrates the value if necessary.
     """
 
     def __init__(
@@ -141,7 +141,7 @@ class Update:
         parameters = [each.arg for each in method.args.args][1:]
         self._depth += 1
         if self._depth > _CALL_DEPTH or len(parameters) != len(values):
-            raise self._error(method, f"[{name}] is called too deeply, or with other arguments than it has")
+            raise self._error(method, f"[{name}] is called too deeply, or with the wrong arguments")
         self._do_all(method.body, dict(zip(parameters, values, strict=True)))
         self._depth -= 1
 
@@ -249,7 +249,7 @@ class Update:
 
 
 def _made_class(node: ast.expr) -> str | None:
-    """The maker of `self.get_new_class(NAME)(…)`."""
+    """The call `self.get_new_class(NAME)` in `self.get_new_class(NAME)(…)`."""
     if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Call) or len(node.func.args) != 1:
         return None
     name = _of_self(node.func.func)

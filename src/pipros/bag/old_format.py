@@ -1,7 +1,7 @@
 """Bags of format 1.2, which ROS wrote until 2010 (http://wiki.ros.org/Bags/Format/1.2).
 
 They have no chunks: definitions and messages follow each other, each message with its topic, type and md5sum.
-They are read from front to end once; what is found is told as chunks, so that all else is the same.
+They are read once from start to end, and presented as chunks, so that readers need not know the difference.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from pipros.bag.records import Fields, Op, Version, number, op_of, text_of
 from pipros.bag.source import Source
 
 _PART_BYTES = 1024 * 1024
-"""Messages of about so many bytes are told as one chunk."""
+"""About how many bytes of messages form one chunk."""
 
 
 class _Part:
-    """Messages that lie together and are told as a chunk."""
+    """Consecutive messages that are presented as a chunk."""
 
     def __init__(self, position: int) -> None:
         self.position = position
@@ -43,7 +43,7 @@ class _Part:
 def scan_old_format(source: Source, version: Version, start: int) -> Layout:
     """The connections and messages of a bag of format 1.2 whose first record begins at `start`.
 
-    A file that is cut off or damaged is read as far as it goes; `damage` says where it ended.
+    A file that is cut off or damaged is read up to that place; `damage` names it.
     """
     layout = Layout(version, index_position=1)
     definitions: dict[tuple[str, str], bytes] = {}
@@ -80,7 +80,7 @@ def scan_old_format(source: Source, version: Version, start: int) -> Layout:
 
 def _text(fields: Fields, name: str, where: str) -> str:
     if name not in fields:
-        raise BagFormatError(f"{where}: the field [{name}] lacks")
+        raise BagFormatError(f"{where}: the field [{name}] is missing")
     return text_of(fields[name])
 
 

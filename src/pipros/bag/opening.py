@@ -1,4 +1,4 @@
-"""Readers and writers by what a file is, or by what its name says: a bag or MCAP."""
+"""Opens bags and MCAP files: readers by a file's first bytes, writers by its name."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _MCAP = b"\x89MCAP0\r\n"
 
 
 def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> BagReader:
-    """The reader of a file, by its first bytes.
+    """The reader for a file, chosen by its first bytes.
 
     Raises:
         BagError: the file is neither, is damaged, or needs a library that is not installed.
@@ -34,10 +34,10 @@ def is_mcap(path: str | os.PathLike[str]) -> bool:
 def writer_for(
     path: str | os.PathLike[str], file: Any, *, compression: str = "none", chunk_bytes: int = CHUNK_BYTES
 ) -> MessageWriter:
-    """A writer into an open file, by the name that the file is to have.
+    """A writer into an open file, chosen by the name that the file will have.
 
     Raises:
-        BagError: it needs a library that is not installed, or does not have the compression.
+        BagError: it needs a library that is not installed, or does not support the compression.
     """
     if os.fspath(path).endswith(".mcap"):
         from pipros.bag.mcap_files import McapWriter

@@ -1,4 +1,4 @@
-"""When the messages of a bag are due: bag time against the machine's, with a rate, pauses and skips. Pure."""
+"""When the messages of a bag are due: bag time and machine time, with a rate, pauses and skips. Pure."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ class PlaybackClock:
     """Translates between seconds of the bag and seconds of a monotonic clock, which callers pass in.
 
     Args:
-        bag_s: where playing begins.
-        now_s: when it begins.
-        rate: seconds of the bag for one of the machine.
+        bag_s: the time of the bag at which playing begins.
+        now_s: the time of the machine at which it begins.
+        rate: seconds of the bag per second of the machine.
 
     >>> clock = PlaybackClock(100.0, 0.0, 2.0)
     >>> clock.due(110.0), clock.bag_time(5.0)
@@ -27,11 +27,11 @@ class PlaybackClock:
         return self._paused_at is not None
 
     def due(self, bag_s: float) -> float:
-        """When a time of the bag comes. Not meant for while it is paused."""
+        """When a time of the bag is reached. Not to be called during a pause."""
         return self._now + (bag_s - self._bag) / self._rate
 
     def bag_time(self, now_s: float) -> float:
-        """The time of the bag now, which stands still in a pause."""
+        """The current time of the bag, which does not advance during a pause."""
         at = now_s if self._paused_at is None else self._paused_at
         return self._bag + (at - self._now) * self._rate
 
@@ -45,7 +45,7 @@ class PlaybackClock:
             self._paused_at = None
 
     def jump(self, bag_s: float, now_s: float) -> None:
-        """Goes on at another time of the bag, from now; a pause goes on as well."""
+        """Continues at another time of the bag. A pause stays a pause."""
         self._bag, self._now = bag_s, now_s
         if self._paused_at is not None:
             self._paused_at = now_s

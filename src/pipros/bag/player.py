@@ -20,7 +20,7 @@ from pipros.node import Node
 from pipros.node.any_msg import RawMessage
 
 _FOUND_S = 1.1
-"""So long latched topics are there at least: recorders, genuine's too, look for new topics once a second."""
+"""How long latched topics exist at least: recorders, genuine ones too, look for new topics once a second."""
 
 _SLICE_S = 0.02
 """How long the longest uninterruptible wait is."""
@@ -28,11 +28,12 @@ _SLICE_S = 0.02
 
 @dataclass(frozen=True, slots=True)
 class PlayOptions:
-    """How bags are played; the names and meanings are those of `rosbag play`.
+    """How bags are played. Names and meanings are those of `rosbag play`.
 
     Attributes:
-        duration_s, skip_empty_s: None is without end.
-        topics, pause_topics: empty is all, and none.
+        duration_s, skip_empty_s: None for no limit.
+        topics: empty for all.
+        pause_topics: empty for none.
         rate_control_topic: play only while this topic is published, at most `rate_control_delay_s` ago.
     """
 
@@ -57,17 +58,17 @@ class PlayOptions:
 
 
 class Controls(Protocol):
-    """What the person at the keyboard wants, and what they are shown."""
+    """The keyboard and the display of a player."""
 
     def key(self) -> str:
-        """A key that was pressed, or an empty text."""
+        """A key that was pressed; empty if none was."""
 
     def show(self, state: str, bag_s: float, played_s: float, whole_s: float) -> None:
-        """Shows where the playing is; may be called very often."""
+        """Shows the current position. May be called very often."""
 
 
 class Player:
-    """Plays bags by a node.
+    """Plays bags through a node.
 
     Raises:
         BagError: there is nothing to play.
@@ -247,7 +248,7 @@ class Player:
             self._steps += 1
 
     def _tell(self, bag_s: float) -> None:
-        """Shows and publishes the time of the bag, as often as was asked for."""
+        """Shows and publishes the time of the bag at the requested rates."""
         state = "PAUSED" if self._clock.is_paused else "RUNNING"
         self._controls.show(state, bag_s, bag_s - self._start, self._end - self._start)
         if self._clock_publisher is None:
@@ -259,7 +260,7 @@ class Player:
 
 
 def _class_of(connection: Connection) -> Any:
-    """A class whose messages are bytes, announced as the connection's type."""
+    """A class for serialized messages, announced with the connection's type."""
     return type(
         "PlayedMessage",
         (RawMessage,),

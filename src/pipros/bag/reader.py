@@ -1,6 +1,6 @@
-"""Reads bags: messages in time order, all or some topics, a part of the time.
+"""Reads bags: messages in time order, of all or some topics, for all or part of the time.
 
-Opening reads the index only. Memory is bounded by the chunks under way, not by the bag.
+Opening reads the index only. Memory is bounded by the open chunks, not by the size of the bag.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ RawMessage = tuple[Connection, int, int, bytes, int, int]
 """Connection, seconds, nanoseconds, serialized message, the position of its chunk, its offset there."""
 
 _MESSAGE_HEADER_BYTES = 38
-"""What rosbag and rosbag_storage make the header of a message."""
+"""The header of a message as rosbag and rosbag_storage write it."""
 
 
 class BagMessage(NamedTuple):
@@ -53,8 +53,8 @@ class BagReader:
     Args:
         file: a path, or a file that is open for reading bytes and can seek. The latter is not closed.
         rebuild_index: read the whole file instead of its index: for bags without one, cut off or damaged.
-            All complete messages are there then; `damage` says what was wrong.
-        progress: is told the position while the index is rebuilt.
+            All complete messages are found; `damage` says what was wrong.
+        progress: called with the position while the index is rebuilt.
         limits: those of the process, if not given.
 
     Raises:
@@ -95,7 +95,7 @@ class BagReader:
 
     @classmethod
     def of_layout(cls, file: SeekableFile, name: str, layout: Layout, limits: Limits) -> Self:
-        """A reader of a file whose connections and chunks are known: one that is being written."""
+        """A reader of a file whose connections and chunks are known, because it is being written."""
         reader = cls.__new__(cls)
         reader._limits = limits
         reader._owned = None
@@ -130,7 +130,7 @@ class BagReader:
         self.close()
 
     def close(self) -> None:
-        """Closes the file, if this reader opened it. May be called twice."""
+        """Closes the file, if this reader opened it. May be repeated."""
         if self._owned is not None:
             self._owned.close()
 
@@ -150,7 +150,7 @@ class BagReader:
 
     @property
     def size(self) -> int:
-        """Bytes of the file."""
+        """The size of the file in bytes."""
         return self._source.size
 
     @property
@@ -160,7 +160,7 @@ class BagReader:
 
     @property
     def connections(self) -> list[Connection]:
-        """All connections, in the order of the file."""
+        """All connections, in file order."""
         return list(self.layout.connections.values())
 
     @property
@@ -184,7 +184,7 @@ class BagReader:
         """The time of the first message: seconds, nanoseconds.
 
         Raises:
-            NoMessages: there is none.
+            NoMessages: the bag is empty.
         """
         return min(self._stamps("start"))
 
@@ -200,7 +200,7 @@ class BagReader:
         return stamps
 
     def chunk_header(self, number: int) -> ChunkHeader:
-        """The header of the chunk of that number in `chunks`.
+        """The header of the chunk with that number in `chunks`.
 
         Raises:
             BagFormatError: it is damaged.
@@ -223,7 +223,7 @@ class BagReader:
         return sorted(stamp for connection in connections for stamp in found.get(connection.id, ()))
 
     def times_by_connection(self) -> dict[int, list[Stamp]]:
-        """The times of all messages by the number of their connection, in the order of the file."""
+        """The times of all messages by the number of their connection, in file order."""
         found: dict[int, list[Stamp]] = {}
         for number in range(len(self.layout.chunks)):
             for connection, data in self.chunk_index(number).items():
@@ -249,11 +249,11 @@ class BagReader:
         start: Stamp | None = None,
         end: Stamp | None = None,
     ) -> Iterator[RawMessage]:
-        """Serialized messages in time order, those of one time in the order of connections.
+        """Serialized messages in time order; messages of the same time are ordered by connection.
 
         Args:
-            connections: those wanted; all, if not given.
-            start, end: the times wanted, both included.
+            connections: those to read; by default all.
+            start, end: the first and last time to read.
 
         Raises:
             BagFormatError: the file is damaged at the place where the next message should be.
@@ -316,13 +316,13 @@ class BagReader:
         """Messages in time order.
 
         Args:
-            topics: those wanted, or one; all, if not given.
-            start, end: the times wanted, both included; numbers are seconds.
-            where: which connections are wanted.
+            topics: the topic or topics to read; by default all.
+            start, end: the first and last time to read; numbers are seconds.
+            where: selects connections.
 
         Raises:
             BagError: the file is damaged, or a definition in it is broken.
-            DeserializationError: a message does not have the bytes that its definition asks for.
+            DeserializationError: the bytes of a message do not fit its definition.
         """
         connections = [c for c in self.connections_of(topics) if where is None or where(c)]
         classes = {connection.id: self.class_of(connection) for connection in connections}
@@ -335,7 +335,7 @@ class BagReader:
     __iter__ = messages
 
     def __getitem__(self, times: slice) -> Iterator[BagMessage]:
-        """The messages of a part of the time: `bag[10.5:20]`, in seconds or `Time`, both ends included.
+        """The messages between two times: `bag[10.5:20]`, in seconds or `Time`, both ends included.
 
         Raises:
             TypeError: not a slice of times.
@@ -352,12 +352,12 @@ class BagReader:
         return [connection for connection in self.connections if connection.topic in wanted]
 
     def _message_at(self, number: int, data: bytes | None, offset: int, connection: Connection) -> bytes:
-        """A message whose header is not the usual one, or that is read from the file by itself."""
+        """A message whose header is unusual, or that is read from the file individually."""
         header = self.chunk_header(number)
 
         def read(position: int, size: int) -> bytes:
             if position + size > header.size:
-                raise self._misplaced(number, offset, "it does not fit into its chunk")
+                raise self._misplaced(number, offset, "the message does not fit into its chunk")
             if data is not None:
                 return data[position : position + size]
             return self._source.read(header.data_position + position, size)
@@ -368,7 +368,7 @@ class BagReader:
         fields = parse_fields(head, where)
         is_own = "conn" not in fields or number_of(fields, where) == connection.id
         if op_of(fields, where) != Op.MESSAGE or not is_own:
-            raise self._misplaced(number, offset, f"no message of {connection.topic} is there")
+            raise self._misplaced(number, offset, f"there is no message of {connection.topic}")
         begin = offset + 4 + head_size
         return read(begin + 4, int.from_bytes(read(begin, 4), "little"))
 
@@ -387,7 +387,7 @@ def number_of(fields: Mapping[str, bytes], where: str) -> int:
 
 
 def _usual_headers(connection: int) -> tuple[bytes, bytes]:
-    """The start of a message record, up to its time, as rosbag and as rosbag_storage write it."""
+    """The start of a message record, up to its time, as written by rosbag and by rosbag_storage."""
     op, conn = ("op", bytes([Op.MESSAGE])), ("conn", U32.pack(connection))
     start, time = U32.pack(_MESSAGE_HEADER_BYTES), U32.pack(13) + b"time="
     return start + field_bytes([op, conn]) + time, start + field_bytes([conn, op]) + time

@@ -1,4 +1,4 @@
-"""The files of a recording: named, split, kept few, with `.active` while they are written."""
+"""The files of a recording: named, split and limited in number; the one being written ends in `.active`."""
 
 from __future__ import annotations
 
@@ -24,10 +24,12 @@ class FileOptions:
     """How the files of a recording are made.
 
     Attributes:
-        prefix: of the name, which continues with the date; `name` is one without a date.
-        split: begin a new file when `size_bytes` or `duration_s` is reached; else the recording ends then.
-        max_splits: keep only so many files; 0 is all.
-        size_bytes, duration_s: of one file; 0 is without end.
+        prefix: of the name, which continues with the date.
+        name: the name, without a date.
+        split: begin a new file when `size_bytes` or `duration_s` is reached; otherwise the recording ends
+            then.
+        max_splits: how many files to keep; 0 for all.
+        size_bytes, duration_s: of one file; 0 for no limit.
         repeat_latched: begin each further file with the latched messages.
     """
 
@@ -43,15 +45,15 @@ class FileOptions:
 
 
 class RecordFiles:
-    """Writes received messages into one file after the other. Used by one thread.
+    """Writes received messages into one file after another. For one thread.
 
     Args:
-        say: is told the names of files.
-        on_open: is called with the name of each file that is begun.
-        avoid_existing: add a number to a name that there is already.
+        say: called with the names of files.
+        on_open: called with the name of each new file.
+        avoid_existing: add a number to a name that exists already.
 
     Attributes:
-        lost: messages that were written and given up again, so that a full disk has place for an index.
+        lost: how many messages were removed again, to make room for the index on a full disk.
     """
 
     def __init__(
@@ -78,7 +80,7 @@ class RecordFiles:
 
     @property
     def path(self) -> Path:
-        """The file under way, by its later name."""
+        """The final name of the current file."""
         return self._path
 
     def open(self, now: tuple[int, int]) -> None:
@@ -105,10 +107,10 @@ class RecordFiles:
                 self._write(message, now)
 
     def close(self) -> None:
-        """Completes the file under way and gives it its name.
+        """Completes the current file and renames it.
 
         Raises:
-            OSError: it cannot be completed, and stays `.active`, with all complete chunks.
+            OSError: it cannot be completed. It keeps the name with `.active`, and all complete chunks.
         """
         if self._writer is None:
             return
@@ -124,18 +126,18 @@ class RecordFiles:
         self._kept.append(self._path)
 
     def flush(self) -> None:
-        """Writes the chunk under way."""
+        """Writes the open chunk."""
         if self._writer is not None:
             self._writer.flush()
 
     def write(self, message: Received) -> bool:
-        """Adds a message, in a new file if it is time for one. False if the recording is complete instead.
+        """Adds a message, if necessary to a new file. False if the recording is complete.
 
         Raises:
             OSError: the disk is full. The message may be lost; writing can go on later.
         """
         now = (message.seconds, message.nanoseconds)
-        if self._writer is None:  # the disk had no place for a new file
+        if self._writer is None:  # the disk had no room for a new file
             self.open(now)
         if not self.is_due(now):
             self._write(message, now)
@@ -172,7 +174,7 @@ class RecordFiles:
 
     def _open_writer(self) -> MessageWriter:
         if self._writer is None:
-            raise ValueError("no file is under way")
+            raise ValueError("no file is open")
         return self._writer
 
     def _connect(self, message: Received) -> tuple[Connection, Mapping[str, str]]:
@@ -184,7 +186,7 @@ class RecordFiles:
         connections = writer.layout.connections.values()
         same = (each for each in connections if each.topic == message.topic and each.header == fields)
         connection = next(same, None) or writer.add_connection(message.topic, fields)
-        # The header is kept, so that no other can have its identity.
+        # The header is kept, so that its `id` stays unique.
         self._connections[message.topic, id(message.header)] = known = connection, message.header
         return known
 

@@ -1,4 +1,4 @@
-"""The messages that wait to be written while recording: bounded, so that a slow disk blocks no publisher."""
+"""The messages that a recording has yet to write: bounded, so that a slow disk does not block publishers."""
 
 from __future__ import annotations
 
@@ -25,8 +25,9 @@ class RecordQueue:
     """A queue between the threads of links and the one that writes.
 
     Args:
-        limit_bytes: beyond it the oldest messages are dropped, and counted; 0 is without end.
-        limit_ns: so are those that are older than the newest by more; 0 is without end.
+        limit_bytes: above it the oldest messages are dropped and counted; 0 for no limit.
+        limit_ns: messages that are older than the newest one by more than this are dropped, too; 0 for no
+            limit.
 
     Attributes:
         dropped: how many messages were dropped.
@@ -42,7 +43,7 @@ class RecordQueue:
         self.dropped = 0
 
     def put(self, message: Received) -> None:
-        """Adds a message. Never blocks for longer than a look at the queue."""
+        """Adds a message. Blocks only while another thread uses the queue."""
         with self._changed:
             if self._is_closed:
                 return
@@ -72,7 +73,7 @@ class RecordQueue:
         return taken
 
     def close(self) -> None:
-        """Takes no more messages; those that wait can still be taken."""
+        """Accepts no more messages; those that wait can still be taken."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()

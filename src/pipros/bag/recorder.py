@@ -1,4 +1,4 @@
-"""Records topics: subscribes to those that are wanted as they appear, and writes what comes."""
+"""Records topics: subscribes to the chosen ones as they appear, and writes their messages."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _POLL_PERIOD_S = 0.5
 _WAIT_S = 0.2
 _DISK_PERIOD_S = 5.0
 _CHUNK_AGE_S = 10.0
-"""A chunk is written after so long also if it is small: a recording that is killed loses no more."""
+"""A small chunk is written after this time, too: a recording that is killed loses no more than that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,13 +39,13 @@ class RecordOptions:
         all: all topics.
         exclude: a regular expression of topics that are not recorded.
         of_node: record what this node subscribes to.
-        limit: messages of each topic; 0 is all.
-        buffer_bytes: what may wait to be written; 0 is without end.
+        limit: messages of each topic; 0 for all.
+        buffer_bytes: how much may wait to be written; 0 for no limit.
         min_space_bytes: nothing is written while the disk has less.
-        publish: tell the name of each file on `/begin_write`.
-        snapshot: write nothing but what is kept in memory, when `snapshot_trigger` or the service
-            `~trigger_snapshot` asks for it; see `Snapshots`. Kept are `buffer_bytes`, and at most the
-            `duration_s` of the files.
+        publish: publish the name of each file on `/begin_write`.
+        snapshot: keep messages in memory, and write them when a message on `snapshot_trigger` or a call of
+            the service `~trigger_snapshot` requests it; see `Snapshots`. Kept are `buffer_bytes`, and at most
+            the `duration_s` of the files.
     """
 
     topics: Sequence[str] = ()
@@ -66,7 +66,7 @@ class Recorder:
     """One recording by a node.
 
     Args:
-        say, warn: are told what happens.
+        say, warn: called with a line about what happens.
 
     Raises:
         BagError: a regular expression is malformed.
@@ -91,12 +91,12 @@ class Recorder:
         self._next_flush = time.monotonic() + _CHUNK_AGE_S
 
     def run(self) -> bool:
-        """Records until the node shuts down or what was asked for is complete.
+        """Records until the node shuts down, or until the recording is complete.
 
-        Returns False if the last file could not be completed with all that was written to it.
+        Returns False if messages of the last file were lost when it was completed.
 
         Raises:
-            OSError: the first file cannot be made.
+            OSError: the first file cannot be created.
         """
         if self._options.snapshot:
             self._run_snapshots()
@@ -160,8 +160,8 @@ class Recorder:
             return False
         if files.lost > before:
             self._warn(
-                f"the disk with '{files.path}' is full: the last {files.lost - before} messages were given up"
-                ", so that the file could be completed"
+                f"the disk with '{files.path}' is full: "
+                f"the last {files.lost - before} messages were discarded to complete the file"
             )
         return files.lost == before
 

@@ -15,7 +15,8 @@ from pipros.bag.errors import BagFormatError
 
 MAGIC = b"#ROSBAG V2.0\n"
 FILE_HEADER_BYTES = 4096
-"""Header and data of the file header record have this size, so that it can be written anew with an index."""
+"""Header and data of the file header record have this size, so that it can be rewritten when there is an
+index."""
 
 U32 = Struct("<I")
 U64 = Struct("<Q")
@@ -25,7 +26,7 @@ Fields = dict[str, bytes]
 
 
 class Op(IntEnum):
-    """What a record is, its field `op`."""
+    """The kind of a record: its field `op`."""
 
     MESSAGE_DEFINITION = 1  # of format 1.2 only
     MESSAGE = 2
@@ -88,7 +89,7 @@ def parse_fields(header: bytes, where: str) -> Fields:
 
 
 def field_bytes(fields: Mapping[str, bytes] | Iterable[tuple[str, bytes]]) -> bytes:
-    """Fields as they stand in a header."""
+    """The bytes of fields in a header."""
     pairs = fields.items() if isinstance(fields, Mapping) else fields
     parts: list[bytes] = []
     for name, value in pairs:
@@ -107,7 +108,7 @@ def op_of(fields: Fields, where: str) -> int:
     """The field `op`.
 
     Raises:
-        BagFormatError: it lacks, or is not one byte.
+        BagFormatError: it is missing, or is not one byte.
     """
     return number(fields, "op", 1, where)
 
@@ -116,11 +117,11 @@ def number(fields: Fields, name: str, size: int, where: str) -> int:
     """The unsigned number of `size` bytes in a field.
 
     Raises:
-        BagFormatError: the field lacks or has another size.
+        BagFormatError: the field is missing, or has another size.
     """
     value = fields.get(name)
     if value is None:
-        raise BagFormatError(f"{where}: the field [{name}] lacks")
+        raise BagFormatError(f"{where}: the field [{name}] is missing")
     if len(value) != size:
         raise BagFormatError(f"{where}: the field [{name}] must have {size} bytes, got {len(value)}")
     return int.from_bytes(value, "little")
@@ -130,14 +131,14 @@ def time_of(fields: Fields, name: str, where: str) -> tuple[int, int]:
     """Seconds and nanoseconds of a field.
 
     Raises:
-        BagFormatError: the field lacks or has another size than 8 bytes.
+        BagFormatError: the field is missing, or does not have 8 bytes.
     """
     both = number(fields, name, 8, where)
     return both & 0xFFFFFFFF, both >> 32
 
 
 def text_of(value: bytes) -> str:
-    """Text of a field; what is not UTF-8 is replaced."""
+    """A field as text; bytes that are not UTF-8 are replaced."""
     return value.decode("utf-8", "replace")
 
 

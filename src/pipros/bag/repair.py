@@ -1,7 +1,7 @@
-"""Gives a bag an index again, in its own file: one whose writer was killed, that is cut off or damaged.
+"""Rebuilds the index of a bag in place: of one that is cut off or damaged, or whose writer was killed.
 
-Chunks that are whole, with their index behind them, stay where they are. What follows the first that is not
-is read as far as it goes and written anew.
+Complete chunks that are followed by their index stay where they are. From the first other chunk on, messages
+are read as far as possible and written again.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _IN_MEMORY_BYTES = 64 * 1024 * 1024
 
 
 def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = None) -> BagWriter:
-    """A writer that goes on where the good part of a bag ends; its `finish` writes the index.
+    """A writer that continues where the intact part of a bag ends; its `finish` writes the index.
 
     Args:
         file: open for reading and writing bytes.
@@ -72,7 +72,7 @@ def _after_file_header(source: Source, start: int) -> int:
 
 
 def _end_if_whole(source: Source, found: Layout, chunk: ChunkInfo) -> int:
-    """Where a chunk with its index ends, or 0 if either is not what reading it gave."""
+    """Where a chunk with its index ends; 0 if the index does not match the messages that were read."""
     bare = Layout(found.version)
     try:
         header = read_chunk_header(source, bare, chunk.position)
@@ -81,8 +81,8 @@ def _end_if_whole(source: Source, found: Layout, chunk: ChunkInfo) -> int:
         return 0
     if header != found.headers[chunk.position] or index.keys() != chunk.counts.keys():
         return 0
-    told = found.indexes[chunk.position]
-    if any(sorted(_entries(index[key])) != sorted(_entries(told[key])) for key in told):
+    rebuilt = found.indexes[chunk.position]
+    if any(sorted(_entries(index[key])) != sorted(_entries(rebuilt[key])) for key in rebuilt):
         return 0
     size = sum(len(index_record(key, data)) for key, data in index.items())
     return header.data_position + header.data_size + size

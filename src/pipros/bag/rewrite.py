@@ -1,4 +1,4 @@
-"""Writes a bag anew: with another compression, or with some of its messages only."""
+"""Rewrites a bag: with another compression, or with some of its messages only."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from pipros.bag.writer import BagWriter, MessageWriter
 from pipros.limits import Limits
 from pipros.msg.time import Time
 
-Told = Callable[[int], None]
-"""Is told how many uncompressed bytes are done."""
+Progress = Callable[[int], None]
+"""Called with the number of uncompressed bytes that are done."""
 
 Choice = Callable[[Connection, Callable[[], Any], Time], bool]
-"""Says whether a message is wanted: its connection, what decodes it, and its time."""
+"""Decides whether to keep a message, given its connection, a function that decodes it, and its time."""
 
 
 @contextmanager
 def replaced_file(path: Path) -> Iterator[Any]:
-    """A new file for reading and writing bytes, which takes the place of `path` when all went well.
+    """A new file for reading and writing bytes, which replaces `path` at the end of the block.
 
-    If not, it is removed, and what was at `path` stays.
+    If the block raises, the new file is removed, and `path` stays as it was.
     """
     unfinished = path.with_name(path.name + ".active")
     try:
@@ -46,15 +46,15 @@ def replaced_file(path: Path) -> Iterator[Any]:
         raise
 
 
-def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, told: Told) -> None:
-    """Writes a bag with the same chunks in another compression; several are compressed at a time.
+def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, progress: Progress) -> None:
+    """Writes a bag with the same chunks in another compression. Several are compressed at a time.
 
     Raises:
-        BagError: it is damaged, or the compression is not there.
+        BagError: it is damaged, or the compression is not available.
     """
     writer = BagWriter(file, compression=compression)
     if bag.layout.version.number != 200:
-        copy_chosen(bag, writer, None, told)
+        copy_chosen(bag, writer, None, progress)
         return
     layout = writer.layout
     layout.connections.update(bag.layout.connections)
@@ -81,20 +81,20 @@ def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, told
             for part in (chunk_header_bytes(compression, size, len(data)), data, index):
                 layout.end += file.write(part)
             done += size
-            told(done)
+            progress(done)
     writer.finish()
 
 
-def copy_chosen(bag: BagReader, writer: MessageWriter, choice: Choice | None, told: Told) -> int:
-    """Adds the messages that are wanted to a writer, in time order, each with the connection that it had.
+def copy_chosen(bag: BagReader, writer: MessageWriter, choice: Choice | None, progress: Progress) -> int:
+    """Copies the chosen messages to a writer, in time order and with their connections, and finishes it.
 
-    Returns how many they are. The writer is finished.
+    Returns how many were copied.
     """
     connections: dict[int, Connection] = {}
     done = count = 0
     for connection, seconds, nanoseconds, data, _, _ in bag.raw_messages():
         done += len(data)
-        told(done)
+        progress(done)
         if choice is not None:
             decode = partial(_decode, bag, connection, data)
             if not choice(connection, decode, Time(seconds, nanoseconds)):

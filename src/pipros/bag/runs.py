@@ -1,8 +1,8 @@
-"""Messages of many chunks in time order, with as few chunks at hand as possible. Pure: no file is touched.
+"""Messages of many chunks in time order, with as few chunks open as possible. Pure: no file is touched.
 
-Chunks whose times do not overlap are passed on whole. Where they overlap, their sorted entries are merged: a
-chunk takes part from its first message to its last, so that only chunks under way are held.
-Messages of one time come in the order of their connections, then in the order of the file.
+Chunks whose times do not overlap are passed on as a whole. Where they overlap, their sorted entries are
+merged. A chunk takes part from its first message to its last, and is held only that long. Messages of the
+same time are ordered by connection, then by their place in the file.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ class Span:
 class EntryRun:
     """Messages of one chunk that follow each other in time: `entries[begin:end]`.
 
-    `is_last` says that nothing else of the chunk will come.
+    Attributes:
+        is_last: set for the last run of the chunk.
     """
 
     number: int
@@ -47,8 +48,8 @@ def sorted_entries(
     """The entries of one chunk in time order.
 
     Args:
-        packed: for each connection its rank and its entries as they stand in the file.
-        start, end: the earliest and latest time wanted, both included.
+        packed: for each connection its rank, and its entries as in the file.
+        start, end: the earliest and latest time, both included.
     """
     entries = [
         (seconds, nanoseconds, rank, offset)
@@ -68,7 +69,7 @@ def runs_in_time_order(spans: Sequence[Span], load: Callable[[int], list[Entry]]
     """All messages of the chunks, as runs.
 
     Args:
-        load: the sorted entries of a chunk by its number; called once for each, when its time comes.
+        load: returns the sorted entries of a chunk; called once per chunk, when it is due.
     """
     waiting = sorted(spans, key=lambda span: (span.start, span.number), reverse=True)
     # (seconds, nanoseconds, rank, number) of each active chunk's next message, and where it is in its entries

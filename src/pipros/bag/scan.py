@@ -1,7 +1,7 @@
-"""Makes the index of a bag of format 2.0 by reading it: for bags without one, cut off or damaged.
+"""Builds the index of a bag of format 2.0 by reading all of it, for bags that are damaged or have none.
 
-Every complete message is found: also in a chunk that was being written when its writer was killed, and behind
-damaged places, from the next chunk on.
+Every complete message is found: also in a chunk that was being written when its writer was killed, and, after
+a damaged place, from the next chunk on.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class _Contents:
 def scan(source: Source, start: int, limits: Limits, progress: Progress | None = None) -> Layout:
     """The connections and chunks of a bag whose first record begins at `start`.
 
-    `progress` is told the position now and then. The `damage` of the layout says what was wrong.
+    `progress` is called with the position now and then. The `damage` of the layout says what was wrong.
     """
     layout = Layout(Version(2, 0), end=start)
     position = start
@@ -91,7 +91,7 @@ def _scan_record(source: Source, layout: Layout, position: int, limits: Limits) 
         if op != Op.CHUNK_INFO:
             layout.end = min(after, source.size)
     else:
-        raise BagFormatError(f"{where}: no such record, op {op}")
+        raise BagFormatError(f"{where}: there is no record with op {op}")
     return after
 
 
@@ -111,7 +111,7 @@ def _scan_open_chunk(source: Source, layout: Layout, position: int, header: Chun
         layout.headers[position] = header
         _add_chunk(layout, position, header, contents)
         layout.damage.append(
-            f"{source.at(position)}: the chunk was not finished; its complete messages count"
+            f"{source.at(position)}: the chunk was not finished; its complete messages are kept"
         )
     after = start + contents.size
     layout.end = after
@@ -168,11 +168,11 @@ def _scan_inner(
     elif op == Op.CONNECTION:
         contents.connections.append(parse_connection(fields, read(data_position, data_size), where))
     else:
-        raise BagFormatError(f"{where}: no record of a chunk, op {op}")
+        raise BagFormatError(f"{where}: a chunk cannot contain a record with op {op}")
 
 
 def _next_chunk(source: Source, position: int) -> int:
-    """Where the next chunk begins, by the looks of it; the end of the file if there is none."""
+    """Where the next chunk seems to begin; the end of the file if there is none."""
     first = position
     while position < source.size:
         block = source.read(position, min(_SEARCH_BYTES, source.size - position))

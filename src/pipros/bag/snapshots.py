@@ -1,4 +1,4 @@
-"""Snapshots: what came lately is kept in memory, and written to a file each time that is asked for."""
+"""Snapshots: recent messages are kept in memory, and written to a file on request."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 
 class Snapshots:
-    """Writes what a queue holds; what is written is no longer in the queue. May be used by many threads.
+    """Writes the messages of a queue, and removes them from it. May be used from any thread.
 
     Args:
         options: how files are made. With `repeat_latched` a file begins with the latched messages that the
-            queue has lost meanwhile. A file never takes the place of another: the name gets a number.
-        say: is told the names of files.
+            queue has dropped. An existing file is never replaced: the name gets a number.
+        say: called with the names of files.
     """
 
     def __init__(self, options: FileOptions, queue: RecordQueue, say: Say) -> None:
@@ -39,7 +39,7 @@ class Snapshots:
         self._queue.put(message)
 
     def write(self, now: tuple[int, int]) -> tuple[Path, int]:
-        """Writes a file; returns its path and how many messages are in it.
+        """Writes a file; returns its path and the number of messages in it.
 
         Raises:
             BagError: there are no messages.

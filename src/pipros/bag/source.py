@@ -1,4 +1,4 @@
-"""Reads pieces of a file, and says where it ends too early."""
+"""Reads pieces of a file; errors name the position."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from pipros.limits import Limits
 
 
 class SeekableFile(Protocol):
-    """What a file to read must have."""
+    """The methods of a file that are used for reading."""
 
     def read(self, size: int = ..., /) -> bytes: ...
     def seek(self, offset: int, whence: int = ..., /) -> int: ...
 
 
 class Source:
-    """Random access to a file by position.
+    """Random access to a file.
 
     Attributes:
         name: of the file, for errors.
-        size: bytes of the file when it was opened; `refresh` looks again.
+        size: of the file in bytes, when it was opened or last refreshed.
     """
 
     def __init__(self, file: SeekableFile, name: str, limits: Limits) -> None:
@@ -36,7 +36,7 @@ class Source:
         self.size = self._file.seek(0, os.SEEK_END)
 
     def at(self, position: int) -> str:
-        """A place in the file, for an error."""
+        """A position in the file, for error messages."""
         return f"{self.name}, byte {position}"
 
     def read(self, position: int, size: int) -> bytes:
@@ -59,10 +59,10 @@ class Source:
     def header(self, position: int) -> tuple[Fields, int, int]:
         """The header of the record at `position`, and the position and the size of its data.
 
-        The data may be cut off; only their length must be there.
+        The data may be cut off; only their length must be present.
 
         Raises:
-            BagFormatError: no such header.
+            BagFormatError: there is no valid header.
         """
         start = self._start(position)
         size = int.from_bytes(start[:4], "little")

@@ -1,4 +1,4 @@
-"""Writes messages by topic: finds or makes the connection that each belongs to."""
+"""Writes messages by topic: finds or adds the connection of each."""
 
 from __future__ import annotations
 
@@ -12,9 +12,7 @@ from pipros.msg.class_finder import installed_class
 
 
 class TopicWriter:
-    """Adds messages to a writer. What is of another type, or has another connection header, gets a connection
-    of its own.
-    """
+    """Adds messages to a writer; those of another type or connection header get their own connection."""
 
     def __init__(self, writer: BagWriter) -> None:
         self._writer = writer
@@ -54,7 +52,7 @@ class TopicWriter:
         header: Mapping[str, Any] | None = None,
         cls: Any = None,
     ) -> None:
-        """Adds a serialized message. The definition is that of the header, of `cls` or of the installed type.
+        """Adds a serialized message. The definition is taken from the header, `cls` or the installed type.
 
         Raises:
             BagError: there is none.
@@ -75,7 +73,7 @@ class TopicWriter:
     def _connection(
         self, topic: str, names: tuple[str, str], header: Mapping[str, Any] | None, cls: Any
     ) -> Connection:
-        """The bag's connection with this header, made if it is new."""
+        """The bag's connection with this header, added if it is new."""
         given = {name: _as_bytes(value) for name, value in (header or {}).items()}
         needed = {
             "topic": topic,

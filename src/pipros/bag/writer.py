@@ -1,8 +1,8 @@
-"""Writes bags of format 2.0, so that a killed writer or a full disk costs no more than the chunk under way.
+"""Writes bags of format 2.0, so that a killed writer or a full disk costs at most the open chunk.
 
-A chunk is collected in memory and written at once, with its index. The place of the file's index is noted in
-the file header last of all, after the index. Until then the file is one without an index, whose complete
-chunks `rosbag reindex` restores.
+A chunk is collected in memory and written at once, with its index. The position of the file's index is
+written to the file header last. Until then the file has no index, and `rosbag reindex` restores its complete
+chunks.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pipros.bag.layout import Layout
 from pipros.bag.records import MAGIC, U32, Op, Version, field_bytes, file_header
 
 CHUNK_BYTES = 768 * 1024
-"""A chunk ends at the first message with which it has more."""
+"""A chunk ends with the message that makes it larger than this."""
 
 _TIME_AND_SIZE = Struct("<III")
 _LARGEST = 0xFFFFFFFF
@@ -34,10 +34,10 @@ _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 
 
 class WholeWrites(FileIO):
-    """A file without a buffer that writes all it is given, or raises `OSError`.
+    """An unbuffered file that writes everything it is given, or raises `OSError`.
 
-    What Python's buffered files could not write they try again at each later call, and so a full disk stays
-    in the way of whatever one would do about it.
+    Python's buffered files try again at each later call to write what they could not write before, so on a
+    full disk even truncating would fail.
     """
 
     def write(self, data: Any, /) -> int:
@@ -49,7 +49,7 @@ class WholeWrites(FileIO):
 
 
 class WritableFile(Protocol):
-    """What a file to write must have."""
+    """The methods of a file that are used for writing."""
 
     def write(self, data: Any, /) -> Any: ...
     def seek(self, offset: int, whence: int = ..., /) -> int: ...
@@ -58,7 +58,7 @@ class WritableFile(Protocol):
 
 
 class MessageWriter(Protocol):
-    """What writers of all formats have; see `BagWriter`."""
+    """The methods of writers of all formats; see `BagWriter`."""
 
     layout: Layout
 
@@ -71,7 +71,7 @@ class MessageWriter(Protocol):
 
 
 class _Topic:
-    """A connection as the writer has it: how its messages begin, and their entries in the open chunk."""
+    """A connection of the writer: how its messages begin, and their entries in the open chunk."""
 
     __slots__ = ("entries", "is_sorted", "last", "start")
 
@@ -88,12 +88,13 @@ class BagWriter:
 
     Args:
         file: open for reading and writing bytes.
-        compression: `none`, `bz2` or `lz4`; can be changed at any time, for the next chunk.
+        compression: `none`, `bz2` or `lz4`. May be changed at any time, for later chunks.
         chunk_bytes: the size of chunks, uncompressed.
-        layout: of the bag to append to; the file is a new one, if not given.
+        layout: of the bag to append to; None for a new file.
 
     Raises:
-        OSError: the file cannot be written, here and in all that writes. What is complete stays readable.
+        OSError: the file cannot be written; every method that writes may raise it. Complete chunks stay
+            readable.
     """
 
     def __init__(
@@ -117,7 +118,7 @@ class BagWriter:
         else:
             self.layout = layout
             layout.index_position = 0
-            self._write_file_header(0)  # first of all, so that nobody looks for an index that is gone
+            self._write_file_header(0)  # first, so that readers do not look for the removed index
             self._file.flush()
             self._file.truncate(layout.end)
             self._file.seek(layout.end)
@@ -126,7 +127,7 @@ class BagWriter:
 
     @property
     def size(self) -> int:
-        """Bytes of the file, with those of the open chunk."""
+        """The size of the file, including the open chunk."""
         return self.layout.end + self._chunk.tell()
 
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:
@@ -148,7 +149,7 @@ class BagWriter:
         self._added(topic, seconds, nanoseconds, offset)
 
     def write_message(self, connection: Connection, seconds: int, nanoseconds: int, message: Any) -> None:
-        """Adds a message, which is serialized into the chunk.
+        """Serializes a message into the open chunk.
 
         Raises:
             SerializationError: a field does not fit; nothing is added.
@@ -182,10 +183,10 @@ class BagWriter:
             self.finish_chunk()
 
     def finish_chunk(self) -> None:
-        """Writes what was added since the last chunk, as one.
+        """Writes the open chunk.
 
         Raises:
-            OSError: the chunk could not be written whole. It is kept, and tried again at the next call.
+            OSError: the chunk could not be written completely. It is kept, and the next call tries again.
         """
         if self._chunk_start is None:
             return
@@ -202,7 +203,7 @@ class BagWriter:
             self._file.write(start)
             self._file.write(data)
             self._file.write(index)
-            self._file.flush()  # what Python holds back is lost if the process is killed
+            self._file.flush()  # what Python has buffered is lost if the process is killed
         finally:
             del content
         self.layout.end = position + len(start) + len(data) + len(index)
@@ -230,24 +231,24 @@ class BagWriter:
         return b"".join(records), counts
 
     def flush(self) -> None:
-        """Writes the open chunk, and hands all that was written to the operating system."""
+        """Writes the open chunk, and passes everything to the operating system."""
         self.finish_chunk()
         self._file.flush()
 
     def finish(self) -> None:
-        """Writes the index. The bag is complete then, and nothing can be added. May be called twice."""
+        """Writes the index. After that the bag is complete, and nothing can be added. May be repeated."""
         if self._is_finished:
             return
         self.finish_chunk()
         self._write_index()
 
     def finish_with_what_fits(self) -> int:
-        """As `finish`; where the disk is full, gives up the newest messages until the index has its place.
+        """As `finish`, but on a full disk discards the newest messages until there is room for the index.
 
-        Returns how many messages were given up. Needs a file without a buffer, such as `WholeWrites`.
+        Returns how many messages were discarded. Needs an unbuffered file, such as `WholeWrites`.
 
         Raises:
-            OSError: the disk fails in another way, or has no place for the index of an empty bag.
+            OSError: the disk fails in another way, or has no room for the index of an empty bag.
         """
         try:
             self.finish()
@@ -299,5 +300,5 @@ class BagWriter:
         counts = len(self.layout.connections), len(self.layout.chunks)
         header = file_header(index_position, *counts if index_position else (0, 0))
         self._file.seek(0)
-        self._file.write(MAGIC + header)  # at once, so that a kill leaves no half of it
+        self._file.write(MAGIC + header)  # in one write, so that a kill leaves no half of it
         self.layout.end = max(self.layout.end, len(MAGIC) + len(header))

@@ -42,7 +42,7 @@ def test_other_first_lines_are_no_version(line: bytes) -> None:
 def test_numbers_must_have_their_size() -> None:
     with pytest.raises(BagFormatError, match=r"x: the field \[conn\] must have 4 bytes, got 2"):
         number({"conn": b"ab"}, "conn", 4, "x")
-    with pytest.raises(BagFormatError, match=r"x: the field \[conn\] lacks"):
+    with pytest.raises(BagFormatError, match=r"x: the field \[conn\] is missing"):
         number({}, "conn", 4, "x")
 
 

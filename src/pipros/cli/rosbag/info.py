@@ -46,11 +46,11 @@ def info(argv: Sequence[str]) -> int:
 
 def _print(path: str, is_yaml: bool, key: str | None, *, with_frequencies: bool) -> None:
     with open_bag(path) as bag:
-        told = bag_info(bag, path, with_frequencies=with_frequencies)
+        facts = bag_info(bag, path, with_frequencies=with_frequencies)
     if not is_yaml:
-        print(info_text(told))
+        print(info_text(facts))
         return
     try:
-        print(info_yaml(told) if key is None else info_value(told, key))
+        print(info_yaml(facts) if key is None else info_value(facts, key))
     except BagError as error:
         print(error, file=sys.stderr)
