@@ -62,7 +62,7 @@ def test_a_vanished_master_is_told_and_found_again(ros: RosSystem, open_tab: Ope
     graph, topics = open_tab(page, "graph"), open_tab(page, "topics")
     words = "The master does not answer"
     for tab in (graph, topics):
-        expect(tab.locator("#system")).to_contain_text("only looks")
+        expect(tab.locator("#system")).to_contain_text("read-only")
     core.kill()
     core.wait()
     for tab in (graph, topics):

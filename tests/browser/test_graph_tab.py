@@ -113,7 +113,7 @@ def test_it_fits_a_phone(ros: RosSystem, nodes: dict[str, Process], open_tab: Op
 def test_a_lost_server_is_told(ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab) -> None:
     page = Page(ros)
     tab = open_tab(page, "graph")
-    expect(tab.locator("#system")).to_contain_text("only looks")
+    expect(tab.locator("#system")).to_contain_text("read-only")
     page.process.press_ctrl_c()
     page.process.wait()
     expect(tab.locator("#system")).to_contain_text("no connection to the server")

@@ -59,7 +59,7 @@ TABS = {
     "tf": ("table", of_all("", r"cpp_laserbase_link/cpp_framesstatic.*") + "wheel_leftbase_link"),
     "diagnostics/%2FMotors%2Fright": ("aside", "temperature41"),
     "services/" + of_all("%2Frobot", "%2Fcpp_talker") + "%2Fget_loggers": ("aside", "roscpp/GetLoggers"),
-    "publish": ("#view", "This page only looks"),
+    "publish": ("#view", "This page is read-only"),
 }
 
 

@@ -88,7 +88,7 @@ def test_without_a_certificate_it_says_that_nothing_is_encrypted(ros: RosSystem)
     server = ros.pipros.start("rqt_graph", "--no-browser", "--control", "--bind", HOST)
     url = urlsplit(server.wait_for(r"http://\S+")[0])
     server.wait_for("Others on this network can see and change the system when they have this address.")
-    server.wait_for("It is not encrypted: with --cert and --key it would be.")
+    server.wait_for("The connection is not encrypted; --cert and --key encrypt it.")
     connection = http.client.HTTPConnection(url.netloc, timeout=30)
     connection.request("GET", f"/?{url.query}")
     assert connection.getresponse().status == 200

@@ -43,7 +43,7 @@ def test_a_curve_of_numbers(robot: RosSystem) -> None:
 def test_a_curve_waits_for_its_topic_and_names_what_is_not_a_number(robot: RosSystem) -> None:
     with Page(robot).connect() as browser:
         assert (
-            "no topic of this name is there yet" in next(browser.watch("plot", field="/nothing/x"))["error"]
+            "there is no topic of this name yet" in next(browser.watch("plot", field="/nothing/x"))["error"]
         )
     with Page(robot).connect() as browser:
         data = first(browser.watch("plot", field="/imu/header"), lambda value: value.get("error"))

@@ -1,1 +1,1 @@
-"""The pages of `rqt_graph` and its family, and the server that they come from."""
+"""The page behind `rqt_graph` and the other rqt commands, and its server."""

@@ -1,9 +1,4 @@
-"""Who may see the page: whoever has the token, from the page's own address. No sockets.
-
-- A random token is in the address that is printed. The first request with it gets a cookie.
-- `Host` must name the server, so that another site's name that leads here (DNS rebinding) gets nothing.
-- `Origin` of a WebSocket must be the page's own, so that other sites cannot connect with the user's cookie.
-"""
+"""Who may see the page: anyone who has the token and uses the page's own address. No sockets."""
 
 from __future__ import annotations
 
@@ -19,19 +14,19 @@ LOOPBACK_HOSTS = frozenset({"localhost", "127.0.0.1", "[::1]"})
 
 
 class Denied(Exception):
-    """The request is not answered. The text says why and what to do."""
+    """The request is refused. The text says why and what to do."""
 
 
 @dataclass(frozen=True, slots=True)
 class Access:
-    """What a request must show.
+    """What a request must have to be answered.
 
     Attributes:
         token: the secret in the address.
-        port: that of the server.
-        hosts: the names of the server that a `Host` header may give.
-        is_secure: the server speaks TLS.
-        takes_addresses: any IP address may be its name; only names can be rebound.
+        port: of the server.
+        hosts: the names that a `Host` header may have.
+        is_secure: whether the server uses TLS.
+        takes_addresses: whether `Host` may be any IP address; only names can be rebound.
     """
 
     port: int
@@ -48,12 +43,14 @@ class Access:
 
     @property
     def cookie_name(self) -> str:
-        """Browsers keep cookies by host, not by port; several servers must not share one."""
+        """The name of the cookie, which contains the port.
+
+        Browsers keep cookies by host, and several servers on one host must not share one."""
         return f"pipros_{self.port}"
 
     @property
     def cookie(self) -> str:
-        """The `Set-Cookie` header for whoever came with the token."""
+        """The `Set-Cookie` header for a browser that sent the token."""
         secure = "; Secure" if self.is_secure else ""
         return f"{self.cookie_name}={self.token}; Path=/; HttpOnly; SameSite=Strict{secure}"
 
@@ -63,14 +60,14 @@ class Access:
         return f"{scheme}://{host}:{self.port}/?token={self.token}{'#' + tab if tab else ''}"
 
     def check_host(self, host: str | None) -> None:
-        """Raises `Denied` when a request was sent to another name than the server's."""
+        """Raises `Denied` when the `Host` of a request is not a name of the server."""
         name, _, port = (host or "").rpartition(":")
         is_own = name.lower() in self.hosts or (self.takes_addresses and _is_address(name))
         if not is_own or port != str(self.port):
             raise Denied(f"This server is not {host or 'without a name'}. Open the address that it printed.")
 
     def check_origin(self, origin: str | None) -> None:
-        """Raises `Denied` when a WebSocket comes from another page than the server's."""
+        """Raises `Denied` when a WebSocket was opened by a page of another site."""
         try:
             parts = urlsplit(origin or "")
         except ValueError:
@@ -80,7 +77,7 @@ class Access:
         self.check_host(parts.netloc)
 
     def comes_with_token(self, path: str) -> bool:
-        """True when the address has the token in it."""
+        """Whether the address contains the token."""
         values = parse_qs(urlsplit(path).query).get("token", [])
         return any(self._is_token(value) for value in values)
 

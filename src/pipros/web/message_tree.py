@@ -10,16 +10,17 @@ SHOWN_ELEMENTS = 40
 SHOWN_CHARACTERS = 4000
 SHOWN_BYTES = 32
 LEAVES = 4000
-"""How many values of one message are shown."""
+"""The number of values of one message that are shown."""
 
 MORE = "…"
-"""The key of an entry that says what was left out."""
+"""The key of an entry that says how much was left out."""
 
 
 def message_tree(message: object) -> Any:
-    """The fields of a message as dictionaries, lists, texts and numbers.
+    """The fields of a message as dictionaries, lists, strings and numbers.
 
-    Numbers that JSON lacks are texts: `nan`, `inf`. A shortened array is `{"…": length, "items": first}`.
+    Numbers that JSON does not have become strings: `nan`, `inf`.
+    A shortened array is `{"…": length, "items": first}`.
 
     Args:
         message: a message, or a value of one.

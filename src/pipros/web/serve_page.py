@@ -1,4 +1,4 @@
-"""The program behind `rqt_graph` and its family: a node, a server, and the page in a browser."""
+"""The program behind `rqt_graph` and the other rqt commands: a node, a server, and the page in a browser."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ class PageOptions:
     """How the page is served.
 
     Attributes:
-        tool: the command, which names the node.
-        tab: what the page opens with, with its arguments: `plot/battery_topic/level`.
-        host: the address to listen at.
+        tool: the command; the node is named after it.
+        tab: the tab that the page opens with its arguments: `plot/battery_topic/level`.
+        host: the address to listen on.
         port: 0 takes a free one.
         certificate, key: files for TLS.
-        has_control: the page may change the system.
-        opens_browser: open the page when there is a display.
+        has_control: whether the page may change the system.
+        opens_browser: whether to open the page when there is a display.
     """
 
     tool: str = "rqt_graph"
@@ -97,7 +97,7 @@ async def _serve(options: PageOptions, system: WatchedSystem) -> None:
         url = server.access.url("localhost" if host in _EVERYWHERE else shown, options.tab)
         print(f"{options.tool}: {url}", flush=True)
         if not options.has_control:
-            print("The page only looks. With --control it can also change the system.", file=sys.stderr)
+            print("The page is read-only. With --control it can also change the system.", file=sys.stderr)
         if shown != "localhost":
             _warn_about_network(options, server.access)
         if options.opens_browser and _has_display():
@@ -169,13 +169,13 @@ def _warn_about_network(options: PageOptions, access: Access) -> None:
     if options.host.strip("[]") in _EVERYWHERE:
         print(f"From other computers: {access.url(socket.gethostname(), options.tab)}", file=sys.stderr)
     if options.certificate is None:
-        print("It is not encrypted: with --cert and --key it would be.", file=sys.stderr)
+        print("The connection is not encrypted; --cert and --key encrypt it.", file=sys.stderr)
     elif fingerprint := fingerprint_of(options.certificate):
         print(f"Encrypted with TLS; the certificate's SHA-256 fingerprint is {fingerprint}.", file=sys.stderr)
 
 
 def fingerprint_of(certificate: str) -> str:
-    """The SHA-256 of the first certificate in a PEM file, as browsers show it; empty when there is none."""
+    """The SHA-256 of the first certificate in a PEM file, as browsers show it; empty if the file has none."""
     text = Path(certificate).read_text(encoding="ascii", errors="replace")
     begin, end = text.find(ssl.PEM_HEADER), text.find(ssl.PEM_FOOTER)
     if not 0 <= begin < end:

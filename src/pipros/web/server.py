@@ -1,11 +1,11 @@
-"""The server of the page: its files over HTTP, and everything that lives over one WebSocket for each browser.
+"""The server of the page: its files over HTTP, and all live data over one WebSocket per browser.
 
-A browser asks for views and actions: `{"id": 3, "view": "graph", "args": {…}}`, `{"id": 3, "stop": true}`,
+A browser requests views and actions: `{"id": 3, "view": "graph", "args": {…}}`, `{"id": 3, "stop": true}`,
 `{"id": 4, "action": "set_param", "args": {…}}`. Answers carry the id: `{"id": 3, "data": …}`,
 `{"id": 3, "error": "…"}`, or in binary the id as four bytes, the most significant first, and the data.
 
-Each view of a browser is a task that sends when the browser has taken what was sent before. So a slow
-browser gets fewer and newer values, and nobody waits for it.
+Each view of a browser is a task that sends when the browser has received what was sent before. So a slow
+browser gets fewer and newer values, and does not delay anything else.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ REQUEST_BYTES = 1_000_000
 BROWSERS = 100
 
 View = Callable[[Mapping[str, Any]], AsyncIterator[Any]]
-"""Takes the arguments of a request and gives what a browser is sent: values for JSON, or bytes."""
+"""Takes the arguments of a request and yields what is sent to the browser: values for JSON, or bytes."""
 Action = Callable[[Mapping[str, Any]], Awaitable[Any]]
-"""Takes the arguments of a request; what it returns is the answer."""
+"""Takes the arguments of a request, and returns the answer."""
 
 SECURITY_HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
@@ -54,16 +54,16 @@ SECURITY_HEADERS = {
 
 
 class RequestRefused(PiprosError):
-    """A view or an action cannot be had. The text is shown on the page."""
+    """A view or an action is refused. The text is shown on the page."""
 
 
 @dataclass(frozen=True, slots=True)
 class Services:
-    """What browsers can ask for.
+    """What browsers can request.
 
     Attributes:
-        views, actions: by their names.
-        changing: the names of those that change the system; they need `has_control`.
+        views, actions: by name.
+        changing: the names of those that change the system.
         has_control: whether these are allowed.
     """
 
@@ -74,7 +74,7 @@ class Services:
 
 
 class PageServer:
-    """Serves the page until it is closed. Belongs to one event loop."""
+    """Serves the page until it is closed. For one event loop."""
 
     def __init__(self, services: Services) -> None:
         self._services = services
@@ -88,9 +88,9 @@ class PageServer:
         """Opens the port.
 
         Args:
-            host: the address to listen at.
+            host: the address to listen on.
             port: 0 takes a free one.
-            names: under which browsers may come beside those of loopback, and all IP addresses with them.
+            names: further names for `Host`, besides those of loopback; with them, any IP address is allowed.
 
         Raises:
             OSError: the port is taken, or the address is not of this machine.
@@ -104,7 +104,7 @@ class PageServer:
             max_size=REQUEST_BYTES,
             write_limit=65536,
             server_header=None,
-            compression=None,  # it costs more than it saves on loopback
+            compression=None,  # compression costs more than it saves on loopback
             logger=logger,
             close_timeout=1,
         )
@@ -120,7 +120,7 @@ class PageServer:
             await self._server.wait_closed()
 
     def _answer(self, _: ServerConnection, request: Request) -> Response | None:
-        """What a request gets; None lets a WebSocket begin."""
+        """The answer to a request; None starts a WebSocket."""
         headers = request.headers
         path = request.path.partition("?")[0]
         try:
@@ -131,14 +131,14 @@ class PageServer:
             if path == SOCKET_PATH:
                 self.access.check_origin(_only(headers, "Origin"))
                 if self._browsers >= BROWSERS:
-                    raise Denied(f"{BROWSERS} browsers are connected, no more are served.")
+                    raise Denied(f"{BROWSERS} browsers are connected already; close one.")
                 return None
         except Denied as error:
             return _response(HTTPStatus.FORBIDDEN, str(error).encode(), "text/plain; charset=utf-8")
         return _file_response(path, {"Set-Cookie": self.access.cookie} if has_token else {})
 
     async def _attend(self, connection: ServerConnection) -> None:
-        """One browser, from beginning to end."""
+        """Serves one browser until it disconnects."""
         self._browsers += 1
         browser = _Browser(connection, self._services)
         try:
@@ -152,7 +152,7 @@ class PageServer:
 
 
 class _Browser:
-    """What one browser looks at."""
+    """The open views of one browser."""
 
     def __init__(self, connection: ServerConnection, services: Services) -> None:
         self._connection = connection
@@ -175,7 +175,9 @@ class _Browser:
         if request.get("stop"):
             return
         if len(self._tasks) >= VIEWS_OF_A_BROWSER:
-            await self._send({"id": number, "error": f"{VIEWS_OF_A_BROWSER} views are open, close some"})
+            await self._send(
+                {"id": number, "error": f"{VIEWS_OF_A_BROWSER} views are open already; close some"}
+            )
             return
         task = asyncio.create_task(self._serve(number, request))
         self._tasks[number] = task
@@ -220,20 +222,20 @@ class _Browser:
 
     def _check_control(self, name: str) -> None:
         if name in self._services.changing and not self._services.has_control:
-            raise RequestRefused("this page only looks; start it with --control to change the system")
+            raise RequestRefused("this page is read-only; start it with --control to change the system")
 
     async def _send(self, value: Mapping[str, Any]) -> None:
         await self._connection.send(json.dumps(value, separators=(",", ":"), allow_nan=False, default=str))
 
 
 def _only(headers: Headers, name: str) -> str | None:
-    """The value of a header that must not come twice."""
+    """The value of a header that must not be repeated."""
     values = headers.get_all(name)
     return values[0] if len(values) == 1 else None
 
 
 def _file_response(path: str, more: Mapping[str, str]) -> Response:
-    """A file of the page. Only names that are in the folder are found, so no path leads out of it."""
+    """A file of the page. Only names of files in its folder are found, so no path leads out of it."""
     name = "index.html" if path == "/" else path[1:]
     file = resources.files("pipros.web") / "page"
     for part in name.split("/"):

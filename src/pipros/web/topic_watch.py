@@ -1,4 +1,4 @@
-"""Topics that browsers look at: one subscription each for all browsers, and none when nobody looks."""
+"""The topics that browsers watch: one subscription per topic for all of them."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from pipros.node.any_msg import RawMessage
 from pipros.node.subscriber import Subscriber
 
 WINDOW = 200
-"""How many messages rates and bandwidths are taken over."""
+"""The number of messages over which rates and bandwidths are computed."""
 QUIET_S = 3.0
-"""A topic without a message for so long, or for three of its intervals, has no rate."""
+"""A topic that is silent for this long, and for three of its intervals, has no rate."""
 
 SHORTEST_S = 0.1
-"""Fewer messages than `WINDOW` within a shorter time have no rate."""
+"""Fewer than `WINDOW` messages need at least this time for a rate."""
 
 Listener = Callable[[RawMessage, float], object]
-"""Called in the thread of the link with each message and the wall time when it came, in seconds."""
+"""Called in the thread of the link with each message and the wall time of its arrival, in seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,9 +32,9 @@ class Newest:
     """The newest message of a topic.
 
     Attributes:
-        number: how many came before it and with it.
+        number: the count of messages up to and including it.
         message: undecoded.
-        wall_s: when it came, in seconds since 1970.
+        wall_s: when it arrived, in seconds since 1970.
     """
 
     number: int
@@ -43,7 +43,7 @@ class Newest:
 
 
 class TopicWatch:
-    """What comes over one topic. Messages are counted in the threads of the links."""
+    """The messages of one topic, counted in the threads of its links."""
 
     def __init__(self, topic: str, decoder: RawDecoder) -> None:
         self.topic = topic
@@ -57,7 +57,7 @@ class TopicWatch:
         self._listeners: list[Listener] = []
 
     def note(self, message: RawMessage) -> None:
-        """Counts a message and shows it to the listeners."""
+        """Counts a message and passes it to the listeners."""
         moment_s, wall_s = time.monotonic(), time.time()
         with self._lock:
             self._count += 1
@@ -75,7 +75,7 @@ class TopicWatch:
         with self._lock:
             rate, bandwidth = self._rate.figures(), self._bandwidth.figures(now_s)
             is_quiet = now_s - self._last_s > max(QUIET_S, 3 * rate.mean if rate else 0.0)
-            # Messages that waited on the way come together, and tell no rate.
+            # Messages that were delayed arrive together, and say nothing about the rate.
             is_quiet |= rate is not None and rate.count < WINDOW - 1 and rate.mean * rate.count < SHORTEST_S
             return {
                 "rate": 1.0 / rate.mean if rate and rate.mean > 0 and not is_quiet else None,
@@ -86,7 +86,7 @@ class TopicWatch:
 
     @contextlib.contextmanager
     def listening(self, listener: Listener) -> Iterator[None]:
-        """Has `listener` called with each message for as long as the context lasts."""
+        """Within the context, calls `listener` with each message."""
         with self._lock:
             self._listeners.append(listener)
         try:
@@ -96,12 +96,12 @@ class TopicWatch:
                 self._listeners.remove(listener)
 
     def decode(self, message: RawMessage) -> object:
-        """The message, decoded by the definition of its publisher. Raises `PiprosError` when that fails."""
+        """The message, decoded by its publisher's definition. Raises `PiprosError` when that fails."""
         return self._decoder.decode(message)
 
 
 class TopicWatches:
-    """The topics that are watched at present."""
+    """The topics that are being watched."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -111,10 +111,10 @@ class TopicWatches:
 
     @contextlib.contextmanager
     def watch(self, topic: str, *, queue_size: int = WINDOW) -> Iterator[TopicWatch]:
-        """Subscribes to a topic as long as one context is open.
+        """Within the context, subscribes to a topic. Contexts of the same topic share a subscription.
 
         Args:
-            queue_size: how many messages may wait; the first context decides.
+            queue_size: how many messages may wait. The first context of a topic decides.
         """
         with self._lock:
             watch, subscriber, users = self._watches.get(topic) or (*self._subscribe(topic, queue_size), 0)
@@ -137,7 +137,7 @@ class TopicWatches:
 
 
 class NewSamples:
-    """What a listener collects until it is sent to a browser. If that is slow, the oldest values are lost."""
+    """What a listener collects until it is sent. If the browser is slow, the oldest values are lost."""
 
     def __init__(self, limit: int) -> None:
         self._lock = threading.Lock()
@@ -150,7 +150,7 @@ class NewSamples:
             self._values.append(value)
 
     def lose(self) -> None:
-        """Counts a value that was not even looked at."""
+        """Counts a value that was skipped."""
         with self._lock:
             self._lost += 1
 

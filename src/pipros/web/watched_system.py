@@ -1,4 +1,4 @@
-"""The running system as the page sees it: observed once for all browsers, subscribed to on demand."""
+"""The running system as the page sees it: observed once for all browsers, with subscriptions on demand."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from pipros.node import Node
 from pipros.web.topic_watch import TopicWatches
 
 LOOK_INTERVAL_S = 1.0
-"""How often the system is looked at while at least one browser wants to know."""
+"""How often the system is observed while at least one browser shows it."""
 
 
 class WatchedSystem:
     """What views and actions work with.
 
     Attributes:
-        graph: the way to the master.
-        node: the page's own node. The master hears of it with its first subscription.
-        topics: the topics that are watched.
+        graph: the connection to the master.
+        node: the page's own node. It is registered with its first subscription.
+        topics: the topics that are being watched.
         observation: the last one.
     """
 
@@ -37,18 +37,18 @@ class WatchedSystem:
         self._is_over = threading.Event()
 
     def start(self) -> None:
-        """Begins to look when a browser asks. Must be called in the event loop of the server."""
+        """Prepares to observe when a browser requests it. Must be called in the event loop of the server."""
         loop = asyncio.get_running_loop()
         threading.Thread(target=self._observe, args=(loop,), name="observer", daemon=True).start()
 
     def close(self) -> None:
-        """Ends the looking."""
+        """Stops observing."""
         self._is_over.set()
         self._wanted.set()
         self._observer.close()
 
     async def observations(self) -> AsyncIterator[Observation]:
-        """The newest observation again and again, at most one each interval."""
+        """Yields the newest observation, at most once per interval."""
         while True:
             future: asyncio.Future[Observation] = asyncio.get_running_loop().create_future()
             self._waiting.add(future)

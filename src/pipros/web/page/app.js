@@ -62,7 +62,7 @@ async function show() {
 function showState() {
   system.className = live.isOpen ? "" : "lost";
   if (!live.isOpen) replace(system, "no connection to the server, trying again");
-  else if (about) replace(system, h("span", { class: "master", title: "The master" }, about.master.replace(/^http:\/\/|\/$/g, "")), h("span", { class: about.control ? "permit control" : "permit" }, about.control ? "can change the system" : "only looks"));
+  else if (about) replace(system, h("span", { class: "master", title: "The master" }, about.master.replace(/^http:\/\/|\/$/g, "")), h("span", { class: about.control ? "permit control" : "permit" }, about.control ? "can change the system" : "read-only"));
   else replace(system);
 }
 

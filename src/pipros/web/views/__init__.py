@@ -1,1 +1,1 @@
-"""What browsers can look at and do: one module for each tab of the page."""
+"""The views and actions of the page: one module per tab."""

@@ -1,4 +1,4 @@
-"""Services and messages by hand: `rqt_service_caller` and `rqt_publisher`."""
+"""Calling services and publishing messages by hand: `rqt_service_caller` and `rqt_publisher`."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class CallViews:
         return message_tree(_message_class(arguments)())
 
     async def publishing(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Publishes a message at a rate for as long as the view is open; a rate of 0 publishes once."""
+        """Publishes a message at a rate while the view is open; a rate of 0 publishes once."""
         topic, value = topic_name(arguments), _yaml(arguments, "message")
         rate = arguments.get("rate", 1.0)
         if not isinstance(rate, (int, float)) or not 0.0 <= rate <= FASTEST_HZ:
@@ -69,7 +69,7 @@ class CallViews:
         message_class = _message_class(arguments)
         message_from_yaml(
             message_class, value, time.time_ns()
-        )  # a mistake is told before anything is advertised
+        )  # mistakes are reported before anything is advertised
         publisher = self._system.node.advertise(topic, message_class, queue_size=10, latch=not rate)
         count = 0
         begin_s = told_s = time.monotonic()

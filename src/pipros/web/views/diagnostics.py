@@ -22,7 +22,7 @@ STALE_S = 5.0
 MOST_COMPONENTS = 3000
 HISTORY = 60
 STALE = 3
-"""The level of a component that has not been heard of for `STALE_S`."""
+"""The level of a component that has not reported for `STALE_S`."""
 
 
 @dataclass(slots=True)
@@ -31,7 +31,7 @@ class Status:
 
     Attributes:
         level: 0 OK, 1 warning, 2 error, 3 stale.
-        history: the newest levels, with the wall times when they came.
+        history: the newest levels, with the wall times of their arrival.
     """
 
     level: int
@@ -43,7 +43,7 @@ class Status:
 
 
 class Statuses:
-    """All components that were heard of. Messages are added in the threads of the links."""
+    """All components that have reported. Messages are added in the threads of the links."""
 
     def __init__(self) -> None:
         self._statuses: dict[str, Status] = {}
@@ -88,7 +88,7 @@ class DiagnosticViews:
         self._system = system
 
     async def diagnostics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """All components, from the aggregator where there is one."""
+        """All components; from the aggregator if there is one."""
         observations = self._system.observations()
         observation = await anext(observations)
         topics = [topic for topic in TOPICS if topic in observation.state.publishers][:1] or list(TOPICS)

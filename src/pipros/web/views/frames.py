@@ -24,15 +24,15 @@ MOST_FRAMES = 2000
 
 @dataclass(slots=True)
 class Frame:
-    """What was heard of a frame.
+    """What is known of a frame.
 
     Attributes:
-        parent: the last one.
+        parent: in the last transform.
         authority: the node that sent it.
-        is_static: it came over `/tf_static`.
-        count: how many transforms came since `begin_s`.
+        is_static: whether it came over `/tf_static`.
+        count: the number of transforms since `begin_s`.
         begin_s, last_s: the wall times of the first and the last transform.
-        stamp_s: the stamp of the last one.
+        stamp_s: the stamp of the last transform.
     """
 
     parent: str
@@ -45,7 +45,7 @@ class Frame:
 
 
 class FrameTree:
-    """All frames that were heard of. Transforms are added in the threads of the links."""
+    """All frames so far. Transforms are added in the threads of the links."""
 
     def __init__(self) -> None:
         self._frames: dict[str, Frame] = {}
@@ -68,7 +68,7 @@ class FrameTree:
                 known.last_s, known.stamp_s = wall_s, stamp_s
 
     def rows(self, now_s: float) -> list[Mapping[str, Any]]:
-        """Each frame with parent, rate in Hz and age of the newest transform in seconds, sorted by name."""
+        """Each frame by name, with parent, rate in Hz and age of the newest transform in seconds."""
         with self._lock:
             return [
                 {
@@ -101,14 +101,14 @@ class FrameViews:
         self._system = system
 
     async def frames(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """The frames every second, and their drawing when the tree changes."""
+        """The frames every second, and a drawing whenever the tree changes."""
         tree = FrameTree()
         shown = None
         with ExitStack() as stack:
             for topic, is_static in (("/tf", False), ("/tf_static", True)):
                 watch = stack.enter_context(self._system.topics.watch(topic))
                 stack.enter_context(watch.listening(_listener_for(tree, watch, is_static)))
-                if watch.newest is not None:  # others looked before, and latched messages came to them
+                if watch.newest is not None:  # another view has already received the latched messages
                     _listener_for(tree, watch, is_static)(watch.newest.message, watch.newest.wall_s)
             while True:
                 values: dict[str, Any] = {"frames": tree.rows(time.time())}

@@ -1,4 +1,4 @@
-"""The graph: drawn when it changes, its traffic every second; all about one node; pictures."""
+"""The graph, drawn when it changes, with its traffic every second; one node in detail; pictures."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LONGEST_FILTER = 1000
 MOST_PARAMETERS = 200
 """How many parameters of a node are listed."""
 MOST_DRAWN = 3000
-"""Nodes and topics of the largest graph that is drawn; of a larger one only the number is told."""
+"""Nodes and topics of the largest graph that is drawn. For larger graphs only their number is sent."""
 
 
 def options_from(arguments: Mapping[str, Any]) -> GraphOptions:
@@ -76,7 +76,7 @@ class GraphViews:
             }
 
     async def node(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """All that is known of one node."""
+        """Everything known of one node."""
         name = str(arguments["name"])
         async for observation in self._system.observations():
             yield {
@@ -89,7 +89,7 @@ class GraphViews:
         try:
             found = dict(params.leaves(node, params.read(self._system.graph.master, node)))
         except PiprosError:
-            return []  # it has none, or the master is away, which the observation tells
+            return []  # it has none, or the master does not answer, which the observation shows
         names = sorted(found)[:MOST_PARAMETERS]
         return [
             [name.removeprefix(f"{node}/"), json.dumps(message_tree(found[name]), ensure_ascii=False)]
@@ -148,7 +148,7 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
 
 
 def _traffic(observation: Observation, scene: Scene) -> list[list[float] | None]:
-    """Messages and bytes a second of each arrow, None where they are not known."""
+    """Messages and bytes per second of each arrow; None where they are unknown."""
     sums: dict[tuple[str, str, str], list[float]] = {}
     for connection, traffic in observation.connections.items():
         if traffic is None:
@@ -160,7 +160,7 @@ def _traffic(observation: Observation, scene: Scene) -> list[list[float] | None]
         )
         for start, end in ((publisher, topic), (topic, subscriber), (publisher, subscriber)):
             total = sums.setdefault((start, end, connection.topic), [0.0, 0.0])
-            if start == publisher and end == topic:  # one publication, however many subscribers
+            if start == publisher and end == topic:  # counted once per publisher, not per subscriber
                 total[:] = max(total[0], traffic.rate), total[1] + traffic.bandwidth
             else:
                 total[:] = total[0] + traffic.rate, total[1] + traffic.bandwidth
@@ -173,7 +173,7 @@ def _traffic(observation: Observation, scene: Scene) -> list[list[float] | None]
 
 
 def node_values(observation: Observation, name: str) -> Mapping[str, Any]:
-    """What the master and the node itself say of a node."""
+    """What the master and the node itself say about a node."""
     node = observation.nodes.get(name)
     state = observation.state
     return {

@@ -31,7 +31,7 @@ class ImageViews:
         self._system = system
 
     async def image(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """The newest image of a topic, ten times a second at most: a JSON head, a line break, the pixels."""
+        """The newest image of a topic, at most ten times a second: a JSON head, a line break, the pixels."""
         with self._system.topics.watch(topic_name(arguments)) as watch:
             number = -1
             while True:
@@ -48,7 +48,7 @@ def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
     """An image for the browser.
 
     Raises:
-        RequestRefused: not an image, or in an encoding that is not known.
+        RequestRefused: it is not an image, or its encoding is unknown.
     """
     if message._type == "sensor_msgs/CompressedImage":
         kind = "png" if "png" in message.format.lower() else "jpeg"
@@ -81,7 +81,7 @@ def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
 
 
 def _step(encoding: str, size: int) -> int:
-    if encoding.startswith(("bayer", "yuv")):  # neighbouring pixels belong together
+    if encoding.startswith(("bayer", "yuv")):  # whole groups of neighbouring pixels are kept
         return 1
     every = 1
     while size // every**2 > LARGEST_BYTES:

@@ -26,7 +26,7 @@ class ParamViews:
         self._system = system
 
     async def params(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """All parameters by name whenever one changed; the values are JSON, shortened."""
+        """All parameters by name, whenever one changes; the values are JSON, shortened."""
         shown: Any = None
         while True:
             try:
@@ -42,7 +42,7 @@ class ParamViews:
         found = dict(params.leaves("/", params.read(self._system.graph.master, "/")))
         names = sorted(found)[:MOST_PARAMETERS]
         return {
-            # As texts, for a browser does not tell 0.0, a double, from 0, an int.
+            # As strings, because JavaScript does not distinguish 0.0, a double, from 0, an int.
             "params": {name: json.dumps(message_tree(found[name]), ensure_ascii=False) for name in names},
             "more": len(found) - len(names),
         }

@@ -20,7 +20,7 @@ SEND_INTERVAL_S = 0.1
 KEPT_SAMPLES = 5000
 """Samples that wait for a slow browser."""
 DECODED_A_SECOND = 2000
-"""Messages of one curve that are decoded in a second; of a faster topic the rest is counted as lost."""
+"""Messages of one curve that are decoded per second. The others of a faster topic count as lost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Field:
 
 
 def expand(text: str) -> Iterator[str]:
-    """The fields that one word of `rqt_plot` means: `/a/pose/x:y:z` is three.
+    """The fields that one argument of `rqt_plot` stands for: `/a/pose/x:y:z` is three.
 
     >>> list(expand("/a/pose/x:y")), list(expand("/b/data"))
     (['/a/pose/x', '/a/pose/y'], ['/b/data'])
@@ -45,7 +45,7 @@ def expand(text: str) -> Iterator[str]:
 
 
 def find_field(text: str, topics: Mapping[str, str]) -> Field | None:
-    """The field that a text means, by the longest topic that it begins with; None when there is none.
+    """The field that a text stands for, by the longest topic that it begins with; None without such a topic.
 
     Raises:
         InvalidIndex: malformed brackets.
@@ -65,7 +65,7 @@ class PlotViews:
         self._system = system
 
     async def plot(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """The samples of one curve: wall times and values, ten times a second at most."""
+        """The samples of one curve, as wall times and values, at most ten times a second."""
         text = arguments.get("field")
         if not isinstance(text, str) or not text.startswith("/") or len(text) > 1000:
             raise RequestRefused(
@@ -78,8 +78,8 @@ class PlotViews:
                 field = find_field(text, observation.types)
                 if field is not None:
                     break
-                yield {"error": f"no topic of this name is there yet: {text}"}
-        if field is None:  # the server ends
+                yield {"error": f"there is no topic of this name yet: {text}"}
+        if field is None:  # the server is shutting down
             return
         with self._system.topics.watch(field.topic) as watch:
             curve = _Curve(watch, field)
@@ -92,7 +92,7 @@ class PlotViews:
 
 
 class _Curve:
-    """Decodes in the thread of the link, and remembers what went wrong."""
+    """Decodes in the thread of the link, and keeps the last error."""
 
     def __init__(self, watch: TopicWatch, field: Field) -> None:
         self.samples = NewSamples(KEPT_SAMPLES)
@@ -120,7 +120,7 @@ class _Curve:
 
 
 def number_in(message: Any, field: Field) -> float | None:
-    """The number of a field; None for NaN and infinity, which end a line.
+    """The value of a field; None for NaN and infinity, which interrupt the curve.
 
     Raises:
         ValueError: it is not a number.

@@ -1,4 +1,4 @@
-"""What the nodes of this machine use: `rqt_top`. It stands on psutil."""
+"""The resources that nodes on this machine use: `rqt_top`. Needs psutil."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class ProcessViews:
         self._system = system
 
     async def processes(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Each node with its host and, on this machine, its processor, memory, threads and connections."""
+        """Each node with its host and, on this machine, its load, memory, threads and connections."""
         psutil = _psutil()
         table = _Table(psutil, self._system.graph.caller_id)
         async for observation in self._system.observations():
@@ -46,7 +46,7 @@ def _psutil() -> Any:
 
 
 class _Table:
-    """Remembers the processes, so that their processor time can be compared."""
+    """Keeps the processes, because processor load is the difference of two readings."""
 
     def __init__(self, psutil: Any, caller_id: str) -> None:
         self._psutil = psutil

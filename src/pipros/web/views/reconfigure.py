@@ -1,4 +1,4 @@
-"""Parameters that change while a node runs, of servers of dynamic_reconfigure: `rqt_reconfigure`."""
+"""The parameters of dynamic_reconfigure servers: `rqt_reconfigure`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LOOK_INTERVAL_S = 0.1
 ANSWER_S = 10.0
 DESCRIPTIONS, UPDATES, SERVICE = "/parameter_descriptions", "/parameter_updates", "/set_parameters"
 WHOLE = 2**31 - 1
-"""The bound of an int that has none."""
+"""The bound of an int without bounds."""
 
 
 class ReconfigureViews:
@@ -64,7 +64,7 @@ class ReconfigureViews:
                 await asyncio.sleep(LOOK_INTERVAL_S)
 
     async def set_reconfigured(self, arguments: Mapping[str, Any]) -> Any:
-        """Asks the server for `changes` of parameters and `states` of groups; answers what holds then."""
+        """Has the server change parameters and the states of groups; answers with the new values."""
         name = topic_name(arguments)
         changes, states = arguments.get("changes", {}), arguments.get("states", {})
         if not isinstance(changes, dict) or not isinstance(states, dict):
@@ -87,7 +87,7 @@ class ReconfigureViews:
 
 
 def shown_group(group: Mapping[str, Any]) -> Mapping[str, Any]:
-    """A decoded group for the page: parameters with their bounds, where they have some, and constants."""
+    """A decoded group for the page: its parameters, with bounds and constants if they have any."""
     return {
         "name": group.get("name", ""),
         "type": group.get("type", ""),
@@ -118,7 +118,7 @@ def _shown_parameter(described: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def shown_values(config: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The values of a configuration; numbers that JSON lacks are texts."""
+    """The values of a configuration; numbers that JSON does not have become strings."""
     return {name: _plain(value) for name, value in config.items()}
 
 

@@ -27,12 +27,12 @@ class TopicViews:
         self._system = system
 
     async def topics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """All topics with types, nodes and, where publishers tell it, traffic."""
+        """All topics with types, nodes and, as far as publishers report it, traffic."""
         async for observation in self._system.observations():
             yield {"topics": list(_rows(observation)), "error": observation.error}
 
     async def topic(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """One topic while a browser shows it: its newest message, rate and bandwidth."""
+        """The newest message, rate and bandwidth of one topic, while a browser shows it."""
         name = topic_name(arguments)
         with self._system.topics.watch(name) as watch:
             number = -1
@@ -93,10 +93,10 @@ def _rows(observation: Observation) -> Iterator[Mapping[str, Any]]:
 
 
 def percentage(message: object) -> float | None:
-    """The percentage that a battery message tells, from 0 to 100; None for other messages.
+    """The percentage in a battery message, from 0 to 100; None for other messages.
 
-    `sensor_msgs/BatteryState.percentage` is a fraction from 0 to 1 by its definition. A single text such as
-    `%25` or `80 %` counts, too.
+    `sensor_msgs/BatteryState.percentage` is a fraction from 0 to 1 by its definition. A message whose only
+    field is a text such as `%25` or `80 %` counts, too.
     """
     fraction = getattr(message, "percentage", None)
     if isinstance(fraction, float):

@@ -13,7 +13,7 @@ export function open(view, argument, { control }) {
   const error = h("div", { class: "error", role: "alert" });
   const list = h("div", {});
   view.append(h("div", { class: "column" }, error, h("div", { class: "scroll form" },
-    control ? null : h("p", { class: "note" }, "This page only looks. Start it with --control to publish."),
+    control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to publish."),
     h("label", {}, "Topic", topic), topics, h("label", {}, "Type", type), h("label", {}, "Rate in Hz", rate), message,
     h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish"), h("span", { class: "key" }, "  A rate of 0 publishes once, for as long as this tab is open.")), list)));
   let known = [];
