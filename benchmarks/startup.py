@@ -5,11 +5,14 @@
 
 Both worlds take turns, each against a master of its own, and the median counts. Without genuine ROS 1 only
 pipros is measured. Other work on the machine disturbs the figures: the ratio is what to look at.
+--python measures the pipros of another environment: with an ordinary install, for example, as users have it.
+Tools of developers may add .pth files to an environment, and these take time at every start of Python.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import random
 import signal
@@ -219,6 +222,18 @@ SCENES: dict[str, Callable[[World], dict[str, float]]] = {
 }
 
 
+def installation(python: Path) -> str:
+    """Which pipros an interpreter imports: its version, and how it was installed."""
+    script = (
+        "import importlib.metadata as m, json; d = m.distribution('pipros');"
+        "print(json.dumps([d.version, d.read_text('direct_url.json') or '{}']))"
+    )
+    argv = [str(python), "-c", script]
+    version, origin = json.loads(subprocess.run(argv, capture_output=True, text=True, check=True).stdout)
+    is_editable = json.loads(origin).get("dir_info", {}).get("editable", False)
+    return f"pipros {version}, {'an editable' if is_editable else 'an ordinary'} install, {python}"
+
+
 @contextmanager
 def generated_messages(folder: Path) -> Iterator[Path | None]:
     """What genuine ROS needs before it can run the example: its messages, generated. None without it."""
@@ -242,11 +257,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--only", default=",".join(SCENES), help="comma-separated: " + ", ".join(SCENES))
+    parser.add_argument(
+        "--python",
+        type=Path,
+        default=Path(sys.executable),
+        help="the interpreter beside the commands to measure",
+    )
     parser.add_argument("--json", help="also write the rows to this file")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        worlds = [World("pipros", f"{Path(sys.executable).parent}:/usr/bin:/bin", folder / "pipros")]
+        worlds = [World("pipros", f"{arguments.python.absolute().parent}:/usr/bin:/bin", folder / "pipros")]
         with generated_messages(folder / "generated") as generated:
             if generated:
                 path = f"{EXAMPLE}:/usr/share"
@@ -260,6 +281,7 @@ def main() -> None:
                             measured.setdefault(what, {}).setdefault(world.name, []).append(seconds)
     if arguments.json:
         write_json(arguments.json, [Row(f"{what}: s", values) for what, values in measured.items()])
+    print(installation(arguments.python))
     print(f"{'seconds, median of ' + str(arguments.rounds):36}{'pipros':>9}{'genuine':>9}{'ratio':>9}")
     for what, by_world in measured.items():
         ours = statistics.median(by_world["pipros"])

@@ -15,20 +15,21 @@ from typing import Any, NamedTuple
 
 from pipros.errors import InvalidName
 
-_LEGAL = re.compile(r"[~/A-Za-z][\w/]*", re.ASCII)
-_LEGAL_KEY = re.compile(r"[~/A-Za-z_][\w/]*", re.ASCII)
-_LEGAL_BASE = re.compile(r"[A-Za-z]\w*", re.ASCII)
-_ILLEGAL_IN_ANONYMOUS = re.compile(r"[.\-:]")
+# Texts, which `re` compiles at the first use and keeps: a tool that lists something needs none of them.
+_LEGAL = r"[~/A-Za-z][A-Za-z0-9_/]*"
+_LEGAL_KEY = r"[~/A-Za-z_][A-Za-z0-9_/]*"
+_LEGAL_BASE = r"[A-Za-z][A-Za-z0-9_]*"
+_ILLEGAL_IN_ANONYMOUS = r"[.\-:]"
 
 
 def is_legal(name: str) -> bool:
     """True for a legal graph name: `a`, `/a/b`, `~a`, and the empty name."""
-    return not name or (_LEGAL.fullmatch(name) is not None and "//" not in name)
+    return not name or (re.fullmatch(_LEGAL, name) is not None and "//" not in name)
 
 
 def is_legal_base(name: str) -> bool:
     """True for a legal name without a namespace, as a node name must be: `talker`."""
-    return _LEGAL_BASE.fullmatch(name) is not None
+    return re.fullmatch(_LEGAL_BASE, name) is not None
 
 
 def is_global(name: str) -> bool:
@@ -153,7 +154,7 @@ def leaves_below(
 
 def anonymous(base: str) -> str:
     """`base` made unique as in rospy: `base_<process id>_<milliseconds>`."""
-    return _ILLEGAL_IN_ANONYMOUS.sub("_", f"{base}_{os.getpid()}_{int(time.time() * 1000)}")
+    return re.sub(_ILLEGAL_IN_ANONYMOUS, "_", f"{base}_{os.getpid()}_{int(time.time() * 1000)}")
 
 
 _NOTHING: Mapping[str, str] = MappingProxyType({})
@@ -190,7 +191,7 @@ def is_legal_remapping(argument: str) -> bool:
     [True, True, False, False, False]
     """
     key, sign, _ = argument.partition(":=")
-    return bool(sign) and _LEGAL_KEY.fullmatch(key) is not None
+    return bool(sign) and re.fullmatch(_LEGAL_KEY, key) is not None
 
 
 def parse_arguments(argv: Iterable[str]) -> Arguments:

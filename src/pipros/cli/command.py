@@ -9,11 +9,15 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
-from optparse import OptionParser
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 from pipros.cli.streams import discard_output
 from pipros.errors import PiprosError, Unreachable
 from pipros.graph.errors import NO_MASTER
+
+if TYPE_CHECKING:
+    from optparse import OptionParser
 
 USAGE_ERROR = 64
 """EX_USAGE of sysexits.h: what ROS commands return for a missing or unknown subcommand."""
@@ -35,7 +39,55 @@ class MasterUnreachable(CommandError):
 
 def option_parser(command: str, usage: str, description: str | None = None) -> OptionParser:
     """A parser with usage texts as in Noetic: `Usage: rostopic list [/namespace]`. Errors exit with 2."""
-    return OptionParser(usage=f"usage: {command} {usage}", prog=command, description=description)
+    # What it lacks, it takes from an OptionParser.
+    return _DeferredParser(command, f"usage: {command} {usage}", description)  # type: ignore[return-value]
+
+
+class _DeferredParser:
+    """An `OptionParser` that is made for the first command line with an option, help text or error.
+
+    To import optparse takes longer than to ask the master, and most command lines have no option.
+    """
+
+    _WITHOUT_VALUE = ("callback", "help", "version")
+
+    def __init__(self, command: str, usage: str, description: str | None) -> None:
+        self.usage = usage
+        self._command = command
+        self._description = description
+        self._options: list[tuple[tuple[str, ...], dict[str, Any]]] = []
+        self._complete: OptionParser | None = None
+
+    def add_option(self, *names: str, **settings: Any) -> None:
+        self._options.append((names, settings))
+
+    def parse_args(self, arguments: list[str]) -> tuple[Any, list[str]]:
+        if any(argument.startswith("-") for argument in arguments):
+            return self._parser().parse_args(arguments)
+        return SimpleNamespace(**self._defaults()), arguments
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._parser(), name)
+
+    def _parser(self) -> OptionParser:
+        if self._complete is None:
+            from optparse import OptionParser
+
+            self._complete = OptionParser(self.usage, prog=self._command, description=self._description)
+            for names, settings in self._options:
+                self._complete.add_option(*names, **settings)
+        return self._complete
+
+    def _defaults(self) -> dict[str, Any]:
+        defaults: dict[str, Any] = {}
+        for names, settings in self._options:
+            name = settings.get("dest")
+            if name is None and settings.get("action") not in self._WITHOUT_VALUE:
+                first = next((name for name in names if name.startswith("--")), names[0])
+                name = first.lstrip("-").replace("-", "_")
+            if name is not None and ("default" in settings or name not in defaults):
+                defaults[name] = settings.get("default")
+        return defaults
 
 
 def single_argument(parser: OptionParser, arguments: Sequence[str], *, missing: str, several: str) -> str:

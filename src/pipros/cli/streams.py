@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
+import gc
 import io
 import os
 import sys
@@ -39,6 +41,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     @wraps(main)
     def guarded(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> int:
         interrupts.install()
+        atexit.register(gc.freeze)  # Python need not look for cycles in all that the process is about to drop
         _open_closed_streams()
         before = sys.stdout
         sys.stdout, sys.stderr = _reporting_output(sys.stdout), _lenient(sys.stderr)

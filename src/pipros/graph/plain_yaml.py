@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import re
 
-_WORD = re.compile(r"[A-Za-z/_][A-Za-z0-9_./:+=@()<>-]*(?<!:)")
-_PLAIN = re.compile(rf"{_WORD.pattern}(?: [A-Za-z0-9_/.]+)*")
-_LINE = re.compile(r"[!-~]+(?: [!-~]+)*")
+# Texts, which `re` compiles at the first use and keeps: for a number none is needed.
+_WORD = r"[A-Za-z/_][A-Za-z0-9_./:+=@()<>-]*(?<!:)"
+_PLAIN = rf"{_WORD}(?: [A-Za-z0-9_/.]+)*"
+_LINE = r"[!-~]+(?: [!-~]+)*"
 _RESERVED = frozenset(("y", "n", "yes", "no", "true", "false", "on", "off", "null"))
 _WIDTH = 70
 """PyYAML breaks lines at blanks beyond 80 columns."""
@@ -100,12 +101,13 @@ def _number(value: float) -> str:
 def _text(text: str, column: int, indent: int) -> str:
     if not text:
         return "''"
-    if _PLAIN.fullmatch(text) and text.lower() not in _RESERVED and column + len(text) < _WIDTH:
+    if re.fullmatch(_PLAIN, text) and text.lower() not in _RESERVED and column + len(text) < _WIDTH:
         return text
     lines = text.split("\n")
     if len(lines) < 2 or not lines[0] or len(lines) > _WIDTH:
         raise NotPlain
-    if not all(not line or (_LINE.fullmatch(line) and column + len(line) < _WIDTH // 2) for line in lines):
+    room = _WIDTH // 2 - column
+    if not all(not line or (len(line) < room and re.fullmatch(_LINE, line)) for line in lines):
         raise NotPlain
     escaped = [line.replace("'", "''") for line in lines]
     return "'" + _broken(escaped, " " * indent) + "'"
@@ -123,4 +125,8 @@ def _broken(lines: list[str], indent: str) -> str:
 
 
 def _is_key(text: str) -> bool:
-    return len(text) < _KEY_CHARACTERS and _WORD.fullmatch(text) is not None and text.lower() not in _RESERVED
+    return (
+        len(text) < _KEY_CHARACTERS
+        and re.fullmatch(_WORD, text) is not None
+        and text.lower() not in _RESERVED
+    )

@@ -115,9 +115,9 @@ _END_OF_HEAD = re.compile(rb"\r?\n\r?\n")
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]|\r(?!\n)").search
 """Control characters that no head contains: what they mean differs between implementations."""
 _TOKEN = re.compile(r"[!#$%&'*+.^_`|~0-9A-Za-z-]+").fullmatch
-_REQUEST_LINE = re.compile(r"([A-Z]{1,20}) ([!-~]{1,2000}) HTTP/(\d)\.(\d)").fullmatch
 _STATUS_LINE = re.compile(r"HTTP/(\d)\.(\d) (\d{3})(?: ([^\r\n]*))?").fullmatch
-_DECIMAL = re.compile(r"[0-9]{1,15}").fullmatch
+_REQUEST_LINE = r"([A-Z]{1,20}) ([!-~]{1,2000}) HTTP/(\d)\.(\d)"  # compiled at the first use, by servers
+_LENGTH_DIGITS: Final = 15
 
 _UNTIL_END: Final = -1
 _CHUNKED: Final = -2
@@ -209,7 +209,7 @@ class _Reader:
             return _CHUNKED
         if length is None:
             return None
-        if not _DECIMAL(length):
+        if not (length.isdecimal() and length.isascii() and len(length) <= _LENGTH_DIGITS):
             raise HttpError(400, f"Content-Length must be a number, got {length[:40]!r}")
         return int(length)
 
@@ -278,7 +278,7 @@ class RequestReader(_Reader):
         return self._start is not None and self._headers.pop("expect", "").lower() == "100-continue"
 
     def _parse_start_line(self, line: str) -> re.Match[str]:
-        match = _REQUEST_LINE(line)
+        match = re.fullmatch(_REQUEST_LINE, line)
         if match is None:
             raise HttpError(400, f"not an HTTP request: it begins with {line[:40]!r}")
         if match[3] != "1":

@@ -8,7 +8,7 @@ from typing import Final
 from pipros.errors import LimitExceeded, ProtocolError
 from pipros.limits import limit_text
 
-_SIZE_LINE = re.compile(rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r").fullmatch
+_SIZE_LINE = rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r"
 _LINE_LIMIT: Final = 256
 CHUNKS_LIMIT: Final = 2_000
 """Chunks of one body, lines of its trailer included. Each takes time, even one of a single byte; clients send
@@ -80,7 +80,7 @@ class ChunkedBody:
 
     def _cut_chunk(self, buffer: bytearray, line: bytes) -> bool:
         """False when the chunk that `line` begins is not complete."""
-        size_text = _SIZE_LINE(line)
+        size_text = re.fullmatch(_SIZE_LINE, line)
         if size_text is None:
             raise HttpError(400, f"an HTTP chunk that begins with {line[:40]!r}")
         size = int(size_text[1], 16)

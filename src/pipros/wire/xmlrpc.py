@@ -6,7 +6,8 @@ with Expat, and it alone decides what is an error. So every refusal is worded in
 checks that both agree on every document that the fast one accepts.
 
 The fast reader is worth its code: a nested dictionary of 1,000 keys takes 0.9 ms instead of 4.6 ms
-(`xmlrpc.client`: 3.3 ms), a `getParam` call 2 us instead of 9 us.
+(`xmlrpc.client`: 3.3 ms), a `getParam` call 2 us instead of 9 us. To compile its patterns takes 4 ms, longer
+than all that a command asks of the master: brief answers are read by Expat until something else needs it.
 """
 
 from __future__ import annotations
@@ -17,12 +18,13 @@ from typing import Any, Final
 
 from pipros.errors import LimitExceeded, PiprosError, ProtocolError
 from pipros.limits import limit_text, process_limits
-from pipros.wire import xmlrpc_fast
 
 NESTING_LIMIT: Final = 100
 """How deep lists and dictionaries may nest in a call; far below Python's recursion limit."""
 ANSWER_NESTING_LIMIT: Final = 200
 """The same for answers: a parameter tree is as deep as its keys and its values together."""
+BRIEF_BYTES: Final = 16 * 1024
+"""An answer up to this size is not worth importing the fast reader."""
 INT_MIN: Final = -(2**31)
 INT_MAX: Final = 2**31 - 1
 
@@ -237,6 +239,8 @@ def decode_call(body: bytes | bytearray, *, limit_bytes: int | None = None) -> t
             beyond 32 bits, which could be stored but not sent on.
     """
     _check_size(body, "body_bytes", process_limits().body_bytes if limit_bytes is None else limit_bytes)
+    from pipros.wire import xmlrpc_fast
+
     try:
         return xmlrpc_fast.decode_call(body, NESTING_LIMIT)
     except xmlrpc_fast.NeedsExpat:
@@ -253,12 +257,16 @@ def decode_response(body: bytes | bytearray, *, limit_bytes: int | None = None) 
         LimitExceeded, ProtocolError: as `decode_call`.
     """
     _check_size(body, "answer_bytes", process_limits().answer_bytes if limit_bytes is None else limit_bytes)
-    try:
-        return xmlrpc_fast.decode_response(body, ANSWER_NESTING_LIMIT)
-    except xmlrpc_fast.NeedsExpat:
-        from pipros.wire import xmlrpc_expat
+    if len(body) > BRIEF_BYTES or "pipros.wire.xmlrpc_fast" in sys.modules:
+        from pipros.wire import xmlrpc_fast
 
-        value, is_fault = xmlrpc_expat.decode_response(body, ANSWER_NESTING_LIMIT)
+        try:
+            return xmlrpc_fast.decode_response(body, ANSWER_NESTING_LIMIT)
+        except xmlrpc_fast.NeedsExpat:
+            pass  # the reader below words the error
+    from pipros.wire import xmlrpc_expat
+
+    value, is_fault = xmlrpc_expat.decode_response(body, ANSWER_NESTING_LIMIT)
     if is_fault:
         if not isinstance(value, dict) or type(value.get("faultCode")) is not int:
             raise ProtocolError("an XML-RPC fault without faultCode and faultString")

@@ -178,11 +178,11 @@ def _only_child(element: _Element) -> Any:
     return element.children[0]
 
 
-_INTEGER = re.compile(r"\s*[+-]?[0-9]{1,20}\s*", re.ASCII)
+_INTEGER = r"\s*[+-]?[0-9]{1,20}\s*"
 
 
 def _integer(text: str) -> int:
-    if not _INTEGER.fullmatch(text):
+    if not re.fullmatch(_INTEGER, text, re.ASCII):
         raise ValueError("not an integer")
     value = int(text)
     if not -(2**31) <= value < 2**31:

@@ -3,10 +3,11 @@ from __future__ import annotations
 import importlib
 import subprocess
 import sys
+from optparse import OptionParser
 
 import pytest
 
-from pipros.cli.command import CommandError, dispatch, run
+from pipros.cli.command import CommandError, dispatch, option_parser, run
 from pipros.cli.yaml_args import documents_of, value_of
 from pipros.errors import Unreachable
 from pipros.graph.output import bullets
@@ -22,8 +23,10 @@ HEAVY = {
     "http.client",
     "logging",
     "numpy",
+    "optparse",
     "pipros.msg.base",
     "pipros.node",
+    "pipros.wire.xmlrpc_fast",
     "rospkg",
     "xmlrpc.client",
     "yaml",
@@ -98,7 +101,15 @@ def test_documents_cannot_make_objects() -> None:
 
 
 @pytest.mark.parametrize(
-    "command", ["rostopic list", "rostopic info /x", "rosnode list", "rosparam list", "rosparam get /x"]
+    "command",
+    [
+        "rostopic list",
+        "rostopic info /x",
+        "rosnode list",
+        "rosparam list",
+        "rosparam get /x",
+        "complete 2 rostopic echo /",
+    ],
 )
 def test_quick_commands_import_nothing_heavy(command: str) -> None:
     program, *arguments = command.split()
@@ -108,6 +119,35 @@ def test_quick_commands_import_nothing_heavy(command: str) -> None:
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize(
+    "words", [[], ["a"], ["a", "-v"], ["--size", "3", "a"], ["-n", "4", "--", "-1"], ["a", "b", "--also=c"]]
+)
+def test_a_command_line_gives_the_same_with_and_without_optparse(words: list[str]) -> None:
+    def add_options(parser: OptionParser) -> None:
+        parser.add_option("-v", dest="verbose", action="store_true", help="tell more")
+        parser.add_option("--no-tell", dest="verbose", action="store_false")
+        parser.add_option("-s", "--size", type="int", default=7)
+        parser.add_option("-n", type="int")
+        parser.add_option("--also-this", "--also", action="append", default=[])
+        parser.add_option("--call", action="callback", callback=print)
+        parser.add_option("--into", dest="into", action="callback", callback=print, default=[])
+
+    ours, genuine = option_parser("rosx", "[options]"), OptionParser(prog="rosx")
+    for parser in (ours, genuine):
+        add_options(parser)
+    options, rest = ours.parse_args(list(words))
+    expected, expected_rest = genuine.parse_args(list(words))
+    assert vars(options) == vars(expected)
+    assert rest == expected_rest
+
+
+def test_a_mistake_without_an_option_is_worded_by_optparse(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        option_parser("rosx", "thing").error("no thing")
+    assert end.value.code == 2
+    assert capsys.readouterr().err == "Usage: rosx thing\n\nrosx: error: no thing\n"
 
 
 @pytest.mark.parametrize("uri", ["nonsense", "http://", "http://127.0.0.1", "ftp://127.0.0.1:11311"])

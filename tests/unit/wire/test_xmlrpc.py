@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import datetime
 import math
+import subprocess
+import sys
 import xmlrpc.client
 from typing import Any
 
@@ -321,3 +323,14 @@ def test_long_texts_and_long_documents_stay_what_they_are(text: str) -> None:
 
 def test_an_encoded_value_goes_into_a_document_as_it_is() -> None:
     assert encode_response([Encoded({"a": 1}), 2]) == encode_response([{"a": 1}, 2])
+
+
+def test_the_fast_reader_is_imported_for_long_answers_only() -> None:
+    script = (
+        "import sys; from pipros.wire.xmlrpc import BRIEF_BYTES, decode_response, encode_response\n"
+        "for value in ([1, '', {'a': 2.5}], 'x' * BRIEF_BYTES):\n"
+        "    assert decode_response(encode_response(value)) == value\n"
+        "    print('pipros.wire.xmlrpc_fast' in sys.modules)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "True"]

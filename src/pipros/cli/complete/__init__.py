@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from pipros.cli.complete.candidates import candidates
 from pipros.cli.complete.running import MANY_LINES
 from pipros.cli.streams import command
-from pipros.workspace.index import PackageIndex
 
 
 @command
@@ -29,7 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     position, words = int(arguments[0]), arguments[1:]
     words += [""] * (position + 1 - len(words))
     started = words[position]
-    for candidate in candidates(words[: position + 1], PackageIndex.from_environment()):
+    for candidate in candidates(words[: position + 1]):
         if candidate.startswith(started) and _is_one_candidate(candidate):
             print(candidate)
     return 0
@@ -41,6 +40,8 @@ def _is_one_candidate(candidate: str) -> bool:
 
 
 def _print_files(package_name: str, name: str) -> int:
+    from pipros.workspace.index import PackageIndex
+
     package = PackageIndex.from_environment().get(package_name)
     if package is None:
         print(f"[rospack] Error: package '{package_name}' not found", file=sys.stderr)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from pipros.cli.complete.options import SUBCOMMANDS, options
 from pipros.cli.complete.running import live_names, prototype, service_type
-from pipros.workspace.executables import list_executables
-from pipros.workspace.index import PackageIndex
+
+if TYPE_CHECKING:
+    from pipros.workspace.index import PackageIndex
 
 _ENDINGS = {"roslaunch": (".launch", ".test"), "rostest": (".test", ".launch")}
 _KINDS = {"rosmsg": "msg", "rossrv": "srv", "rosaction": "action"}
@@ -17,7 +19,7 @@ _TARGETS = ("install", "run_tests", "tests", "clean")
 _FILES_LIMIT = 2000
 
 
-def candidates(words: Sequence[str], index: PackageIndex) -> Iterable[str]:
+def candidates(words: Sequence[str]) -> Iterable[str]:
     """The candidates for the last of the words."""
     command, *before, current = words
     command = os.path.basename(command)
@@ -27,34 +29,36 @@ def candidates(words: Sequence[str], index: PackageIndex) -> Iterable[str]:
     if command in SUBCOMMANDS:
         if not before:
             return SUBCOMMANDS[command].split()
-        return _of_subcommand(command, before, current, index)
+        return _of_subcommand(command, before, current)
     if command in ("roscd", "rosls", "rospd"):
-        return [] if before else _folders(index, current)
+        return [] if before else _folders(current)
     if command == "catkin_make":
         return _TARGETS
     if not before:
-        return _packages(index)
-    package = index.get(before[0])
+        return _packages()
+    package = _index().get(before[0])
     if package is None:
         return []
     if command == "rosrun":
+        from pipros.workspace.executables import list_executables
+
         return list_executables(package) if len(before) == 1 else []
     if command in _ENDINGS and len(before) == 2:
         return _arguments(str(package.path), before[1])
     return _files(str(package.path), _ENDINGS.get(command, ("",))) if len(before) == 1 else []
 
 
-def _of_subcommand(command: str, before: Sequence[str], current: str, index: PackageIndex) -> Iterable[str]:
+def _of_subcommand(command: str, before: Sequence[str], current: str) -> Iterable[str]:
     if command in ("rospack", "rosstack"):
-        return _packages(index)
+        return _packages()
     if command == "pipros":
-        return _packages(index) if before[0] == "stubs" else []
+        return _packages() if before[0] == "stubs" else []
     if command in _KINDS:
         if before[0] == "package":
-            return _packages(index)
-        return [] if before[0] in ("list", "packages") else _types(_KINDS[command], current, index)
+            return _packages()
+        return [] if before[0] in ("list", "packages") else _types(_KINDS[command], current)
     if command == "rostopic" and before[0] == "pub" and len(before) == 2:
-        return _types("msg", current, index)
+        return _types("msg", current)
     if command == "rostopic" and before[0] == "pub" and len(before) == 3:
         return [] if current else prototype("msg", before[2])
     if command == "rosservice" and before[0] == "call" and len(before) == 2:
@@ -62,12 +66,19 @@ def _of_subcommand(command: str, before: Sequence[str], current: str, index: Pac
     return live_names(command, before)
 
 
-def _packages(index: PackageIndex) -> list[str]:
-    return [package.name for package in index]
+def _index() -> PackageIndex:
+    from pipros.workspace.index import PackageIndex  # names of the running system need none
+
+    return PackageIndex.from_environment()
 
 
-def _folders(index: PackageIndex, current: str) -> list[str]:
+def _packages() -> list[str]:
+    return [package.name for package in _index()]
+
+
+def _folders(current: str) -> list[str]:
     """Packages, or the folders inside one: `package/folder/`."""
+    index = _index()
     name, slash, rest = current.partition("/")
     package = index.get(name) if slash else None
     if package is None:
@@ -111,11 +122,11 @@ def _arguments(folder: str, name: str) -> list[str]:
     return []
 
 
-def _types(kind: str, current: str, index: PackageIndex) -> list[str]:
+def _types(kind: str, current: str) -> list[str]:
     """Packages with definitions of this kind (`std_msgs/`), or the types of one."""
     from pipros.msg.importing.hook import installed_library
 
     package, slash, _ = current.partition("/")
     if not slash:
-        return [f"{known.name}/" for known in index if (known.path / kind).is_dir()]
+        return [f"{known.name}/" for known in _index() if (known.path / kind).is_dir()]
     return [f"{package}/{name}" for name in installed_library().files.names(kind, package)]

@@ -5,11 +5,12 @@ Only legal graph names are offered: other text that peers registered must not re
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 
 from pipros import names
-from pipros.env import Environment
 from pipros.errors import PiprosError
+from pipros.graph_variables import master_uri_of
 
 _TIMEOUT_S = 0.5
 
@@ -28,7 +29,7 @@ def _registered(command: str, before: Sequence[str]) -> list[str]:
 
     if len(before) > 1 and command != "rosnode":
         return []
-    client = MasterClient(Environment.from_os().master_uri, "/complete", timeout_s=_TIMEOUT_S)
+    client = MasterClient(master_uri_of(os.environ), "/complete", timeout_s=_TIMEOUT_S)
     try:
         if command == "rosparam":
             return client.get_param_names()

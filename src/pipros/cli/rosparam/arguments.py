@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from optparse import OptionParser, Values
+from typing import TYPE_CHECKING
 
 from pipros.cli.command import single_argument
+
+if TYPE_CHECKING:
+    from optparse import OptionParser, Values
 
 
 def add_verbose_option(parser: OptionParser) -> None:
