@@ -1,4 +1,4 @@
-"""The whole examination: this machine, then the system that runs."""
+"""The whole examination: this machine, then the running system."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CONNECTION_RULES = {"not-connected", "one-sided-connection"}
 
 @dataclass(frozen=True, slots=True)
 class Examination:
-    """What was looked at and what was found.
+    """What was examined, and what was found.
 
     Attributes:
         master_uri: the master in question.
@@ -32,7 +32,7 @@ class Examination:
 
     @property
     def is_healthy(self) -> bool:
-        """True without errors; there may be warnings."""
+        """Whether there are no errors. There may be warnings."""
         return not has_errors(self.findings)
 
 
@@ -67,8 +67,8 @@ def examine(
         findings.append(
             error(
                 "master-lost",
-                f"The master at [{environment.master_uri}] answered first and then no more: {problem}",
-                "Look at its output and log, and at the load of its machine; then examine again.",
+                f"The master at [{environment.master_uri}] answered at first, but no longer does: {problem}",
+                "Check its output, its log and the load of its machine, then run this again.",
             )
         )
         return Examination(environment.master_uri, tuple(findings))
@@ -76,7 +76,7 @@ def examine(
 
 
 def _settled_system(environment: Environment, timeout_s: float) -> SystemReport:
-    """The system; gathered once more when nodes may just be connecting."""
+    """The system; gathered a second time when nodes may still be connecting."""
     system = gather_system(environment.master_uri, timeout_s=timeout_s)
     if any(finding.rule in CONNECTION_RULES for finding in check_graph(system)):
         system = gather_system(environment.master_uri, timeout_s=timeout_s)

@@ -1,4 +1,4 @@
-"""What a check found."""
+"""The result of a check."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 
 class Severity(Enum):
-    """An error keeps something from working; a warning may be meant so."""
+    """An error keeps something from working; a warning may be intended."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -17,14 +17,14 @@ class Severity(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that is wrong.
+    """One problem.
 
     Attributes:
         rule: the name of the check, for programs: `ghost-node`.
         severity: how bad it is.
-        summary: what is wrong, with the names and values in question, in one sentence.
+        summary: what is wrong, in one sentence, with names and values.
         cure: what to do.
-        subjects: the nodes, topics, services or variables that it is about.
+        subjects: the nodes, topics, services or variables concerned.
     """
 
     rule: str

@@ -25,14 +25,14 @@ PACKAGES = ("rospy", "roslib", "rosgraph", "roslaunch", "genpy")
 
 CALLER_ID = "/pipros_doctor"
 
-_SCRIPT_BYTES = 1 << 20  # on Windows the script is at the end of a small program
+_SCRIPT_BYTES = 1 << 20  # on Windows the script follows a small launcher program
 
 
 def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: float = 3.0) -> Machine:
-    """The setup as programs that are started now would find it.
+    """The setup that a program started now would have.
 
-    `variables` are by default those of this process. Blocks for look-ups of host
-    names, and up to `timeout_s` for the master.
+    `variables` are by default those of this process. Blocks while host names are looked up, and up to
+    `timeout_s` for the master.
     """
     values = dict(os.environ if variables is None else variables)
     environment = Environment.from_os(values)
@@ -69,7 +69,7 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
 
 
 def own_addresses(hostname: str) -> tuple[str, ...]:
-    """The IP addresses of this machine, as far as they are found without its interfaces; loopback first."""
+    """The IP addresses of this machine that can be found without listing its interfaces; loopback first."""
     found = [address for address in addresses_of(hostname) if is_this_machine(address)]
     return tuple(dict.fromkeys([LOOPBACK, *found, address_towards("http://192.0.2.1:9/")]))
 
@@ -113,14 +113,14 @@ def _kind(path: Path, *, is_written: bool) -> PathKind:
 
 
 def _foreign_programs(variables: Mapping[str, str]) -> dict[str, Path]:
-    """The programs that PATH finds for commands of ROS and that do not start pipros."""
+    """The programs that PATH finds for ROS commands and that are not those of pipros."""
     path = variables.get("PATH", os.defpath)
     found = {name: shutil.which(name, path=path) for name in COMMANDS}
     return {name: Path(program) for name, program in found.items() if program and not _is_own(program)}
 
 
 def _is_own(program: str) -> bool:
-    """True for a script that imports pipros, wherever pip put it."""
+    """Whether a script imports pipros, wherever pip has installed it."""
     try:
         with open(program, "rb") as file:
             return b"pipros" in file.read(_SCRIPT_BYTES)
@@ -129,7 +129,7 @@ def _is_own(program: str) -> bool:
 
 
 def _python_packages(variables: Mapping[str, str], own: Path) -> dict[str, Path]:
-    """Where Python takes the packages of ROS from: the folders of PYTHONPATH come before pipros."""
+    """Where Python imports the packages of ROS from: the folders of PYTHONPATH come before pipros."""
     places: dict[str, Path] = {}
     for name in PACKAGES:
         for entry in filter(None, variables.get("PYTHONPATH", "").split(os.pathsep)):

@@ -30,7 +30,7 @@ AT_ONCE = 16
 """How many nodes are asked at the same time."""
 
 STAMP_WAIT_S = 0.5
-"""How long a message with a stamp is waited for."""
+"""How long to wait for a message with a stamp."""
 
 _FIRST_BYTES = struct.Struct("<IIII")  # the length of the frame; seq, secs and nsecs of its header
 _CHUNK_BYTES = 16 * 1024
@@ -40,9 +40,9 @@ _Value = TypeVar("_Value")
 
 
 def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
-    """What the system at a master looks like now.
+    """The current state of the system at a master.
 
-    Takes `timeout_s` for each node that does not answer, for many of them at a time.
+    Nodes that do not answer cost `timeout_s` each, many of them at the same time.
 
     Raises:
         Unreachable: the master does not answer.
@@ -112,7 +112,7 @@ def _ask_node(master: MasterClient, node: str, timeout_s: float) -> NodeReport:
 
 
 def _value(client: RpcClient, method: str) -> Any:
-    """The value that a node answers; None when it refuses or does not know the method."""
+    """The value of a node's answer; None when it refuses or does not have the method."""
     try:
         answer = client.call(method, CALLER_ID)
     except Unreachable:
@@ -133,7 +133,7 @@ def _pairs(value: Any) -> dict[str, str]:
 
 
 def failure_of(problem: Exception) -> Failure:
-    """A problem with a peer, for the checks."""
+    """A problem with a peer as a value for the checks."""
     cause: BaseException | None = problem if isinstance(problem, OSError) else problem.__context__
     if isinstance(problem, Unreachable):
         reason, cause = problem.reason, problem.__cause__ or problem.__context__
@@ -149,7 +149,7 @@ def failure_of(problem: Exception) -> Failure:
 
 
 def _ask_publisher(topic: str, api: str, timeout_s: float) -> PublisherReport:
-    """Connects to a publisher as a subscriber does, without registering, and reads its connection header."""
+    """Connects to a publisher like a subscriber, but without registering, and reads its connection header."""
     try:
         with RpcClient(api, timeout_s=timeout_s) as client:
             answer = client.call("requestTopic", CALLER_ID, topic, [["TCPROS"]])
@@ -202,7 +202,7 @@ def _has_stamp(fields: Any) -> bool:
 
 
 def _stamp_offset(sock: socket.socket, begun: bytes) -> float | None:
-    """How far the stamp of the next message is ahead of this machine's clock; None when there is none."""
+    """How far the stamp of the next message is ahead of this machine's clock; None if none comes."""
     data = begun
     until = time.monotonic() + STAMP_WAIT_S
     while len(data) < _FIRST_BYTES.size:
@@ -222,7 +222,7 @@ def _stamp_offset(sock: socket.socket, begun: bytes) -> float | None:
 
 
 def _clock_offset(uri: str, timeout_s: float) -> float | None:
-    """How far the clock of a genuine master is ahead, by the date of its answer; None if it gives none."""
+    """How far the clock of a genuine master is ahead, by the `Date` of its answer; None without that."""
     from email.utils import parsedate_to_datetime
     from http.client import HTTPConnection, HTTPException
 
@@ -234,7 +234,9 @@ def _clock_offset(uri: str, timeout_s: float) -> float | None:
         connection.request("POST", path, body, {"Content-Type": "text/xml"})
         date = connection.getresponse().getheader("Date")
         now = (before + time.time()) / 2
-        return parsedate_to_datetime(date).timestamp() + 0.5 - now if date else None  # of whole seconds
+        return (
+            parsedate_to_datetime(date).timestamp() + 0.5 - now if date else None
+        )  # the date has whole seconds
     except (OSError, HTTPException, ValueError):
         return None
     finally:

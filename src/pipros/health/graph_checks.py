@@ -15,9 +15,10 @@ Findings = Iterator[Finding]
 
 CLOCK_TOLERANCE_S = 2.0
 STAMP_TOLERANCE_S = 10.0
-"""Sensors and planners stamp with the moment that data is for, so some seconds are not a fault."""
+"""Sensors and planners stamp data with the time that it is valid for, so some seconds of difference are
+normal."""
 
-_CLOSE_NAMES = 0.75  # how much alike two names must be for one to be taken for a misspelling of the other
+_CLOSE_NAMES = 0.75  # how similar two names must be for one to count as a misspelling of the other
 
 
 def check_graph(system: SystemReport) -> list[Finding]:
@@ -66,7 +67,7 @@ def _why_node(api: str, failure: Failure) -> tuple[str, str]:
 
 
 def nodes_of_other_masters(system: SystemReport) -> Findings:
-    """Nodes that are registered here and believe in another master."""
+    """Nodes that are registered here but use another master."""
     port = _port(system.master_uri)
     for node, report in sorted(system.nodes.items()):
         theirs = _port(report.master_uri)
@@ -75,14 +76,14 @@ def nodes_of_other_masters(system: SystemReport) -> Findings:
                 "other-master",
                 f"Node [{listed(node)}] is registered here, but says that its master is "
                 f"[{listed(report.master_uri)}]",
-                "An older registration was left over, or ports are forwarded: `rosnode cleanup`, or "
+                "The registration is left over, or ports are forwarded: run `rosnode cleanup`, or "
                 "restart the node.",
                 node,
             )
 
 
 def unreachable_publishers(system: SystemReport) -> Findings:
-    """Publishers whose node answers, but whose data cannot be had."""
+    """Publishers whose node answers, but whose data cannot be received."""
     for (topic, node), report in sorted(system.publishers.items()):
         failure = report.failure
         if failure is None:
@@ -116,7 +117,7 @@ def unreachable_publishers(system: SystemReport) -> Findings:
 
 
 def connections(system: SystemReport) -> Findings:
-    """Pairs that should be connected, and are not, or only by what one of them says."""
+    """Pairs that should be connected, but are not, or only according to one of them."""
     for topic, publisher, subscriber in system.pairs():
         by_publisher, by_subscriber = system.is_connected(topic, publisher, subscriber)
         if by_publisher and by_subscriber:
@@ -179,7 +180,7 @@ def _not_connected(system: SystemReport, topic: str, publisher: str, subscriber:
 
 
 def type_mismatches(system: SystemReport) -> Findings:
-    """Ends of one topic that have different types, or definitions."""
+    """Topics whose publishers and subscribers have different types or definitions."""
     for topic, publisher, subscriber in system.pairs():
         differ = _types_differ(system, topic, publisher, subscriber)
         if differ is not None:
@@ -214,7 +215,7 @@ def type_mismatches(system: SystemReport) -> Findings:
 def _types_differ(
     system: SystemReport, topic: str, publisher: str, subscriber: str
 ) -> tuple[str, str] | None:
-    """The types of the two ends, when they are known and differ."""
+    """The types of publisher and subscriber, when they are known and differ."""
     report = system.publishers.get((topic, publisher))
     sent = (report.type if report else "") or system.nodes[publisher].publications.get(topic, "")
     wanted = system.nodes[subscriber].subscriptions.get(topic, "")
@@ -222,7 +223,7 @@ def _types_differ(
 
 
 def definitions(system: SystemReport) -> Findings:
-    """Types that this machine does not have, or has in another version."""
+    """Types that are not installed on this machine, or in another version."""
     users: dict[str, list[str]] = {}
     for topic, type_name in system.types.items():
         users.setdefault(type_name, []).append(topic)
@@ -257,14 +258,14 @@ def definitions(system: SystemReport) -> Findings:
 
 
 def topics_without_publishers(system: SystemReport) -> Findings:
-    """Topics that are subscribed, and nobody publishes."""
+    """Topics with subscribers but without a publisher."""
     for topic, subscribers in sorted(system.state.subscribers.items()):
         alive = [node for node in subscribers if system.is_alive(node)]
         is_usual = topic == "/rosout" or (topic == "/clock" and not system.is_time_simulated)
         if not alive or system.state.publishers.get(topic) or is_usual:
             continue
         if topic == "/clock":
-            continue  # which `clocks` explains better
+            continue  # `clocks` explains it better
         published = [name for name in system.state.publishers if name != topic]
         like = difflib.get_close_matches(topic, published, n=2, cutoff=_CLOSE_NAMES)
         like += [name for name in published if _base(name) == _base(topic) and name not in like][:2]
@@ -280,7 +281,7 @@ def topics_without_publishers(system: SystemReport) -> Findings:
 
 
 def services(system: SystemReport) -> Findings:
-    """Services that are registered and do not answer, unless their node is gone altogether."""
+    """Services that are registered and do not answer, unless their whole node does not."""
     for service, report in sorted(system.services.items()):
         if report.failure is not None and system.is_alive(report.node):
             yield error(

@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 class PathKind(Enum):
-    """What a path leads to."""
+    """What a path refers to."""
 
     FOLDER = "folder"
     READ_ONLY = "read-only folder"
@@ -19,22 +19,22 @@ class PathKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """Everything that the checks of a machine look at.
+    """Everything that the checks of a machine need.
 
     Attributes:
         variables: the environment variables.
         hostname: the name of this machine.
-        addresses: its IP addresses, as far as they are known, loopback first.
-        resolved: host name to the addresses that it means; none when it is unknown. Has the name of this
-            machine, and the hosts of `ROS_MASTER_URI` and `ROS_HOSTNAME`.
-        own_hosts: those hosts and addresses in question that mean this machine.
+        addresses: its known IP addresses, loopback first.
+        resolved: host name to its addresses, empty when it cannot be resolved: for the name of this machine
+            and the hosts of `ROS_MASTER_URI` and `ROS_HOSTNAME`.
+        own_hosts: those of these hosts and addresses that refer to this machine.
         address_towards_master: the address from which this machine reaches the master; empty when unknown.
-        paths: path to what it is: entries of the path variables and the folders for logs.
-        foreign_programs: command of ROS to the program that `PATH` finds for it, if it is not of pipros.
+        paths: path to its kind, for the entries of path variables and the folders for logs.
+        foreign_programs: ROS command to the program that `PATH` finds for it, if that is not pipros.
         own_programs: the folder of pipros' programs.
-        python_packages: import package to the folder from which Python takes it.
+        python_packages: import package to the folder from which Python imports it.
         own_packages: the folder of pipros' import packages.
-        master_error: why the master cannot be reached; empty when it answers, None when it was not asked.
+        master_error: why the master cannot be reached; empty when it answers, None when it was not called.
         has_local_master: whether a master answers at the default address of this machine.
         workspace: the devel space of the workspace around the current folder, if there is one.
     """

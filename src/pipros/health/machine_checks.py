@@ -21,7 +21,7 @@ def check_machine(machine: Machine) -> list[Finding]:
 
 
 def mixed_programs(machine: Machine) -> Findings:
-    """Commands of two implementations on one PATH."""
+    """PATH has commands of two implementations."""
     foreign = machine.foreign_programs
     if not foreign:
         return
@@ -39,7 +39,7 @@ def mixed_programs(machine: Machine) -> Findings:
 
 
 def mixed_python(machine: Machine) -> Findings:
-    """`import rospy` gives another implementation."""
+    """`import rospy` imports another implementation."""
     foreign = {
         name: place for name, place in machine.python_packages.items() if place != machine.own_packages
     }
@@ -56,13 +56,12 @@ def mixed_python(machine: Machine) -> Findings:
 
 
 def other_ros_set_up(machine: Machine) -> Findings:
-    """Variables of ROS 2, or of genuine ROS 1, in the same shell."""
+    """Variables of ROS 2, or of genuine ROS 1, are set in the same shell."""
     if machine.variables.get("ROS_VERSION") == "2" or machine.variables.get("AMENT_PREFIX_PATH"):
         yield warning(
             "ros-2-environment",
             "ROS 2 is set up in this shell (ROS_VERSION or AMENT_PREFIX_PATH): its programs and packages "
-            "get into "
-            "the way of those of ROS 1",
+            "interfere with those of ROS 1",
             "Use a terminal in which no setup file of ROS 2 was sourced.",
             "ROS_VERSION",
         )
@@ -73,15 +72,14 @@ def other_ros_set_up(machine: Machine) -> Findings:
             yield warning(
                 "mixed-paths",
                 f"{name} names folders of another ROS installation beside pipros: {os.pathsep.join(genuine)}",
-                "Use a terminal in which only one of the two is set up, unless packages of that "
-                "installation are "
-                "really meant.",
+                "Use a terminal in which only one of the two is set up, unless you want packages of that "
+                "installation.",
                 name,
             )
 
 
 def missing_paths(machine: Machine) -> Findings:
-    """Entries of the path variables that lead nowhere."""
+    """Entries of path variables do not exist."""
     for name in _PATH_VARIABLES:
         for entry in filter(None, machine.variables.get(name, "").split(os.pathsep)):
             kind = machine.paths.get(entry, PathKind.FOLDER)
@@ -114,7 +112,7 @@ def workspace_not_set_up(machine: Machine) -> Findings:
 
 
 def master_uri(machine: Machine) -> Findings:
-    """ROS_MASTER_URI is malformed, names an unknown host, or nothing listens there."""
+    """ROS_MASTER_URI is malformed, names an unknown host, or no master answers there."""
     uri = machine.variables.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
     try:
         host, port = split_master_uri(uri)
@@ -151,7 +149,7 @@ def _no_master(machine: Machine, uri: str, host: str, port: int) -> Finding:
     cure = (
         f"Start it: {start}"
         if is_here
-        else f"Start roscore on [{host}] such that it can be reached from here, check the way there (ping "
+        else f"Start roscore on [{host}] so that it can be reached from here, check the way there (ping "
         f"{host}), "
         "or correct ROS_MASTER_URI."
     )
@@ -159,7 +157,7 @@ def _no_master(machine: Machine, uri: str, host: str, port: int) -> Finding:
 
 
 def own_address(machine: Machine) -> Findings:
-    """What this machine tells others to reach it by: ROS_HOSTNAME, ROS_IP or its name."""
+    """The address that this machine advertises, by ROS_HOSTNAME, ROS_IP or its name, cannot work."""
     environment = Environment.from_os(machine.variables)
     hostname, ip = environment.hostname, environment.ip
     is_master_here = _is_master_here(machine, environment)
@@ -245,7 +243,7 @@ def _is_master_here(machine: Machine, environment: Environment) -> bool:
 
 
 def folders_to_write(machine: Machine) -> Findings:
-    """Folders for logs and caches that cannot be written."""
+    """Folders for logs and caches cannot be written."""
     environment = Environment.from_os(machine.variables)
     folders = {
         "ROS_HOME": environment.ros_home,

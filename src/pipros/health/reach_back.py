@@ -1,4 +1,4 @@
-"""Do subscribers reach this machine? Publishes their topics for a moment, without sending anything."""
+"""Finds out whether subscribers reach this machine: advertises their topics briefly."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LOOK_EVERY_S = 0.1
 
 
 class _Arrivals:
-    """Writes down which subscribers came to publications; a `PeerListener` of theirs."""
+    """A `PeerListener` that collects which subscribers connected."""
 
     def __init__(self) -> None:
         self.seen: set[tuple[str, str]] = set()
@@ -29,7 +29,7 @@ class _Arrivals:
         publication.listeners.append(self)
 
     def look(self) -> None:
-        """Notes those that are connected now."""
+        """Adds those that are connected now."""
         found = {
             (publication.topic, link.caller_id)
             for publication in list(self._publications)
@@ -47,9 +47,9 @@ class _Arrivals:
 
 
 def reach_back(pairs: Iterable[tuple[str, str]], environment: Environment, *, wait_s: float = 3.0) -> Pairs:
-    """Those of the (topic, subscriber) that connect to a publisher in this process within the time.
+    """Which of the (topic, subscriber) pairs connect to a publisher in this process in time.
 
-    The publisher accepts any type and sends nothing; it is registered for that long, as that of any tool.
+    The publisher accepts any type and sends nothing. It is registered meanwhile, like that of any tool.
     """
     wanted = frozenset(pairs)
     arrivals = _Arrivals()

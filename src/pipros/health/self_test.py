@@ -1,4 +1,4 @@
-"""Runs a master, a talker and a listener in this process, and examines them as any other system."""
+"""Runs a master, a talker and a listener in this process, and examines them like any other system."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ TOPIC = "/pipros_self_test"
 
 @dataclass(frozen=True, slots=True)
 class SelfTest:
-    """What came of it.
+    """The result of the self-test.
 
     Attributes:
-        findings: what was wrong; none when all is well.
-        first_message_s: from the start of the talker to the first message that was heard.
-        heard: how many messages were heard.
+        findings: what was wrong; empty if nothing was.
+        first_message_s: from the start of the talker to the first received message.
+        heard: how many messages were received.
     """
 
     findings: list[Finding]
@@ -31,7 +31,7 @@ class SelfTest:
 
 
 def run_self_test(duration_s: float = 1.0, environment: Environment | None = None) -> SelfTest:
-    """Runs for about `duration_s`, on loopback and a free port; no running system is touched."""
+    """Runs for about `duration_s`, on loopback and a free port. Running systems are not touched."""
     from pipros.launch.roscore import Core
     from pipros.msg import load_message_class
     from pipros.node import Node

@@ -1,4 +1,4 @@
-"""A running system as it was found: what the master knows, and what each node, topic and service answered."""
+"""A running system, as values: what the master knows, and what each node, publisher and service answered."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ class Failure:
     """Why something could not be reached.
 
     Attributes:
-        reason: what the operating system, or the peer, said.
-        is_unknown_host: its host name means nothing here.
+        reason: the error of the operating system or of the peer.
+        is_unknown_host: its host name cannot be resolved here.
         is_refused: its machine answers, but no process listens there.
     """
 
@@ -31,9 +31,9 @@ class NodeReport:
     Attributes:
         api: its XML-RPC address, as the master knows it.
         failure: why it did not answer; None when it did.
-        master_uri: the master that it belongs to by its own account; empty when it does not say.
+        master_uri: the master that it uses, as it says; empty when it does not say.
         connections: its connections.
-        subscriptions: topic to the type that it subscribes, as it says.
+        subscriptions: topic to the type that it subscribes to, as it says.
         publications: topic to the type that it publishes, as it says.
     """
 
@@ -51,7 +51,7 @@ class PublisherReport:
 
     Attributes:
         address: `host:port` of its data; empty when it did not say.
-        failure: why no connection came about; None when one did.
+        failure: why no connection was established; None when one was.
         type, md5sum: of its messages, by its connection header.
         stamp_offset_s: how far the stamp of a message was ahead of the clock of this machine.
     """
@@ -84,16 +84,16 @@ class SystemReport:
 
     Attributes:
         master_uri: its master.
-        state: who is registered with what.
+        state: all registrations.
         types: topic to type, as the master knows it.
         nodes: what each node answered.
         publishers: (topic, node) to what the publisher answered.
         services: what each service answered.
-        installed: type to the md5 sum of the definition on this machine; None when it is in no package.
+        installed: type to the md5 sum of its definition on this machine; None when it is not installed.
         is_time_simulated: the parameter `/use_sim_time`.
         clock_offset_s: how far the clock of the master's machine is ahead of this one's; None when unknown.
         reached_back: (topic, node) of the subscribers that connected to a publisher on this machine.
-        tried_back: (topic, node) of those that were given the opportunity.
+        tried_back: (topic, node) of those for which that was tried.
     """
 
     master_uri: str
@@ -109,23 +109,23 @@ class SystemReport:
     tried_back: frozenset[tuple[str, str]] = frozenset()
 
     def nodes_at(self, peer: str) -> set[str]:
-        """The names of the other end of a connection, which a node gives by its name or by its address."""
+        """The nodes at the other end of a connection, which may be given by name or by address."""
         if "://" not in peer:
             return {peer}
         wanted = peer.rstrip("/")
         return {name for name, node in self.nodes.items() if node.api.rstrip("/") == wanted}
 
     def is_alive(self, node: str) -> bool:
-        """True when the node answered."""
+        """Whether the node answered."""
         report = self.nodes.get(node)
         return report is not None and report.failure is None
 
     def sends(self, publisher: str, topic: str) -> set[str]:
-        """The nodes that a publisher says it sends a topic to."""
+        """The nodes to which a publisher says it sends a topic."""
         return self._peers(publisher, topic, "o")
 
     def receives(self, subscriber: str, topic: str) -> set[str]:
-        """The nodes that a subscriber says it receives a topic from."""
+        """The nodes from which a subscriber says it receives a topic."""
         return self._peers(subscriber, topic, "i")
 
     def _peers(self, node: str, topic: str, direction: str) -> set[str]:
@@ -140,7 +140,7 @@ class SystemReport:
         }
 
     def pairs(self) -> list[tuple[str, str, str]]:
-        """Every (topic, publisher, subscriber) that should be connected, both being alive."""
+        """Every (topic, publisher, subscriber) that should be connected and whose nodes both answer."""
         return [
             (topic, publisher, subscriber)
             for topic, publishers in sorted(self.state.publishers.items())

@@ -1,4 +1,4 @@
-"""What the rules of `roswtf` look at. The attributes have their names of Noetic, which plugins read."""
+"""The context of the rules of `roswtf`. Attributes have the names of Noetic's, because plugins read them."""
 
 from __future__ import annotations
 
@@ -21,19 +21,21 @@ class WtfException(Exception):
 
 
 class WtfContext:
-    """The setup of a shell, the packages or launch files in question, and the running system.
+    """The setup of a shell, the packages or launch files to check, and the running system.
 
     Attributes:
-        pkg, pkg_dir, pkgs: the package in question and its folder; it and those that it needs.
+        pkg, pkg_dir: the package to check and its folder.
+        pkgs: the package and those that it depends on.
         env, ros_root, ros_package_path, pythonpath, ros_master_uri: the environment.
-        launch_files, launch: the launch files in question, and what they contain.
+        launch_files, launch: the launch files to check, and their contents.
         roslaunch_uris: the addresses of the launchers that run.
         system_state, nodes, topics, services, service_providers: what the master knows.
-        uri_node_map, use_sim_time: address to node; the parameter of that name.
+        uri_node_map: address to node.
+        use_sim_time: the parameter of that name.
         expected_edges, actual_edges: (publisher, subscriber, topic) by the registrations, and by the nodes.
-        unconnected_subscriptions: node to the topics that it subscribes and nobody publishes.
-        errors, warnings: what rules found so far.
-        system: all that was gathered.
+        unconnected_subscriptions: node to the topics that it subscribes to and that have no publisher.
+        errors, warnings: found so far.
+        system: everything that was gathered.
     """
 
     def __init__(self) -> None:
@@ -78,7 +80,7 @@ class WtfContext:
 
     @staticmethod
     def from_env(env: Mapping[str, str] | None = None) -> WtfContext:
-        """The environment alone; by default that of this process."""
+        """Only the environment; by default that of this process."""
         ctx = WtfContext()
         values = dict(os.environ if env is None else env)
         ctx.env = values
@@ -91,7 +93,7 @@ class WtfContext:
 
     @staticmethod
     def from_package(pkg: str, env: Mapping[str, str] | None = None) -> WtfContext:
-        """The environment, a package and those that it needs.
+        """The environment, a package and its dependencies.
 
         Raises:
             WtfException: the package, or one that it needs, does not exist or is broken.
@@ -113,7 +115,7 @@ class WtfContext:
         env: Mapping[str, str] | None = None,
         arguments: Mapping[str, str] | None = None,
     ) -> WtfContext:
-        """The environment and launch files; the first one's package is the package in question.
+        """The environment and launch files; the package to check is that of the first file.
 
         Raises:
             WtfException: a file cannot be loaded.
@@ -143,7 +145,7 @@ class WtfContext:
         return ctx
 
     def set_package(self, name: str) -> None:
-        """Makes a package the one in question. Raises as `from_package`."""
+        """Sets the package to check. Raises as `from_package`."""
         from pipros.workspace.dependency_graph import DependencyGraph
 
         index = self.index or PackageIndex.from_environment()
@@ -160,7 +162,7 @@ class WtfContext:
         self.manifest_file = str(package.path / "package.xml")
 
     def set_system(self, system: SystemReport) -> None:
-        """Sets the attributes that tell of the running system."""
+        """Sets the attributes about the running system."""
         state = system.state
         self.system = system
         self.system_state = [

@@ -23,7 +23,7 @@ def is_executable(path: str) -> bool:
 
 
 def invalid_url(url: str) -> str | None:
-    """What is wrong with the URI of a master; None when nothing is."""
+    """What is wrong with the URI of a master; None for a valid one."""
     scheme, separator, rest = url.partition("://")
     if scheme != "http" or not separator:
         return "protocol is not 'http'"
@@ -40,7 +40,7 @@ def ros_root_check(ctx: WtfContext) -> str | None:
 
 
 def pythonpath_check(ctx: WtfContext) -> str | None:
-    """Two folders with rospy: the later one is not the one that is imported."""
+    """Several folders contain rospy, of which only the first is imported."""
     found = [entry for entry in paths(ctx.pythonpath) if Path(entry, "rospy", "__init__.py").is_file()]
     if len(found) > 1:
         return f"rospy is in several of its folders ({', '.join(found)}), of which the first counts"

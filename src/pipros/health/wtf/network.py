@@ -11,7 +11,7 @@ from pipros.net.this_machine import addresses_of, is_this_machine
 
 
 def ip_check(ctx: WtfContext) -> str | None:
-    """The name of this machine means another one, and nothing else was set."""
+    """The name of this machine belongs to another machine, and neither ROS_IP nor ROS_HOSTNAME is set."""
     if ctx.env.get("ROS_HOSTNAME") or ctx.env.get("ROS_IP"):
         return None
     name = socket.gethostname()

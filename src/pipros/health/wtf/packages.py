@@ -1,4 +1,4 @@
-"""Rules about packages: their manifests, as far as catkin has them."""
+"""Rules about packages: their manifests."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipros.workspace.manifest import read_manifest
 
 
 def manifest_valid(ctx: WtfContext) -> list[str]:
-    """The packages in question whose manifest cannot be read."""
+    """The packages whose manifest cannot be read."""
     broken = []
     for name in ctx.pkgs:
         package = ctx.index.get(name) if ctx.index is not None else None

@@ -1,4 +1,4 @@
-"""Rules that other packages bring: those that export `<roswtf plugin="module"/>`."""
+"""Rules of other packages: those that export `<roswtf plugin="module"/>`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Check = Callable[[WtfContext], Any]
 
 
 def _nobody(_text: str) -> None:
-    """Takes what nobody wants to read."""
+    """Ignores a text."""
 
 
 def load_plugins(
@@ -24,10 +24,10 @@ def load_plugins(
     say: Callable[[str], Any] = _nobody,
     complain: Callable[[str], Any] = _nobody,
 ) -> tuple[list[Check], list[Check]]:
-    """The checks of all plugins: those that need no running system, and those that do.
+    """The checks of all plugins: those without and those with a running system.
 
     A plugin is a module with a function `roswtf_plugin_static`, `roswtf_plugin_online` or both, which take
-    the context. What cannot be loaded is left out; `complain` is told why.
+    the context. A plugin that cannot be loaded is left out; `complain` is called with the reason.
     """
     graph = DependencyGraph(index or PackageIndex.from_environment())
     static: list[Check] = []
@@ -48,7 +48,7 @@ def load_plugins(
             for kind, label in ((static, "static"), (online, "online"))
         ]
         if all(check is None for _, check in found):
-            complain(f"Cannot load plugin [{package.name}]: it has none of the functions of a plugin")
+            complain(f"Cannot load plugin [{package.name}]: it has neither of the functions of a plugin")
             continue
         for kind, check in found:
             if check is not None:

@@ -1,4 +1,4 @@
-"""Prints what rules found, in the form of Noetic."""
+"""Prints the results of rules in Noetic's format."""
 
 from __future__ import annotations
 

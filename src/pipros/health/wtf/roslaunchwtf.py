@@ -1,4 +1,4 @@
-"""Rules about launch files and about launchers that run."""
+"""Rules about launch files and running launchers."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def roslaunch_dead_check(ctx: WtfContext) -> list[str]:
 
 
 def _processes(ctx: WtfContext) -> tuple[list[tuple[str, int]], list[tuple[str, int]]]:
-    """Name and number of starts: of the processes of all launchers that run, and of those that ended."""
+    """Name and number of starts of each process of all running launchers, ended ones last."""
     kinds: tuple[list[tuple[str, int]], list[tuple[str, int]]] = ([], [])
     for uri in ctx.roslaunch_uris or ():
         try:
@@ -97,7 +97,7 @@ def _processes(ctx: WtfContext) -> tuple[list[tuple[str, int]], list[tuple[str, 
             for kind, processes in zip(kinds, lists, strict=False):
                 kind.extend((str(name), int(count)) for name, count in processes)
         except (PiprosError, ValueError, TypeError):
-            continue  # the launcher has ended, and its parameter stayed
+            continue  # the launcher has ended, and left its parameter
     return kinds
 
 
@@ -110,7 +110,7 @@ online_roslaunch_warnings: list[Rule] = [
 
 
 def wtf_check_static(ctx: WtfContext) -> None:
-    """Applies the rules about launch files, if there are any in question."""
+    """Applies the rules about launch files, if there are files to check."""
     if not ctx.launch_files:
         return
     for rule in static_roslaunch_warnings:
@@ -120,6 +120,6 @@ def wtf_check_static(ctx: WtfContext) -> None:
 
 
 def wtf_check_online(ctx: WtfContext) -> None:
-    """Applies the rules about launchers that run."""
+    """Applies the rules about running launchers."""
     for rule in online_roslaunch_warnings:
         warning_rule(rule, rule[0](ctx), ctx)

@@ -1,4 +1,4 @@
-"""What a rule of `roswtf` makes of the result of its function."""
+"""The errors and warnings that the rules of `roswtf` add to a context."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Rule = tuple[Any, str]
 
 
 class WtfError:
-    """Something that a rule found to be wrong.
+    """An error found by a rule.
 
     Attributes:
         msg: the text for a person.
@@ -26,7 +26,7 @@ class WtfError:
 
 
 class WtfWarning(WtfError):
-    """Something that a rule found, and that may be meant so."""
+    """A warning found by a rule; it may be intended."""
 
 
 def error_rule(rule: Rule, ret: Any, ctx: WtfContext) -> None:

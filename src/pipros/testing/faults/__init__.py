@@ -1,1 +1,1 @@
-"""A proxy that disturbs what nodes say to each other, and what checks that the nodes bear it."""
+"""A proxy that disturbs the connections between nodes, and a checker of the messages that arrive."""

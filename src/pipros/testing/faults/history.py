@@ -1,4 +1,4 @@
-"""Numbered messages, and what became of them: none twice, none out of order, none torn, no loss untold."""
+"""Numbered messages and a checker: none duplicated, reordered or torn, and every loss counted."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ _FILLER = "0123456789abcdef"
 
 
 class TornMessage(ValueError):
-    """A text is not one that `numbered_text` made: bytes were changed, lost or mixed."""
+    """A text was not made by `numbered_text`: bytes were changed, lost or mixed."""
 
 
 def numbered_text(source: str, number: int, size: int = 0) -> str:
-    """A text that says where it comes from, and shows when it was changed: `SOURCE NUMBER CHECKSUM FILLER`.
+    """A text with its origin and a checksum: `SOURCE NUMBER CHECKSUM FILLER`.
 
     Args:
-        source: a word without blanks. A publisher that was started again needs another one.
-        number: the place of the message among those of the source: 1, 2, 3…
-        size: how many characters of filler.
+        source: a word without blanks. A restarted publisher needs another one.
+        number: the position of the message among those of the source: 1, 2, 3…
+        size: the number of filler characters.
     """
     start = number % len(_FILLER)
     filler = (_FILLER[start:] + _FILLER * (size // len(_FILLER) + 1))[:size]
@@ -47,7 +47,7 @@ def _checksum(source: str, number: str, filler: str) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """Messages of a source that a sink did not get, between two that it got."""
+    """Messages of a source that a sink missed between two that it received."""
 
     sink: str
     source: str
@@ -66,7 +66,7 @@ class _Sequence:
 
 
 class History:
-    """What each sink got of each source. Thread-safe.
+    """What each sink received from each source. Thread-safe.
 
     What a sink missed before its first message does not count as lost: it was not connected yet.
     """
@@ -78,13 +78,13 @@ class History:
         self._torn: list[str] = []
 
     def next_text(self, source: str, size: int = 0) -> str:
-        """The text of the source's next message, with so many characters of filler."""
+        """The text of the source's next message, with `size` filler characters."""
         with self._lock:
             number = self._sent[source] = self._sent.get(source, 0) + 1
         return numbered_text(source, number, size)
 
     def receive(self, text: str, sink: str = "sink") -> None:
-        """Notes a message that a sink got."""
+        """Records a message that a sink received."""
         try:
             source, number = read_numbered(text)
         except TornMessage as error:
@@ -105,12 +105,12 @@ class History:
 
     @property
     def received(self) -> int:
-        """How many whole messages all sinks got."""
+        """How many intact messages all sinks received."""
         with self._lock:
             return sum(sequence.received for sequence in self._sequences.values())
 
     def last(self, source: str, sink: str = "sink") -> int:
-        """The highest number that a sink got of a source; 0 before the first."""
+        """The highest number that a sink received from a source; 0 before the first."""
         with self._lock:
             sequence = self._sequences.get((sink, source))
             return sequence.last if sequence else 0
@@ -122,32 +122,32 @@ class History:
 
     @property
     def torn(self) -> list[str]:
-        """A line for each message that was not as it was sent."""
+        """A line for each message that was changed on the way."""
         with self._lock:
             return list(self._torn)
 
     @property
     def gaps(self) -> list[Gap]:
-        """What is missing in the middle, for each sink and source."""
+        """The gaps of each sink and source."""
         with self._lock:
             return [gap for sequence in self._sequences.values() for gap in sequence.gaps]
 
     def problems(self, *, counted: int = 0, breaks: int = 0) -> list[str]:
-        """A line for each promise that was broken; empty when all is well.
+        """A line for each broken promise; empty if none was.
 
         Args:
-            counted: how many messages were dropped by their own account: the sum of the `dropped` of all
-                publishers, subscribers and recorders.
-            breaks: how many links ended, or nodes were killed. Each explains one gap.
+            counted: how many dropped messages were reported: the sum of `dropped` of all publishers,
+                subscribers and recorders.
+            breaks: how many links ended or nodes were killed. Each explains one gap.
         """
         found = self.torn
         with self._lock:
             for (sink, source), sequence in self._sequences.items():
                 about = f"[{sink}] from [{source}]"
                 if sequence.duplicates:
-                    found.append(f"{about}: {sequence.duplicates} messages came twice")
+                    found.append(f"{about}: {sequence.duplicates} messages were duplicated")
                 if sequence.reordered:
-                    found.append(f"{about}: {sequence.reordered} messages came out of order")
+                    found.append(f"{about}: {sequence.reordered} messages were reordered")
         return [*found, *self._untold(counted, breaks)]
 
     def _untold(self, counted: int, breaks: int) -> Iterator[str]:

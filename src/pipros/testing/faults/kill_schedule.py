@@ -1,4 +1,4 @@
-"""Which process is killed when, and by what: pure, and the same for the same seed."""
+"""Which process is killed when, and by which signal. Pure; the same seed gives the same schedule."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import signal
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-# Windows has no SIGKILL; its SIGTERM ends a process as hard.
+# Windows has no SIGKILL; its SIGTERM is as abrupt.
 DEFAULT_SIGNALS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM))
-"""An orderly end by a person, one by the system, and one without a chance to say anything."""
+"""An orderly end requested by a user, one requested by the system, and one without any clean-up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,9 +17,9 @@ class Kill:
     """One step of a schedule.
 
     Attributes:
-        after: how many messages are to arrive before it, so that nobody waits for time.
+        after: how many messages have to arrive first: schedules do not wait for time.
         victim: the name of the process.
-        signal: what it is sent.
+        signal: the signal to send.
     """
 
     after: int
@@ -35,10 +35,10 @@ def kill_schedule(
     after: tuple[int, int] = (1, 20),
     signals: Iterable[signal.Signals] = DEFAULT_SIGNALS,
 ) -> list[Kill]:
-    """So many kills of the victims in random order, each of them once before any of them twice.
+    """`count` kills in random order; each victim is killed once before any is killed again.
 
     Args:
-        after: least and most messages between two kills.
+        after: the least and the largest number of messages between two kills.
 
     Raises:
         ValueError: there is no victim or no signal.

@@ -1,7 +1,6 @@
-"""What happens to the bytes of a stream: pure, and the same for the same seed.
+"""Decides what happens to the bytes of a stream. Pure; the same seed gives the same faults.
 
-All decisions are made by the position in the stream, so that they do not depend on how the system cuts
-it into packets.
+Decisions depend on the position in the stream, not on how the system divides it into packets.
 """
 
 from __future__ import annotations
@@ -11,21 +10,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
 _NEVER = 1 << 62
-"""A stream without such a fault."""
+"""The distance of a fault that never occurs."""
 
 
 @dataclass(frozen=True, slots=True)
 class Faults:
-    """What a proxy does to each direction of a connection. Distances are means; they vary exponentially.
+    """What a proxy does to each direction of a connection. Distances vary exponentially around the value.
 
     Attributes:
-        delay_s: how much later bytes arrive. Their order stays.
-        jitter_s: up to how much later still, drawn for each piece.
-        split_bytes: bytes are passed on in pieces of 1 to so many, each in a packet of its own.
-        corrupt_every_bytes: after so many bytes one has another value.
-        stall_every_bytes: after so many bytes nothing is passed on for `stall_s`.
-        stall_s: the length of such a pause.
-        cut_every_bytes: after so many bytes the connection is reset.
+        delay_s: by how much bytes are delayed; their order stays.
+        jitter_s: the largest additional delay, drawn for each piece.
+        split_bytes: bytes are passed on in pieces of 1 to this many, each in a packet of its own.
+        corrupt_every_bytes: the distance between two bytes whose value is changed.
+        stall_every_bytes: the distance between two pauses of `stall_s`.
+        stall_s: the length of a pause.
+        cut_every_bytes: the distance after which the connection is reset.
     """
 
     delay_s: float = 0.0
@@ -47,7 +46,7 @@ class Faults:
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """Bytes to pass on, so much later than they came and after a pause."""
+    """Bytes to pass on after a delay and a pause."""
 
     data: bytes
     delay_s: float = 0.0
@@ -61,7 +60,7 @@ class Cut:
 
 
 class FaultyStream:
-    """Decides about one direction of one connection. The same seed and bytes give the same decisions."""
+    """The faults of one direction of one connection. The same seed and bytes give the same decisions."""
 
     def __init__(self, seed: str, faults: Faults) -> None:
         self._seed = seed
@@ -69,7 +68,7 @@ class FaultyStream:
         self.use(faults)
 
     def use(self, faults: Faults) -> None:
-        """From the next byte on, other faults."""
+        """Replaces the faults from the next byte on."""
         self.faults = faults
         chance = {name: random.Random(f"{self._seed}/{name}/{self._at}") for name in _DRAWN}  # noqa: S311
         self._chance = chance
@@ -79,7 +78,7 @@ class FaultyStream:
         self._cut = self._after("cut", faults.cut_every_bytes)
 
     def feed(self, data: bytes) -> Iterator[Piece | Cut]:
-        """What is to be done with the next bytes; nothing follows a Cut."""
+        """What to do with the next bytes. Nothing follows a Cut."""
         taken = 0
         while taken < len(data):
             if self._at >= self._cut:
@@ -100,12 +99,12 @@ class FaultyStream:
             yield Piece(bytes(piece), delay_s, pause_s, corrupted)
 
     def _spoil(self, piece: bytearray, end: int) -> int:
-        """Changes the bytes whose turn it is in a piece that ends there in the stream."""
+        """Changes the bytes that are due in a piece that ends at `end` in the stream."""
         count = 0
         while self._corrupt < end:
             piece[self._corrupt - self._at] ^= 1 << self._chance["bit"].randrange(8)
             count += 1
-            # From there on, and not from the start of the piece.
+            # counted from there, not from the start of the piece
             self._corrupt += self._gap("corrupt", self.faults.corrupt_every_bytes)
         return count
 

@@ -1,10 +1,10 @@
 """A proxy between a node and the rest of a ROS system: its master, and its peers.
 
-A node that is started with the proxy's URI as `ROS_MASTER_URI` speaks with everybody through it. Theory of
-operation: the proxy forwards each XML-RPC call, and replaces every address in parameters and answers
-(the node's own when it registers, those of publishers and services when it asks for them, the TCPROS port
-in the answer to `requestTopic`) by the address of a port of its own. So both sides connect to the proxy,
-whoever begins. Behind each of these ports are the faults of its kind.
+A node that is started with the proxy's URI as `ROS_MASTER_URI` communicates through it with all others.
+Theory of operation: the proxy forwards each XML-RPC call, and replaces every address in parameters and
+answers (the node's own when it registers, those of publishers and services when it asks for them, the TCPROS
+port in the answer to `requestTopic`) by the address of a port of its own. So both sides connect to the proxy,
+whichever of them connects. Each of these ports has the faults of its kind.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ _WAIT_S = 30.0
 """How long a forwarded call may take; genuine nodes wait for their master without limit."""
 
 _LEFT_ALONE = frozenset({"setParam", "getParam", "paramUpdate"})
-"""Their values are the user's, and no addresses."""
+"""Methods whose values are the user's, not addresses."""
 
 
 class FaultProxy:
-    """Stands between the nodes that are started with its `uri`, and everything else. Usable from any thread.
+    """A proxy between the nodes that are started with its `uri` and all others. May be used from any thread.
 
-    It passes everything on unchanged until it is told otherwise. Nodes that are both behind it speak
-    through it, too. It works on the loopback address, with nodes of pipros, rospy and roscpp.
+    Until `inject`, `cut`, `stall` or `refuse` is called, it passes everything on unchanged. Two nodes behind
+    it also communicate through it. It works on the loopback address, with nodes of pipros, rospy and roscpp.
 
     Attributes:
         uri: the `ROS_MASTER_URI` for nodes behind the proxy; valid after `start`.
@@ -85,9 +85,9 @@ class FaultProxy:
     # -- faults ------------------------------------------------------------------
 
     def inject(self, *kinds: Kind, **faults: Any) -> None:
-        """From now on these faults, and no others, on connections of these kinds; open ones included.
+        """Replaces the faults on connections of these kinds, by default `topics`, open ones included.
 
-        Without a kind those of topics are meant, without faults all passes again. `Faults` has their names:
+        Without faults everything passes again. `Faults` has their names:
         `proxy.inject("topics", "services", delay_s=0.05, split_bytes=7)`.
 
         Raises:
@@ -104,7 +104,9 @@ class FaultProxy:
         self._run(use())
 
     def cut(self, *kinds: Kind, reset: bool = True) -> int:
-        """Ends all open connections of these kinds (topics); returns how many. New ones may be made.
+        """Ends all open connections of these kinds (by default `topics`); returns how many.
+
+        New connections are accepted.
 
         With `reset=False` both ends see an orderly end of the stream, as when the other process was killed.
         """
@@ -116,20 +118,20 @@ class FaultProxy:
         return self._run(cut())
 
     def stall(self, *kinds: Kind) -> None:
-        """Passes nothing on any more on connections of these kinds (topics), until `resume`."""
+        """Holds back everything on connections of these kinds (by default `topics`) until `resume`."""
         self._stall(kinds, stall=True)
 
     def resume(self, *kinds: Kind) -> None:
-        """Passes on what was held back by `stall`, and goes on."""
+        """Ends `stall`: passes on what was held back."""
         self._stall(kinds, stall=False)
 
     def refuse(self, *kinds: Kind, refuse: bool = True) -> None:
-        """Resets new connections of these kinds (topics) at once; with `refuse=False` no longer."""
+        """Resets new connections of these kinds (by default `topics`) at once, until `refuse=False`."""
         for switch in self._chosen(kinds):
             switch.is_refusing = refuse
 
     def counts(self, kind: Kind = "topics") -> Counts:
-        """What was done to the connections of a kind so far."""
+        """What has been done to the connections of a kind so far."""
         return replace(self._chosen((kind,))[0].counts)
 
     def _stall(self, kinds: tuple[Kind, ...], *, stall: bool) -> None:
@@ -184,13 +186,13 @@ class FaultProxy:
         try:
             address = (parts.hostname or "", parts.port or 0)
         except ValueError:
-            return text  # some node registered nonsense; that is nothing to be hidden
+            return text  # a node registered an invalid address, which is passed on as it is
         if not all(address):
             return text
         return uri(*await self._proxy(kind, address), parts.scheme)
 
     async def _proxy(self, kind: Kind, address: Address) -> Address:
-        """The address of the proxy of another one; made when it is new."""
+        """The address of the proxy for an address; created at first use."""
         async with self._starting:
             if address in self._own:
                 return address
@@ -211,7 +213,7 @@ class FaultProxy:
 
 
 class _Forwarder(RpcServer):
-    """Calls another XML-RPC server with what it is called with itself."""
+    """Forwards each call to another XML-RPC server."""
 
     def __init__(self, proxy: FaultProxy, target: str) -> None:
         super().__init__({})
@@ -220,7 +222,7 @@ class _Forwarder(RpcServer):
 
     def call(self, name: str, params: tuple[Any, ...], *, caller: Caller) -> Any:
         if name == "system.multicall":
-            return super().call(name, params, caller=caller)  # each of its calls comes here again
+            return super().call(name, params, caller=caller)  # each of its calls arrives here separately
         return asyncio.ensure_future(self._forward(name, params))
 
     async def _forward(self, name: str, params: tuple[Any, ...]) -> Any:

@@ -14,7 +14,7 @@ from pipros.testing.faults.plan import Cut, Faults, FaultyStream
 _READ_BYTES = 16 * 1024
 
 _CHUNKS = 64
-"""How many chunks of one direction are under way at most: a sender that is faster waits."""
+"""The most chunks in flight in one direction: a faster sender waits."""
 
 _WRITE_LIMIT_BYTES = 64 * 1024
 _CONNECT_LIMIT_S = 10.0
@@ -27,7 +27,7 @@ Address = tuple[str, int]
 
 @dataclass(slots=True)
 class Counts:
-    """What was done to connections so far."""
+    """What has been done to connections so far."""
 
     connections: int = 0
     bytes: int = 0
@@ -39,9 +39,9 @@ class Counts:
 
 
 class Switch:
-    """What a group of proxies shares: their faults, what they count, and whether anything passes.
+    """What a group of proxies shares: the faults, the counts, and whether anything passes.
 
-    Belongs to one event loop, except for `faults` and `counts`, which may be read anywhere.
+    For one event loop, except for `faults` and `counts`, which may be read from any thread.
     """
 
     def __init__(self) -> None:
@@ -53,13 +53,13 @@ class Switch:
         self.links: set[Link] = set()
 
     def inject(self, faults: Faults) -> None:
-        """Other faults, for open connections too."""
+        """Replaces the faults, also of open connections."""
         self.faults = faults
         for link in self.links:
             link.use(faults)
 
     def stall(self, *, stall: bool) -> None:
-        """Nothing passes any more, in no direction; or all goes on where it stopped."""
+        """Holds back everything in both directions, or passes it on again."""
         self._passes.clear() if stall else self._passes.set()
 
     async def wait(self) -> None:
@@ -87,7 +87,7 @@ class TcpProxy:
 
         Args:
             name: with the number of the connection, the seed of its faults.
-            alive: an address that must take connections, or connections to this proxy are reset.
+            alive: an address that must accept connections; otherwise connections to this proxy are reset.
         """
         self.address: Address = (LOOPBACK, 0)
         self._name = name
@@ -203,7 +203,7 @@ class Link:
     async def _pass(
         self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, stream: FaultyStream
     ) -> None:
-        """Passes one direction on. What was read waits for its time, while more is read."""
+        """Passes one direction on. Reading continues while earlier bytes are delayed."""
         writer.transport.set_write_buffer_limits(high=_WRITE_LIMIT_BYTES)
         waiting: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue(_CHUNKS)
         reading = asyncio.ensure_future(self._read(reader, waiting))

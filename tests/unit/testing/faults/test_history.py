@@ -55,8 +55,8 @@ def test_duplicates_disorder_and_torn_messages_are_told() -> None:
 
     assert history.problems(counted=10) == [
         "[sink] a message is torn: 'talker 9 nonsense'",
-        "[sink] from [talker]: 1 messages came twice",
-        "[sink] from [talker]: 1 messages came out of order",
+        "[sink] from [talker]: 1 messages were duplicated",
+        "[sink] from [talker]: 1 messages were reordered",
     ]
 
 
