@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from pipros.env import DISTRIBUTION
+from tests.support.answers import ask
 from tests.support.ros import RosSystem, Side
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "launch_language"
@@ -94,7 +95,7 @@ def package(ros: RosSystem) -> Path:
 
 
 def inspect(side: Side, *arguments: str) -> list[str]:
-    ended = side.run("roslaunch", *arguments, "probes", "everything.launch")
+    ended = ask(side, "roslaunch", *arguments, "probes", "everything.launch")
     assert ended.returncode == 0, ended.output
     return ended.stdout
 

@@ -4,25 +4,28 @@ from __future__ import annotations
 
 import pytest
 
+from tests.support.answers import ask
 from tests.support.ros import RosSystem
 
 
 @pytest.mark.parametrize("arguments", [[], ["-h"], ["--help"], ["-x"], ["one"]])
 def test_without_a_master_and_with_arguments_it_says_the_same(ros: RosSystem, arguments: list[str]) -> None:
-    ours, genuine = (side.run("rosgraph", *arguments) for side in (ros.pipros, ros.genuine))
+    ours, genuine = (ask(side, "rosgraph", *arguments) for side in (ros.pipros, ros.genuine))
     assert (ours.returncode, ours.stdout, ours.stderr) == (genuine.returncode, genuine.stdout, genuine.stderr)
 
 
 @pytest.mark.parametrize("package", ["rostopic", "rosservice", "rosgraph"])
 def test_tools_are_programs_of_their_packages(ros: RosSystem, package: str) -> None:
-    ours, genuine = (side.run("rosrun", package, package, "--nonsense") for side in (ros.pipros, ros.genuine))
+    ours, genuine = (
+        ask(side, "rosrun", package, package, "--nonsense") for side in (ros.pipros, ros.genuine)
+    )
     assert (ours.returncode, ours.output) == (genuine.returncode, genuine.output)
 
 
 def test_the_launch_files_of_the_package_roslaunch_are_where_genuine_ones_are(ros: RosSystem) -> None:
     for name in ("example.launch", "example-min.launch", "example-include.launch"):
         for side in (ros.pipros, ros.genuine):
-            listed = side.run("roslaunch", "--files", "roslaunch", name)
+            listed = ask(side, "roslaunch", "--files", "roslaunch", name)
             assert listed.returncode == 0, listed.output
             assert any(file.endswith(f"roslaunch/resources/{name}") for file in listed.stdout)
 
@@ -34,7 +37,7 @@ def test_genuine_roslaunch_reads_our_examples_as_we_do(ros: RosSystem, arguments
     file, *rest = arguments
     path = f"{folder}/resources/{file}"
     ours, genuine = (
-        side.run("roslaunch", "--dump-params", path, *rest) for side in (ros.pipros, ros.genuine)
+        ask(side, "roslaunch", "--dump-params", path, *rest) for side in (ros.pipros, ros.genuine)
     )
     assert ours.returncode == genuine.returncode == 0, ours.output
     assert sorted(ours.stdout) == sorted(genuine.stdout)

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from pipros.cli.rospack import main
-from tests.support.processes import Processes
+from tests.support.answers import ask
+from tests.support.ros import Side
 
 MANIFEST = """\
 <package format="{format}"><name>{name}</name><version>1.2.3</version><description>d</description>
@@ -110,26 +111,24 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_answer_is_that_of_genuine_rospack(
     words: list[str],
     source: Path,
-    tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capfd: pytest.CaptureFixture[str],
 ) -> None:
+    base = source.parent
     environment = {
-        "HOME": str(tmp_path),
+        "HOME": str(base),
         "ROS_PACKAGE_PATH": str(source),
-        "CMAKE_PREFIX_PATH": str(source.parent / "devel"),
-        "PKG_CONFIG_PATH": str(source.parent),
+        "CMAKE_PREFIX_PATH": str(base / "devel"),
+        "PKG_CONFIG_PATH": str(base),
     }
-    ended = Processes({"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", **environment}, tmp_path).run(
-        "rospack", *words
-    )
-    assert ended.returncode is not None
-    theirs = comparable(words, ended.returncode, ended.stdout, ended.stderr)
+    genuine = Side({"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", **environment}, base, is_genuine=True)
+    answer = ask(genuine, "rospack", *words)
+    theirs = comparable(words, answer.returncode, answer.stdout, answer.stderr)
 
     # In this process: the interpreter's start would take longer than all else.
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
-    monkeypatch.chdir(tmp_path)
+    monkeypatch.chdir(base)
     code = main(words)
     printed = capfd.readouterr()
     assert comparable(words, code, printed.out.splitlines(), printed.err.splitlines()) == theirs

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.answers import ask
 from tests.support.ros import RosSystem, Side
 
 MANIFEST = (
@@ -98,14 +99,14 @@ def test_both_print_the_same(ros: RosSystem, packages: Path) -> None:
 
 
 def _outcome(side: Side, line: str) -> tuple[int | None, list[str], list[str]]:
-    done = side.run(*line.split())
+    done = ask(side, *line.split())
     errors = [text for text in done.stderr if not text.startswith("could not find rosdep cache")]
     return done.returncode, done.stdout, errors
 
 
 def test_the_stacks_of_both_are_the_packages(ros: RosSystem, packages: Path) -> None:
     for command in ("list", "list-names"):
-        genuine, pipros = (side.run("rosstack", command).stdout for side in (ros.genuine, ros.pipros))
+        genuine, pipros = (ask(side, "rosstack", command).stdout for side in (ros.genuine, ros.pipros))
         own = [line for line in genuine if line in ("one", "two", "all_of_it") or str(packages) in line]
         assert len(own) == 3
         assert [line for line in pipros if line in own] == own

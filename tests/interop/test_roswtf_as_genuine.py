@@ -9,6 +9,7 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 
+from tests.support.answers import ask
 from tests.support.ros import RosSystem, Side
 
 NODE = (
@@ -40,7 +41,8 @@ def environment(ros: RosSystem) -> dict[str, str]:
 
 def findings(side: Side, environment: dict[str, str], *arguments: str) -> list[str]:
     """The lines of what roswtf prints, without colours, those of rules that are left out, and their count."""
-    done = side.run("roswtf", *arguments, timeout_s=60.0, **environment)
+    run = ask if "--offline" in arguments else Side.run
+    done = run(side, "roswtf", *arguments, timeout_s=60.0, **environment)
     assert done.returncode == 0, done.output
     lines = [re.sub(r"\x1b\[\d+m", "", line) for line in done.stdout]
     kept = [line for line in lines if not _LEFT_OUT.search(line) and line.strip()]
@@ -87,7 +89,7 @@ def test_both_doubt_a_foreign_ip(ros: RosSystem, environment: dict[str, str]) ->
 
 def test_both_say_how_to_use_them(ros: RosSystem) -> None:
     for arguments in (["-h"], ["--nonsense"]):
-        genuine, pipros = (side.run("roswtf", *arguments) for side in (ros.genuine, ros.pipros))
+        genuine, pipros = (ask(side, "roswtf", *arguments) for side in (ros.genuine, ros.pipros))
         assert (genuine.returncode, genuine.stdout) == (pipros.returncode, pipros.stdout)
         assert genuine.stderr == pipros.stderr
 

@@ -23,7 +23,7 @@ class Side:
 
     def __init__(self, environment: Mapping[str, str], cwd: Path, *, is_genuine: bool = False) -> None:
         self.home = cwd
-        self._is_genuine = is_genuine
+        self.is_genuine = is_genuine
         self.processes = Processes(environment, cwd)
         self._terminals: list[Terminal] = []
 
@@ -45,7 +45,7 @@ class Side:
         Genuine `rosrun` takes more processor time to find the file than many a node takes to start. So it is
         asked for the file once, and the node is started directly.
         """
-        if not self._is_genuine:
+        if not self.is_genuine:
             return ["rosrun", package, program]
         place = self.environment.get("ROS_PACKAGE_PATH"), self.environment.get("CMAKE_PREFIX_PATH")
         key = (*place, package, program)

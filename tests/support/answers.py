@@ -1,0 +1,76 @@
+"""What genuine ROS answers where files and variables decide it: asked once on a machine.
+
+To start a program of it takes half a second of processor time, and the answer stays the same.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from tests.support.genuine import is_required
+from tests.support.once import machine_folder, make_once
+from tests.support.ros import Side
+
+_INSTALLED = Path("/var/lib/dpkg/status")  # which packages there are, with their versions
+_HOME = "/the/home/of/the/test"
+_OF_A_RUN = ("PIPROS_TEST_RUN", "ROS_MASTER_URI")
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """Exit code and lines of a program that has ended."""
+
+    returncode: int
+    stdout: list[str]
+    stderr: list[str]
+
+    @property
+    def output(self) -> str:
+        return "\n".join((*self.stdout, *self.stderr))
+
+
+def ask(side: Side, *argv: str | Path, timeout_s: float = 60.0, **more: str) -> Answer:
+    """What a program prints that asks no master and changes no file.
+
+    An answer of genuine ROS is kept for the same words, variables, files below the test's home and packages
+    of Debian. The address of the test's master is not looked at. In continuous integration nothing is kept.
+    """
+    words = [str(word) for word in argv]
+    if not side.is_genuine or is_required():
+        return _run(side, words, timeout_s, more)
+    environment = {**side.environment, **more}
+    variables = {name: value for name, value in environment.items() if name not in _OF_A_RUN or name in more}
+    question = json.dumps([words, variables, dict(_files(side.home))], sort_keys=True)
+    digest = hashlib.sha256(question.replace(str(side.home), _HOME).encode()).hexdigest()
+    kept = _answers() / f"{digest}.json"
+    if not kept.exists():
+        text = json.dumps(asdict(_run(side, words, timeout_s, more)))
+        written = kept.with_suffix(f".{os.getpid()}")
+        written.write_text(text.replace(str(side.home), _HOME))
+        written.replace(kept)
+    return Answer(**json.loads(kept.read_text().replace(_HOME, str(side.home))))
+
+
+def _run(side: Side, words: list[str], timeout_s: float, more: Mapping[str, str]) -> Answer:
+    ended = side.run(*words, timeout_s=timeout_s, **more)
+    assert ended.returncode is not None
+    return Answer(ended.returncode, ended.stdout, ended.stderr)
+
+
+def _files(home: Path) -> Iterator[tuple[str, str]]:
+    """Path and digest of each file below the folder, but logs and bytecode."""
+    for file in sorted(home.rglob("*")):
+        place = file.relative_to(home)
+        if file.is_file() and place.parts[0] != ".ros" and file.suffix != ".pyc":
+            yield str(place), f"{file.stat().st_mode:o} {hashlib.sha256(file.read_bytes()).hexdigest()}"
+
+
+@functools.cache
+def _answers() -> Path:
+    return make_once(machine_folder("answers", (_INSTALLED,)), lambda: None)
