@@ -12,6 +12,7 @@ import pytest
 
 from pipros.env import DISTRIBUTION
 from tests.support.answers import ask
+from tests.support.processes import Process
 from tests.support.ros import RosSystem, Side
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "launch_language"
@@ -113,6 +114,50 @@ def test_the_files_are_the_same(ros: RosSystem, package: Path) -> None:
 @pytest.mark.parametrize("node", ["inner/one", "/abs/olute/two", "three", "sub/four"])
 def test_the_command_lines_are_the_same(ros: RosSystem, package: Path, node: str) -> None:
     assert inspect(ros.pipros, f"--args={node}") == inspect(ros.genuine, f"--args={node}")
+
+
+CORNERS = {
+    "broken": "<launch><nonsense",
+    "master": '<launch><master auto="start"/><node pkg="probes" type="x" name="n"/></launch>',
+    "no_machine": '<launch><node pkg="probes" type="x" name="n" machine="nowhere"/></launch>',
+    "two_finds": '<launch><param name="two" value="$(find probes)$(find probes)"/></launch>',
+    "default": """<launch><param name="a" value="$(eval optenv('NOPE', 0))"/></launch>""",
+    **{
+        f"cwd_{folder}": f'<launch><node pkg="probes" type="x" name="n" cwd="{folder}"/></launch>'
+        for folder in ("ros_home", "ROS_HOME", "node", "NODE")
+    },
+}
+
+CORNER_CASES = [
+    *((option, "master") for option in ("--nodes", "--dump-params", "--files", "--ros-args")),
+    *((option, "no_machine") for option in ("--nodes", "--dump-params", "--files", "--ros-args")),
+    *(("--nodes", f"cwd_{folder}") for folder in ("ros_home", "ROS_HOME", "node", "NODE")),
+    *(("--dump-params", name) for name in ("two_finds", "default", "broken")),
+]
+"""Option and file."""
+
+
+@pytest.mark.timeout(240)
+def test_files_with_something_odd_are_inspected_alike(ros: RosSystem, package: Path) -> None:
+    for name, text in CORNERS.items():
+        (package / f"{name}.launch").write_text(text)
+    for option, name in CORNER_CASES:
+        genuine, ours = (
+            outcome(side.run("roslaunch", option, package / f"{name}.launch", timeout_s=60))
+            for side in (ros.genuine, ros.pipros)
+        )
+        assert (option, name, ours) == (option, name, genuine)
+
+
+def outcome(ended: Process) -> tuple[int | None, list[str], list[str]]:
+    """Exit code, what was found, and what was complained of."""
+    found = [line for line in ended.stdout if line.startswith(("/", "{", "No arguments"))]
+    complaints = (
+        "Unable to load file",
+        "ignoring defunct <master /> tag",
+        "cwd must be one of 'ROS_HOME', 'node'.",
+    )
+    return ended.returncode, found, [one for one in complaints if one in ended.output]
 
 
 def probed(ros: RosSystem, side: Side, label: str, core: Side) -> tuple[dict[str, Any], Any]:

@@ -47,6 +47,7 @@ SCRIPTS = {
     ("examine_junitxml.py",): 12,
     ("examine_durations.py",): 40,
     ("examine_the_rest.py",): 80,
+    ("examine_tool_libraries.py",): 35,
     ("examine_second_node.py",): 15,
     ("examine_second_node.py", "revived"): 20,
 }

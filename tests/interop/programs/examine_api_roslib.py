@@ -6,6 +6,8 @@ import warnings
 
 from examination import begin, examine
 
+import roslib
+
 warnings.simplefilter("ignore")
 
 PLAIN = (str, int, float, bytes, list, dict, tuple, type(None))
@@ -192,8 +194,30 @@ def examine_manifests():
         examine("names", lambda: names)
 
 
+def examine_names():
+    import roslib.names as names
+
+    begin("roslib.names")
+    for name in ("a", "/a", "a/b", "~a", "/a//b/", "a b"):
+        for function in (
+            *(names.resource_name_base, names.resource_name_package, names.package_resource_name),
+            *(names.is_legal_resource_name, names.is_legal_resource_base_name, names.canonicalize_name),
+            *(names.namespace, names.is_global, names.is_private),
+        ):
+            call(function.__name__, function, name)
+        call("ns_join", names.ns_join, "/ns", name)
+        call("resolve_name", names.resolve_name, name, "/ns/me")
+        call("resolve_name", names.resolve_name, name, "/ns/me", {"/ns/a": "/moved"})
+    examine("constants", lambda: (names.ANYTYPE, names.SEP, names.REMAP, names.GLOBALNS, names.PRIV_NAME))
+    begin("roslib.launcher")
+    for package in ("std_msgs", "no_such_package"):
+        examine(f"load_manifest {package}", lambda: raised(lambda: roslib.load_manifest(package)))
+    examine("the same", lambda: roslib.load_manifest is roslib.launcher.load_manifest)
+    for answer in (True, False):
+        examine("interactive", lambda: (roslib.set_interactive(answer), roslib.is_interactive()))
+
+
 def examine_environment():
-    import roslib.names
     import roslib.rosenv
 
     begin("roslib.rosenv")
@@ -212,6 +236,7 @@ def examine_environment():
                 )
 
 
+examine_names()
 examine_msgs()
 examine_manifests()
 examine_environment()

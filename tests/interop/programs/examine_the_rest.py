@@ -2,6 +2,7 @@
 
 import io
 import logging
+import os
 
 from examination import begin, examine, wait_for
 from geometry_msgs.msg import PointStamped
@@ -11,6 +12,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 import rosgraph
+import rosgraph.roslogging
 import rospy
 import rospy.client
 import rospy.msg
@@ -97,6 +99,15 @@ def logs():
     examine("loggers", lambda: [name in loggers for name in (*names, "rosout")])
 
 
+def log_files():
+    path = rosgraph.roslogging.configure_logging("product")
+    logging.getLogger("product").info("a word")
+    with open(path) as file:
+        examine("is written", lambda: "a word" in file.read())
+    examine("path", lambda: os.path.basename(path).replace(str(os.getpid()), "PID"))
+    examine("variable", lambda: os.environ["ROS_LOG_FILENAME"] == path)
+
+
 def buffers():
     buffer = io.BytesIO()
     stamped = PointStamped()
@@ -121,7 +132,7 @@ def main():
         begin(part.__name__)
         part()
     rospy.init_node("probe", disable_signals=True)
-    for part in (services, parameters, logs, buffers):
+    for part in (services, parameters, logs, buffers, log_files):
         begin(part.__name__)
         part()
 
