@@ -193,7 +193,7 @@ def test_a_person_is_told_what_to_do(
     output = capsys.readouterr().out
     assert output.startswith("ERROR Node [/ghost] is registered, but does not answer")
     assert "\n  What to do: The node has ended without unregistering" in output
-    assert "Found 1 error(s)." in output
+    assert "Found 1 error. Examined: " in output
 
 
 def test_without_a_master_it_says_so_and_how_to_start_one(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.cli.command import run
 from pipros.cli.streams import command
+from pipros.cli.terminal import has_colours, paragraph, passing_note
 
 if TYPE_CHECKING:
     from pipros.health.examine import Examination
@@ -56,9 +57,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     def body() -> int:
         from pipros.health.examine import examine
 
-        examination = examine(
-            is_offline=options.offline, both_ways=options.both_ways, timeout_s=options.timeout
-        )
+        with passing_note("Asking every node, topic and service..."):
+            examination = examine(
+                is_offline=options.offline, both_ways=options.both_ways, timeout_s=options.timeout
+            )
         if options.json:
             _print_json(_examination_as_json(examination))
         else:
@@ -72,7 +74,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _test_itself(*, as_json: bool) -> int:
     from pipros.health.self_test import run_self_test
 
-    outcome: SelfTest = run_self_test()
+    with passing_note("Running a master, a talker and a listener..."):
+        outcome: SelfTest = run_self_test()
     if as_json:
         findings = [finding.as_json() for finding in outcome.findings]
         _print_json(
@@ -94,23 +97,22 @@ def _test_itself(*, as_json: bool) -> int:
 
 
 def _print_findings(findings: Iterable[Finding]) -> None:
-    from pipros.cli.terminal import has_colours
     from pipros.printable import listed
 
     is_coloured = has_colours()
     for finding in findings:
         kind = finding.severity.value
         label = f"\x1b[{_COLOURS[kind]};1m{kind.upper()}\x1b[0m" if is_coloured else kind.upper()
-        print(f"{label} {listed(finding.summary)}.")
-        print(f"  What to do: {listed(finding.cure)}")
+        print(label, paragraph(f"{listed(finding.summary)}.", indent=2, taken=len(kind) + 1))
+        print("  What to do:", paragraph(listed(finding.cure), indent=4, taken=14))
         print(f"  [{finding.rule}]\n")
 
 
 def _summary(examination: Examination) -> str:
     kinds = [finding.severity.value for finding in examination.findings]
     if kinds:
-        counted = (f"{kinds.count(kind)} {kind}(s)" for kind in ("error", "warning") if kind in kinds)
-        verdict = f"Found {', '.join(counted)}."
+        counted = (_counted(kinds.count(kind), kind) for kind in ("error", "warning") if kind in kinds)
+        verdict = f"Found {' and '.join(counted)}."
     else:
         verdict = "Nothing is wrong."
     return f"{verdict} Examined: {_scope(examination)}."
@@ -120,11 +122,16 @@ def _scope(examination: Examination) -> str:
     system = examination.system
     if system is None:
         return "the setup of this machine"
+    nodes, topics = _counted(len(system.nodes), "node"), _counted(len(system.state.topics()), "topic")
+    connections = _counted(len(system.pairs()), "connection")
     return (
-        f"the setup of this machine, the master at {examination.master_uri}, {len(system.nodes)} nodes, "
-        f"{len(system.state.topics())} topics with {len(system.pairs())} connections, "
-        f"{len(system.services)} services"
+        f"the setup of this machine, the master at {examination.master_uri}, {nodes}, {topics} with "
+        f"{connections}, {_counted(len(system.services), 'service')}"
     )
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def _examination_as_json(examination: Examination) -> dict[str, Any]:

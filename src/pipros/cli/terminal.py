@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 TYPE_CHECKING = False  # true for type checkers; commands that do not need `typing` start faster
 if TYPE_CHECKING:
@@ -58,6 +59,43 @@ def aligned(rows: Sequence[Sequence[str]], colours: Sequence[str] = ()) -> list[
 def table(rows: Sequence[Sequence[str]], colours: Sequence[str]) -> list[str]:
     """Rows of cells as lines: aligned and coloured on a terminal, separated by one space elsewhere."""
     return aligned(rows, colours) if is_terminal() else [" ".join(row) for row in rows]
+
+
+def paragraph(text: str, *, indent: int, taken: int = 0) -> str:
+    """A text broken between words to the width of the terminal; elsewhere it stays one line.
+
+    Args:
+        indent: the columns before each further line.
+        taken: the columns before the first line.
+    """
+    if not is_terminal():
+        return text
+    import shutil
+    import textwrap
+
+    width = max(shutil.get_terminal_size().columns, taken + 20)
+    lines = textwrap.wrap(
+        text,
+        width,
+        initial_indent=" " * taken,
+        subsequent_indent=" " * indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    return "\n".join(lines)[taken:]
+
+
+@contextmanager
+def passing_note(text: str) -> Iterator[None]:
+    """Shows a line on the terminal of standard error while the body runs; afterwards it is gone."""
+    if not is_terminal(sys.stderr):
+        yield
+        return
+    print(text, end="", file=sys.stderr, flush=True)
+    try:
+        yield
+    finally:
+        print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 class LiveBlock:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 from pipros.health.finding import Finding, error, warning
 from pipros.health.system_report import Failure, SystemReport
@@ -261,11 +261,8 @@ def topics_without_publishers(system: SystemReport) -> Findings:
     """Topics with subscribers but without a publisher."""
     for topic, subscribers in sorted(system.state.subscribers.items()):
         alive = [node for node in subscribers if system.is_alive(node)]
-        is_usual = topic == "/rosout" or (topic == "/clock" and not system.is_time_simulated)
-        if not alive or system.state.publishers.get(topic) or is_usual:
+        if not alive or system.state.publishers.get(topic) or _needs_no_publisher(system, topic, alive):
             continue
-        if topic == "/clock":
-            continue  # `clocks` explains it better
         published = [name for name in system.state.publishers if name != topic]
         like = difflib.get_close_matches(topic, published, n=2, cutoff=_CLOSE_NAMES)
         like += [name for name in published if _base(name) == _base(topic) and name not in like][:2]
@@ -278,6 +275,20 @@ def topics_without_publishers(system: SystemReport) -> Findings:
             topic,
             *alive,
         )
+
+
+def _needs_no_publisher(system: SystemReport, topic: str, subscribers: Sequence[str]) -> bool:
+    """True for topics on which healthy systems wait for publishers."""
+    publishers = system.state.publishers
+    if topic in ("/rosout", "/clock"):  # `clocks` says when somebody has to publish the latter
+        return True
+    if topic in ("/tf", "/tf_static"):  # listeners subscribe to both, and many systems need only one
+        return bool(publishers.get("/tf") or publishers.get("/tf_static"))
+    action, _, part = topic.rpartition("/")
+    # An action server that has no client at the moment.
+    return part in ("goal", "cancel") and any(
+        node in publishers.get(f"{action}/status", ()) for node in subscribers
+    )
 
 
 def services(system: SystemReport) -> Findings:

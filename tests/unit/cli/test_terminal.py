@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.cli.terminal import CYAN, LiveBlock, aligned, has_colours, is_terminal, table
+from pipros.cli.terminal import (
+    CYAN,
+    LiveBlock,
+    aligned,
+    has_colours,
+    is_terminal,
+    paragraph,
+    passing_note,
+    table,
+)
 from pipros.graph.measurements import bandwidth_table
 from pipros.graph.samples import Figures
 
@@ -51,6 +60,30 @@ def test_a_dumb_terminal_is_a_pipe(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_no_rows_are_no_lines() -> None:
     assert aligned([]) == []
+
+
+def test_a_paragraph_is_broken_on_a_terminal_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "rosnode cleanup, then start /a_node_with_a_long_name_that_no_line_holds again"
+    assert paragraph(text, indent=2) == text
+    pretend_terminal(monkeypatch)
+    assert paragraph(text, indent=2, taken=10).split("\n") == [
+        "rosnode cleanup, then start",
+        "  /a_node_with_a_long_name_that_no_line_holds",
+        "  again",
+    ]
+
+
+def test_a_passing_note_is_gone_in_the_end(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with passing_note("asking"):
+        pass
+    assert capsys.readouterr() == ("", "")
+    pretend_terminal(monkeypatch)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    with passing_note("asking"):
+        assert capsys.readouterr() == ("", "asking")
+    assert capsys.readouterr() == ("", "\r\x1b[K")
 
 
 def test_a_block_replaces_the_one_before(

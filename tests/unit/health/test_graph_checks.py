@@ -84,6 +84,33 @@ def test_the_fault_is_found_and_no_other(rule: str) -> None:
     assert findings[0].cure
 
 
+def test_an_action_server_without_a_client_is_healthy() -> None:
+    state = HEALTHY.state._replace(
+        publishers={TOPIC: [TALKER], "/move/status": [LISTENER]},
+        subscribers={TOPIC: [LISTENER], "/move/goal": [LISTENER], "/move/cancel": [LISTENER]},
+    )
+    assert check_graph(replace(HEALTHY, state=state)) == []
+    state = state._replace(publishers={TOPIC: [TALKER]})
+    assert [finding.subjects for finding in check_graph(replace(HEALTHY, state=state))] == [
+        ("/move/cancel", LISTENER),
+        ("/move/goal", LISTENER),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("published", "missing"), [(["/tf"], []), (["/tf_static"], []), ([], ["/tf", "/tf_static"])]
+)
+def test_a_listener_needs_one_of_the_topics_of_tf(published: list[str], missing: list[str]) -> None:
+    state = HEALTHY.state._replace(
+        publishers={TOPIC: [TALKER], **{topic: ["/gone"] for topic in published}},
+        subscribers={TOPIC: [LISTENER], "/tf": [LISTENER], "/tf_static": [LISTENER]},
+    )
+    found = [
+        finding for finding in check_graph(replace(HEALTHY, state=state)) if finding.rule == "no-publishers"
+    ]
+    assert [finding.subjects[0] for finding in found] == missing
+
+
 def test_two_clocks_are_found() -> None:
     state = HEALTHY.state._replace(publishers={TOPIC: [TALKER], "/clock": [TALKER, LISTENER]})
     rules = [finding.rule for finding in check_graph(replace(HEALTHY, state=state, is_time_simulated=True))]
