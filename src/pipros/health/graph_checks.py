@@ -17,6 +17,7 @@ CLOCK_TOLERANCE_S = 2.0
 STAMP_TOLERANCE_S = 10.0
 """Sensors and planners stamp data with the time that it is valid for, so some seconds of difference are
 normal."""
+_DAY_S = 86_400.0
 
 _CLOSE_NAMES = 0.75  # how similar two names must be for one to count as a misspelling of the other
 
@@ -350,10 +351,14 @@ def clocks(system: SystemReport) -> Findings:
         for (topic, node), report in sorted(system.publishers.items()):
             ahead = report.stamp_offset_s
             if ahead is not None and abs(ahead) > STAMP_TOLERANCE_S:
+                is_of_another_clock = abs(ahead) > _DAY_S
                 yield warning(
                     "stamps-differ",
                     f"[{listed(node)}] stamps [{listed(topic)}] {_ahead(ahead)} the clock of this machine",
-                    "Set the clocks of both machines by NTP; if data is played back, use simulated time "
+                    "Stamp with rospy.Time.now(), not with a clock of a device or a simulation; if data is "
+                    "played back, use simulated time (/use_sim_time and `rosbag play --clock`)."
+                    if is_of_another_clock
+                    else "Set the clocks of both machines by NTP; if data is played back, use simulated time "
                     "(/use_sim_time and `rosbag play --clock`).",
                     topic,
                     node,
@@ -361,7 +366,9 @@ def clocks(system: SystemReport) -> Findings:
 
 
 def _ahead(offset_s: float) -> str:
-    return f"{abs(offset_s):.0f} s {'ahead of' if offset_s > 0 else 'behind'}"
+    size = abs(offset_s)
+    amount = f"{size:.0f} s" if size < 2 * _DAY_S else f"{size / _DAY_S:.0f} days"
+    return f"{amount} {'ahead of' if offset_s > 0 else 'behind'}"
 
 
 def _base(topic: str) -> str:

@@ -143,6 +143,15 @@ def test_services_of_a_node_that_is_gone_are_not_reported_again() -> None:
     assert [finding.rule for finding in check_graph(system)] == ["ghost-node"]
 
 
+def test_stamps_of_another_clock_are_told_from_clocks_that_differ() -> None:
+    (of_another,) = check_graph(with_publisher(stamp_offset_s=-1.7e9))
+    assert "19676 days behind" in of_another.summary
+    assert of_another.cure.startswith("Stamp with rospy.Time.now()")
+    (differing,) = check_graph(FAULTS["stamps-differ"])
+    assert "100 s ahead of" in differing.summary
+    assert differing.cure.startswith("Set the clocks of both machines")
+
+
 def test_a_misspelt_topic_is_pointed_out() -> None:
     (finding,) = check_graph(FAULTS["no-publishers"])
     assert "look like it: /chatter." in finding.cure
