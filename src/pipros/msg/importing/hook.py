@@ -97,6 +97,8 @@ class PackageFinder:
             from pipros.reconfigure.modules import cfg_spec
 
             return cfg_spec(self._find_package, name)
+        if "." in name:
+            return self._spec_in_hidden_package(name)
         if not _may_be_package(name) or _is_python_starting():
             return None
         if name == "ament_index_python" and "xacro" in sys.modules:
@@ -121,6 +123,27 @@ class PackageFinder:
         spec = ModuleSpec(name, None, is_package=True)
         spec.submodule_search_locations = [os.path.join(folder, "src", name)]
         return spec
+
+    def _spec_in_hidden_package(self, name: str) -> ModuleSpec | None:
+        """The spec of a module whose package Python took for a namespace package.
+
+        In `catkin_ws/src` the folder `my_pkg` of the ROS package is below the working directory, and hides
+        `my_pkg/src/my_pkg`. The module that stands for it becomes the package then: in Noetic a package
+        further down `sys.path` wins over such a folder, too.
+        """
+        package = name.partition(".")[0]
+        module = sys.modules.get(package)
+        if getattr(module, "__file__", None) is not None or not hasattr(module, "__path__"):
+            return None
+        spec = self.find_spec(package)
+        if module is None or spec is None or spec.loader is None or spec.submodule_search_locations is None:
+            return None
+        module.__path__ = spec.submodule_search_locations
+        module.__spec__, module.__file__, module.__loader__ = spec, spec.origin, spec.loader
+        spec.loader.exec_module(module)
+        from importlib.machinery import PathFinder
+
+        return PathFinder.find_spec(name, module.__path__)
 
 
 def _spec_of(name: str, path: str) -> ModuleSpec:

@@ -128,6 +128,18 @@ def test_a_working_folder_full_of_packages_does_not_get_in_the_way(workspace: Wo
     assert workspace.shows("from robot.msg import A; print(A(3))") == "x: 3"
 
 
+def test_modules_are_found_where_the_working_folder_hides_their_package(workspace: Workspace) -> None:
+    files = {
+        "src/robot/__init__.py": "ready = True",
+        "src/robot/tools.py": "import robot\nmade = robot.ready",
+    }
+    workspace.package("robot", **files)
+    workspace.working_folder = workspace.source
+
+    assert workspace.shows("from robot.tools import made; from robot import tools; print(made)") == "True"
+    assert workspace.fails("import robot.nope") == "ModuleNotFoundError: No module named 'robot.nope'"
+
+
 def test_a_python_package_that_genpy_generated_wins(workspace: Workspace) -> None:
     workspace.package("robot", **{"msg/A.msg": "int32 x"})
     generated = workspace.working_folder / "devel" / "robot" / "msg"
