@@ -126,6 +126,8 @@ def _print_search(found: Executables, name: str) -> None:
 def _complain_about_package(index: PackageIndex, name: str) -> None:
     print(f"[rospack] Error: package '{name}' not found", file=sys.stderr)
     _suggest(name, [package.name for package in index])
+    if index.advice:
+        print(f"[rosrun] {index.advice}", file=sys.stderr)
 
 
 def _say_what_is_compiled(package: str, program: str, arguments: list[str]) -> None:

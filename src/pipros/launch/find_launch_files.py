@@ -45,17 +45,17 @@ def resolve_files(words: Sequence[str], index: PackageIndex) -> list[str]:
 
 def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
     """The only file of that name below a package; `launch/x.launch` is a path relative to its folder."""
-    nothing = LaunchError(
+    nothing = (
         f"[{name}] is neither a launch file in package [{package_name}] nor is [{package_name}] "
         "a launch file name"
     )
     try:
         package = index.find(package_name)
     except NotFound:
-        raise nothing from None
+        raise LaunchError("\n".join(filter(None, [nothing, index.advice]))) from None
     matches = _matches(package, name)
     if not matches:
-        raise nothing
+        raise LaunchError(nothing)
     if len(matches) > 1:
         listing = "\n".join(f"- {match}" for match in matches)
         raise LaunchError(

@@ -49,6 +49,16 @@ class PackageIndex:
         cache = None if cache_folder is None else os.fspath(cache_folder)
         self._found = PackageFolders([os.fspath(folder) for folder in folders], cache, kinds)
 
+    @property
+    def advice(self) -> str:
+        """What to do about a package that was not found; empty where folders of one's own are searched."""
+        if any(folder != SHARED_PACKAGES for folder in self.folders):
+            return ""
+        return (
+            "ROS_PACKAGE_PATH is not set: source the setup file of your workspace, "
+            "or export ROS_PACKAGE_PATH=FOLDER with the folder of its packages"
+        )
+
     @classmethod
     def from_environment(
         cls, environment: Environment | None = None, kinds: Sequence[str] = PACKAGES

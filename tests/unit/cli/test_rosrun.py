@@ -70,6 +70,15 @@ def test_an_unknown_package_ends_with_2(capsys: pytest.CaptureFixture[str]) -> N
     ]
 
 
+def test_without_a_package_path_an_unknown_package_says_what_to_set(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
+
+    assert rosrun.main(["talker", "x"]) == 2
+    assert "[rosrun] ROS_PACKAGE_PATH is not set: source the setup file" in capsys.readouterr().err
+
+
 def test_an_unknown_program_ends_with_3(scripts: Path, capsys: pytest.CaptureFixture[str]) -> None:
     script(scripts / "talker.py")
     assert rosrun.main(["talkers", "talker"]) == 3

@@ -6,7 +6,7 @@ import pytest
 
 from pipros.launch.find_launch_files import NoSuchFiles, resolve_files
 from pipros.launch.model import LaunchError
-from pipros.workspace.index import PackageIndex
+from pipros.workspace.index import SHARED_PACKAGES, PackageIndex
 
 
 @pytest.fixture
@@ -48,6 +48,11 @@ def test_launch_files_that_are_not_found_are_refused_in_noetics_words(
 ) -> None:
     with pytest.raises(LaunchError, match=complaint):
         resolve_files(words, index)
+
+
+def test_without_folders_to_search_the_error_says_what_to_set() -> None:
+    with pytest.raises(LaunchError, match=r"launch file name\nROS_PACKAGE_PATH is not set: source the setup"):
+        resolve_files(["nope", "a.launch"], PackageIndex([SHARED_PACKAGES]))
 
 
 def test_all_missing_files_are_named(index: PackageIndex) -> None:
