@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Takes the pictures of the page in docs/: `script/pictures --page` calls it.
+"""Takes the pictures of the page in docs/: `script/pictures --page [NAME…]` calls it, for all or some.
 
-A small robot runs meanwhile: tests/browser/programs with relays as its other nodes. It needs Chromium,
-Playwright and Pillow.
+A small robot runs meanwhile: tests/browser/programs with relays as its other nodes; for the picture `battery`
+the package vehicle_battery. It needs Chromium, Playwright and Pillow.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -46,6 +46,7 @@ PICTURES = (
     ("tf", "tf", "light", "td >> text=wheel_left", ""),
     ("diagnostics", "diagnostics/%2FMotors%2Fright", "light", ".history .diagnostic-2", ""),
 )
+BATTERY_PICTURE = ("battery", "graph/t%2Fbattery_state", "light", "[role=meter]", "")
 FILLING_S = 40
 """How long curves, logs and histories run before their pictures are taken."""
 COLOURS = 160
@@ -77,6 +78,24 @@ def robot() -> Iterator[RosSystem]:
             port.release()
 
 
+@contextmanager
+def battery() -> Iterator[RosSystem]:
+    """The battery monitor of examples/, as README starts it."""
+    with tempfile.TemporaryDirectory() as folder:
+        home, port = Path(folder), ClaimedPort()
+        ros = RosSystem(port.number, home, make_tool_folder(home / "bin"))
+        arguments = ("source:=simulated", "speed:=60", "percentage:=0.5")
+        try:
+            ros.pipros.start(
+                "roslaunch", "-p", str(port.number), "vehicle_battery", "battery.launch", *arguments
+            )
+            ros.wait_for_publisher("/battery_state")
+            yield ros
+        finally:
+            ros.close()
+            port.release()
+
+
 def open_tab(browser: Browser, page: Page, place: str, scheme: str) -> Tab:
     context = browser.new_context(viewport=SIZE, color_scheme=scheme)  # type: ignore[arg-type]
     tab = context.new_page()
@@ -92,24 +111,33 @@ def small(file: Path) -> None:
         raise SystemExit(f"{file} has {file.stat().st_size} bytes; {LARGEST_BYTES} are the limit")
 
 
+def take(ros: RosSystem, pictures: Sequence[tuple[str, str, str, str, str]], browser: Browser) -> None:
+    """Takes pictures of a running system: all tabs fill at the same time."""
+    page = Page(ros, "--control")
+    tabs = {name: open_tab(browser, page, place, scheme) for name, place, scheme, *_ in pictures}
+    next(iter(tabs.values())).wait_for_timeout(FILLING_S * 1000)
+    for name, _, _, sight, click in pictures:
+        tab = tabs[name]
+        tab.bring_to_front()
+        if click:
+            tab.locator(click).first.click()
+        tab.locator(sight).first.wait_for()
+        tab.wait_for_timeout(500)
+        file = REPOSITORY / "docs" / f"page-{name}.png"
+        tab.screenshot(path=file)
+        small(file)
+        print(f"docs/{file.name} is up to date: {file.stat().st_size // 1000} kB")
+
+
 def main() -> None:
-    chromium = find_chromium()
-    with robot() as ros, sync_playwright() as playwright:
-        page = Page(ros, "--control")
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        tabs = {name: open_tab(browser, page, place, scheme) for name, place, scheme, *_ in PICTURES}
-        next(iter(tabs.values())).wait_for_timeout(FILLING_S * 1000)
-        for name, _, _, sight, click in PICTURES:
-            tab = tabs[name]
-            tab.bring_to_front()
-            if click:
-                tab.locator(click).first.click()
-            tab.locator(sight).first.wait_for()
-            tab.wait_for_timeout(500)
-            file = REPOSITORY / "docs" / f"page-{name}.png"
-            tab.screenshot(path=file)
-            small(file)
-            print(f"docs/{file.name} is up to date: {file.stat().st_size // 1000} kB")
+    names = sys.argv[1:] or [picture[0] for picture in (*PICTURES, BATTERY_PICTURE)]
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
+        for system, its_pictures in ((robot, PICTURES), (battery, (BATTERY_PICTURE,))):
+            wanted = [picture for picture in its_pictures if picture[0] in names]
+            if wanted:
+                with system() as ros:
+                    take(ros, wanted, browser)
         browser.close()
 
 

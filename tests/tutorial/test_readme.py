@@ -67,7 +67,7 @@ def test_the_battery_monitor_warns_is_drawn_and_acknowledged(ros: RosSystem) -> 
         terminal.wait_for(expected)
 
     run("roslaunch vehicle_battery", r"battery low: \d+ %")
-    run("rqt_plot /battery_state/percentage", r"http://localhost:\d+/")
+    run("rqt_graph", r"http://localhost:\d+/")
     run("rosservice call", "success: True")
     terminal = ros.pipros.open_terminal()
     assert terminal.run(typed["rosrun dynamic_reconfigure"])[0] == 0

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.environments import EXAMPLES, VENV_BIN
+from tests.support.environments import EXAMPLES, REPOSITORY, VENV_BIN
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -17,8 +17,8 @@ PACKAGE = EXAMPLES / "vehicle_battery"
 
 
 def test_its_own_tests_pass_in_pytest(ros: RosSystem, tmp_path: Path) -> None:
-    tests = tmp_path / "vehicle_battery_tests"  # where the settings of pipros' own tests do not count
-    shutil.copytree(PACKAGE / "test", tests)
+    shutil.copy(REPOSITORY / "pyproject.toml", tmp_path)  # whose settings for pytest do not count
+    tests = shutil.copytree(PACKAGE, tmp_path / "vehicle_battery") / "test"
 
     ended = ros.pipros.run(VENV_BIN / "python", "-m", "pytest", "-q", tests, timeout_s=140)
 

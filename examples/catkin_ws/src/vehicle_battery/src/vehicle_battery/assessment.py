@@ -74,7 +74,7 @@ class Assessor:
         return self._last
 
     def acknowledge(self):
-        """Somebody has seen the level. Returns the assessment with that; None when all is well."""
+        """Notes that the level was seen. Returns the assessment with that; None when all is well."""
         if self._last.level == OK:
             return None
         self._last = replace(self._last, acknowledged=True)
