@@ -14,6 +14,7 @@ from pathlib import Path
 import pipros
 from pipros.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
 from pipros.errors import PiprosError
+from pipros.health.installed_files import changed_packages
 from pipros.health.machine import Machine, PathKind
 from pipros.net.address import LOOPBACK, address_towards
 from pipros.net.master_client import MasterClient
@@ -60,6 +61,7 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
         own_programs=own_programs,
         python_packages=_python_packages(values, own_packages),
         own_packages=own_packages,
+        changed_packages=changed_packages(),
         master_error=master_error,
         has_local_master=bool(master_error)
         and not is_default
@@ -129,7 +131,7 @@ def _is_own(program: str) -> bool:
 
 
 def _python_packages(variables: Mapping[str, str], own: Path) -> dict[str, Path]:
-    """Where Python imports the packages of ROS from: the folders of PYTHONPATH come before pipros."""
+    """Where Python imports the packages of ROS from: the folders of PYTHONPATH come first."""
     places: dict[str, Path] = {}
     for name in PACKAGES:
         for entry in filter(None, variables.get("PYTHONPATH", "").split(os.pathsep)):
@@ -137,8 +139,9 @@ def _python_packages(variables: Mapping[str, str], own: Path) -> dict[str, Path]
                 places[name] = Path(entry)
                 break
         else:
-            if importlib.util.find_spec(name) is not None:
-                places[name] = own
+            spec = importlib.util.find_spec(name)
+            if spec is not None and spec.origin is not None:
+                places[name] = Path(spec.origin).parent.parent
     return places
 
 

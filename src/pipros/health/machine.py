@@ -34,6 +34,8 @@ class Machine:
         own_programs: the folder of pipros' programs.
         python_packages: import package to the folder from which Python imports it.
         own_packages: the folder of pipros' import packages.
+        changed_packages: import package of pipros that was changed after it was installed, to the
+            distribution that replaced files of it; empty when that is unknown.
         master_error: why the master cannot be reached; empty when it answers, None when it was not called.
         has_local_master: whether a master answers at the default address of this machine.
         workspace: the devel space of the workspace around the current folder, if there is one.
@@ -50,6 +52,7 @@ class Machine:
     own_programs: Path = Path("/nowhere/bin")
     python_packages: Mapping[str, Path] = field(default_factory=dict)
     own_packages: Path = Path("/nowhere/src")
+    changed_packages: Mapping[str, str] = field(default_factory=dict)
     master_error: str | None = None
     has_local_master: bool = False
     workspace: Path | None = None

@@ -55,6 +55,22 @@ def mixed_python(machine: Machine) -> Findings:
         )
 
 
+def changed_packages(machine: Machine) -> Findings:
+    """Another distribution replaced modules of pipros, or they were edited or deleted."""
+    changed = machine.changed_packages
+    if not changed:
+        return
+    owners = sorted({owner for owner in changed.values() if owner})
+    by = f"{' and '.join(owners)} replaced" if owners else "something changed or deleted"
+    shown = ", ".join(list(changed)[:5]) + (f" and {len(changed) - 5} more" if len(changed) > 5 else "")
+    yield error(
+        "changed-packages",
+        f"After pipros was installed, {by} files of its packages: {shown}",
+        "Install pipros again, last: python -m pip install --force-reinstall --no-deps pipros",
+        *changed,
+    )
+
+
 def other_ros_set_up(machine: Machine) -> Findings:
     """Variables of ROS 2, or of genuine ROS 1, are set in the same shell."""
     if machine.variables.get("ROS_VERSION") == "2" or machine.variables.get("AMENT_PREFIX_PATH"):
@@ -265,6 +281,7 @@ def folders_to_write(machine: Machine) -> Findings:
 CHECKS: tuple[Callable[[Machine], Findings], ...] = (
     mixed_programs,
     mixed_python,
+    changed_packages,
     other_ros_set_up,
     missing_paths,
     workspace_not_set_up,

@@ -36,6 +36,7 @@ def machine(variables: dict[str, str] | None = None, **changes: Any) -> Machine:
 FAULTS: dict[str, Machine] = {
     "mixed-programs": machine(foreign_programs={"rostopic": Path("/opt/ros/noetic/bin/rostopic")}),
     "mixed-python": machine(python_packages={"rospy": Path("/opt/ros/noetic/lib/python3/dist-packages")}),
+    "changed-packages": machine(changed_packages={"rospy": "py3rosmsgs", "genpy": ""}),
     "ros-2-environment": machine({"ROS_VERSION": "2", "AMENT_PREFIX_PATH": "/opt/ros/humble"}),
     "mixed-paths": machine({"CMAKE_PREFIX_PATH": "/ws/devel:/opt/ros/noetic"}),
     "missing-path": machine({"ROS_PACKAGE_PATH": "/gone/src"}, paths={"/gone/src": PathKind.MISSING}),
