@@ -20,12 +20,12 @@ def log_folders(environment: Environment | None = None) -> list[tuple[Path, str]
 
 
 def size_of(folder: Path) -> int:
-    """The bytes in all files and folders below, links not followed, as `du -b` counts."""
+    """The bytes in all files and folders below, as counted by `du -b`. Links are not followed."""
     return sum(entry.st_size for entry in _entries(folder))
 
 
 def disk_usage(folder: Path) -> int:
-    """The bytes that they take on the disk, as `du` counts."""
+    """The space that they take on the disk, as counted by `du`."""
     return sum(getattr(entry, "st_blocks", 0) * _BLOCK_BYTES for entry in _entries(folder)) or size_of(folder)
 
 
@@ -54,6 +54,6 @@ def readable(size: int) -> str:
 
 
 def oldest_first(folder: Path) -> list[Path]:
-    """What is in a folder, links aside, sorted by the time of its last change."""
+    """The entries of a folder, except links, sorted by the time of their last change."""
     entries = [(entry.lstat().st_mtime, entry) for entry in folder.iterdir() if not entry.is_symlink()]
     return [entry for _, entry in sorted(entries)]

@@ -1,7 +1,7 @@
-"""Follows a running system without disturbing it: asks the master and the nodes at a bounded rate.
+"""Observes a running system at a bounded rate, so that it is not disturbed.
 
-The master knows the registrations. Each node knows its connections (`getBusInfo`) and what went over them
-(`getBusStats`); rates come from the differences of two answers.
+The master knows the registrations. Each node knows its connections (`getBusInfo`) and their traffic
+(`getBusStats`); rates are computed from the difference of two answers.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Ask = Callable[[str], tuple[Any, Any]]
 
 
 class ObservedMaster(Protocol):
-    """What is asked of the master; `pipros.net.master_client.MasterClient` can answer."""
+    """The calls of the master; `pipros.net.master_client.MasterClient` has them."""
 
     caller_id: str
 
@@ -32,19 +32,19 @@ class ObservedMaster(Protocol):
 
 
 CALLS_A_LOOK = 60
-"""How many nodes are asked in one look; the others wait for the next."""
+"""How many nodes are called in one look; the others wait for the next."""
 ASKED_AT_ONCE = 6
 ANSWER_DEADLINE_S = 1.5
 NODE_INTERVAL_S = 1.0
 """How long the answer of a node is used."""
 RATE_ANSWERS = 6
-"""How many answers of a node a rate is taken over."""
+"""The number of answers of a node over which a rate is computed."""
 SLOWEST_RETRY_S = 8.0
-"""How rarely a node is asked that did not answer."""
+"""The pause before a node that did not answer is called again."""
 
 
 class Traffic(NamedTuple):
-    """What goes over a connection: messages and bytes a second."""
+    """The traffic of a connection: messages and bytes per second."""
 
     rate: float
     bandwidth: float
@@ -55,8 +55,8 @@ class NodeState:
     """What is known of a node.
 
     Attributes:
-        uri: its slave API; empty while the master has not told it.
-        error: why it did not answer the last time; empty when it did.
+        uri: of its slave API; empty while it is unknown.
+        error: why it did not answer the last time; empty if it did.
     """
 
     uri: str = ""
@@ -72,7 +72,7 @@ class Observation:
         types: the type of each topic.
         nodes: each registered node.
         connections: with their traffic, None until it was measured.
-        error: why the master did not answer; everything else is then as it was before.
+        error: why the master did not answer; everything else is then unchanged.
     """
 
     state: SystemState = field(default_factory=lambda: SystemState({}, {}, {}))
@@ -89,7 +89,7 @@ class Observation:
 
 @dataclass(slots=True)
 class _Node:
-    """What the observer keeps of a node."""
+    """What the observer keeps about a node."""
 
     uri: str = ""
     error: str = ""
@@ -101,7 +101,7 @@ class _Node:
     )
 
     def traffic(self, link: str) -> Traffic | None:
-        """What goes over a connection on average since the oldest answer that knows it."""
+        """The average traffic of a connection since the oldest answer that contains it."""
         known = [(moment_s, counts[link]) for moment_s, counts in self.counts if link in counts]
         if len(known) < 2:
             return None
@@ -117,15 +117,15 @@ class _Node:
 
 
 class SystemObserver:
-    """Looks at a running system again and again. Call `look` from one thread."""
+    """Observes a running system. Call `look` repeatedly, from one thread."""
 
     def __init__(
         self, master: ObservedMaster, *, ask: Ask | None = None, now_s: Callable[[], float] = time.monotonic
     ) -> None:
-        """Nothing is asked yet.
+        """Calls nothing yet.
 
         Args:
-            ask: gives the answers of the node at a URI to `getBusInfo` and `getBusStats`.
+            ask: returns the answers of the node at a URI to `getBusInfo` and `getBusStats`.
             now_s: the clock of rates and retries.
         """
         self._master = master
@@ -136,11 +136,11 @@ class SystemObserver:
         self._pool = concurrent.futures.ThreadPoolExecutor(ASKED_AT_ONCE, "observer")
 
     def close(self) -> None:
-        """Ends the threads; an answer that is under way is not waited for."""
+        """Ends the threads, without waiting for pending answers."""
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     def look(self) -> Observation:
-        """Asks the master, and the nodes whose answers are old. An unreachable master is told, not raised."""
+        """Calls the master, and the nodes whose answers are old. Does not raise for an unreachable master."""
         try:
             state = SystemState.from_state(self._master.get_system_state())
             types = {topic: kind for topic, kind in self._master.get_topic_types()}  # noqa: C416

@@ -1,4 +1,4 @@
-"""Messages as YAML that people complete: what shells offer after `rostopic pub /topic type`."""
+"""Messages as YAML to be filled in: the completion of `rostopic pub /topic type` in shells."""
 
 from __future__ import annotations
 

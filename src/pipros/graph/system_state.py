@@ -39,7 +39,7 @@ class SystemState(NamedTuple):
 
 
 class TopicConnection(NamedTuple):
-    """A link that a node told of: messages of `topic` go from `publisher` to `subscriber`."""
+    """A link that a node reported: messages of `topic` go from `publisher` to `subscriber`."""
 
     publisher: str
     topic: str

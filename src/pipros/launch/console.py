@@ -35,7 +35,7 @@ class Console:
         self._lock = threading.Lock()
 
     def open_log(self, file: Path) -> None:
-        """Writes everything that follows to this file, too.
+        """Also writes all further output to this file.
 
         Raises:
             OSError: the file cannot be created, or another user could have put it there.

@@ -113,7 +113,7 @@ class PrefixedOutput:
         os.close(self._read_end)
 
     def _show(self, text: bytes) -> bytes:
-        """Writes a piece of output; returns what is pending then: nothing."""
+        """Writes a piece of output; returns the new pending text, which is empty."""
         if text:
             with contextlib.suppress(OSError):
                 os.write(self._target, self._prefix.format(text))

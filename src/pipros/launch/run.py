@@ -65,7 +65,9 @@ class _StopRequest:
 
 
 class LaunchRun:
-    """The execution of one launch. One thread watches it; `start`, `end_one` and `request_stop` are for any.
+    """The execution of one launch, watched by one thread.
+
+    `start`, `end_one` and `request_stop` may be called from any thread.
 
     >>> run = LaunchRun(launch, maker, master_uri=uri, logs=logs, console=console)    # doctest: +SKIP
     >>> run.set_parameters()                                                    # doctest: +SKIP
@@ -159,7 +161,7 @@ class LaunchRun:
     def start_managed(
         self, node: Node, extra_arguments: Sequence[str] = (), output: Output | None = None
     ) -> ManagedNode:
-        """As `start`, for those who follow a node over its restarts. They must not change what they get."""
+        """As `start`, for callers that follow a node over its restarts. They must not change the result."""
         with self._lock:
             self._guardian.start()
             number = next(self._numbers)

@@ -16,7 +16,7 @@ _LEFT_BEHIND_TIMEOUT_S = 1.0
 _CHECK_EVERY_S = 0.01
 
 AwaitEnds = Callable[[Sequence[NodeProcess], float], list[NodeProcess]]
-"""Waits for the ends of processes, at most so many seconds; returns those that are left."""
+"""Waits for the ends of processes for at most a number of seconds; returns those that are left."""
 
 
 def end(

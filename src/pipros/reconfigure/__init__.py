@@ -1,1 +1,1 @@
-"""The `.cfg` files of dynamic_reconfigure: what they declare, and the Python modules made from that."""
+"""The `.cfg` files of dynamic_reconfigure: their declarations, and the Python modules made from these."""

@@ -1,8 +1,8 @@
-"""What `.cfg` files declared, kept for the next process.
+"""The declarations of `.cfg` files, kept for the next process.
 
-An entry is named after the file's place and content, the interpreter that ran it and the code that reads it.
-It also counts only as long as the modules that the file imported, other than Python's and pipros' own, are
-unchanged. What else a file reads, the environment or other files, is not looked at.
+An entry is named after the path and content of the file, the interpreter that ran it and the code that reads
+it. It is valid as long as the modules that the file imported, other than those of Python and pipros, are
+unchanged. Other inputs of the file, such as the environment or other files, are not checked.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from pipros.cache_files import CacheFolder
 from pipros.packages import cache_folder
 
 SOURCES = "sources"
-"""The key of what a file declared under which its imported modules stand."""
+"""The key of the imported modules, beside those of the declarations."""
 
 _CODE = ("cache.py", "cfg_file.py", "generator.py")
 
 
 def sources(modules: Iterable[ModuleType]) -> list[list[Any]]:
-    """Place, size and time of the files of modules, without those of Python and of pipros."""
+    """Path, size and time of the files of modules, except those of Python and pipros."""
     own = str(Path(__file__).resolve().parents[2])
     fixed = tuple(
         os.path.join(os.path.realpath(folder), "")
@@ -45,7 +45,7 @@ def sources(modules: Iterable[ModuleType]) -> list[list[Any]]:
 
 
 def recall(path: Path) -> dict[str, Any] | None:
-    """What the file declared when it ran last; None when it has to run."""
+    """The declarations of the file when it last ran; None when it has to run."""
     content = _folder().read(_entry(path))
     if content is None:
         return None
@@ -59,7 +59,7 @@ def recall(path: Path) -> dict[str, Any] | None:
 
 
 def keep(path: Path, declared: dict[str, Any]) -> None:
-    """Keeps what the file declared, if possible."""
+    """Keeps the declarations of a file, if possible."""
     _folder().write(_entry(path), json.dumps(declared).encode())
 
 

@@ -1,4 +1,4 @@
-"""Runs a `.cfg` file, which is a Python program, in a process of its own, and reads what it declares."""
+"""Runs a `.cfg` file, which is a Python program, in a separate process, and reads its declarations."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class BadConfigFile(PiprosError):
 
 
 def find(package_folder: Path, name: str) -> Path | None:
-    """The `.cfg` file of the configuration `name`, None where the package has none.
+    """The `.cfg` file of the configuration `name`; None if the package has none.
 
-    It has that name itself, as a rule; otherwise it is the first one that mentions the name in quotes.
+    It usually has that name; otherwise it is the first file that contains the name in quotes.
     """
     files = sorted((package_folder / "cfg").rglob("*.cfg"))
     for file in files:
@@ -46,12 +46,12 @@ def find(package_folder: Path, name: str) -> Path | None:
 
 
 def names(package_folder: Path) -> list[str]:
-    """The configurations whose files have their name."""
+    """The configurations that are named after their files."""
     return sorted(file.stem for file in (package_folder / "cfg").rglob("*.cfg"))
 
 
 def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
-    """What the file declares: `name`, `description` and `constants`.
+    """The declarations of the file: `name`, `description` and `constants`.
 
     A file that has run before, and has not changed, is not run again.
 
@@ -65,7 +65,7 @@ def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
         raise BadConfigFile(f"{path} cannot be read: {error}") from None
     with tempfile.TemporaryDirectory(prefix="pipros_cfg_") as folder:
         output = Path(folder) / "declared.json"
-        # The four arguments that genuine's generator asks for: old files look at their number.
+        # The four arguments that genuine's generator requires: old files check their number.
         arguments = [sys.executable, str(path), folder, folder, folder, folder]
         code, said = _run(arguments, {**os.environ, OUTPUT_VARIABLE: str(output)}, time_limit_s)
         if code is None:
@@ -80,9 +80,9 @@ def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
 
 
 def _run(arguments: list[str], environment: dict[str, str], limit_s: float) -> tuple[int | None, str]:
-    """Runs the user's own program. Returns its exit code and the end of what it printed as errors.
+    """Runs the user's program. Returns its exit code (None if it did not end) and its last errors.
 
-    The exit code is None for one that did not end. Whatever it has started ends with it.
+    Processes that it has started are ended with it.
     """
     process = subprocess.Popen(  # noqa: S603
         arguments,
@@ -123,7 +123,7 @@ def _end_all(process: subprocess.Popen[bytes]) -> None:
 
 
 def parameters(group: dict[str, Any]) -> list[dict[str, Any]]:
-    """All parameters of a group and of those in it, whose groups are a list or a dictionary."""
+    """All parameters of a group and of the groups in it, which may be a list or a dictionary."""
     found = list(group["parameters"])
     inner = group["groups"]
     for each in inner.values() if isinstance(inner, dict) else inner:
@@ -132,7 +132,7 @@ def parameters(group: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def module_contents(declared: dict[str, Any]) -> dict[str, Any]:
-    """What the module of a configuration has, such as `my_pkg.cfg.FooConfig`."""
+    """The contents of the module of a configuration, such as `my_pkg.cfg.FooConfig`."""
     description = declared["description"]
     every = parameters(description)
     contents: dict[str, Any] = {"config_description": description, "inf": float("inf"), "all_level": 0}

@@ -1,6 +1,6 @@
-"""Configurations and their descriptions, as the messages of a server tell them. Values in, values out.
+"""Configurations and their descriptions, decoded from the messages of a server. Values in, values out.
 
-A message here is anything with the fields of `dynamic_reconfigure/Config` or `ConfigDescription`.
+A message here is any object with the fields of `dynamic_reconfigure/Config` or `ConfigDescription`.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Config(dict[str, Any]):
 
 
 def group_dict(group: Any) -> Config:
-    """A group or the state of one, without what is in it."""
+    """A group, or the state of one, without its contents."""
     return Config(
         id=group.id,
         parent=group.parent,
@@ -54,7 +54,9 @@ def group_dict(group: Any) -> Config:
 
 
 def get_tree(message: Any, group: Any = None) -> Config:
-    """The groups of a message as a tree: the root, or what is in `group`; of groups with one id the first."""
+    """The groups of a message as a tree: the root, or the groups in `group`.
+
+    Of groups with the same id the first counts."""
     placed = {0} if group is None else {0, group.id}
     if group is not None:
         return _below(message, group, placed)
@@ -70,7 +72,7 @@ def _below(message: Any, group: Any, placed: set[int]) -> Config:
     children = Config()
     for each in message.groups:
         if each.parent == group.id and each.id not in placed:
-            placed.add(each.id)  # a peer may have written a circle
+            placed.add(each.id)  # a peer may have sent groups that contain each other
             child = group_dict(each)
             child["groups"] = _below(message, each, placed)
             children[child["name"]] = child
@@ -78,13 +80,13 @@ def _below(message: Any, group: Any, placed: set[int]) -> Config:
 
 
 def values(message: Any) -> Config:
-    """The parameters of a configuration by their names."""
+    """The parameters of a configuration by name."""
     lists = (message.bools, message.ints, message.strs, message.doubles)
     return Config({each.name: each.value for each in (part for some in lists for part in some)})
 
 
 def decode_config(message: Any, description: Any = None) -> Config:
-    """The configuration of a message; with a decoded description, values are in their groups, too."""
+    """The configuration in a message; with a decoded description, groups contain their values, too."""
     config = values(message)
     if message.groups and description is not None:
         config["groups"] = get_tree(message)
@@ -136,7 +138,7 @@ def decode_description(message: Any) -> Config:
 
 
 def constants(edit_method: str) -> list[dict[str, Any]]:
-    """The constants of an enum, which a peer wrote: only literals are read."""
+    """The constants of an enum. They come from a peer, so only literals are read."""
     if not edit_method:
         return []
     try:
@@ -147,7 +149,7 @@ def constants(edit_method: str) -> list[dict[str, Any]]:
 
 
 def converted(described: Any, value: Any) -> Any:
-    """A value of a parameter as its type has it; for enums also by the name of a constant.
+    """A value converted to the type of a parameter; for enums, the name of a constant is accepted, too.
 
     Args:
         described: the parameter, as `decode_description` gives it.
@@ -171,12 +173,12 @@ def converted(described: Any, value: Any) -> Any:
 def change_fields(
     description: Any, changes: Mapping[str, Any], states: Mapping[str, bool] | None = None
 ) -> dict[str, list[dict[str, Any]]]:
-    """The fields of the `dynamic_reconfigure/Config` that asks for changes.
+    """The fields of the `dynamic_reconfigure/Config` that requests changes.
 
     Args:
         description: as `decode_description` gives it.
         changes: values by the names of parameters.
-        states: states of groups by the groups' names; the other groups keep theirs.
+        states: states of groups by name; other groups keep their state.
 
     Raises:
         BadValue: a parameter or a group does not exist, or cannot have this value.
@@ -201,7 +203,7 @@ def change_fields(
 
 
 def all_groups(group: Any) -> list[Any]:
-    """A decoded group and all that are in it."""
+    """A decoded group and all groups in it."""
     inner = group.get("groups", {})
     below = inner.values() if isinstance(inner, dict) else inner
     return [group, *(found for each in below for found in all_groups(each))] if group else []

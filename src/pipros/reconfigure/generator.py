@@ -1,6 +1,6 @@
-"""What a `.cfg` file calls to declare parameters, and the description that becomes of it.
+"""The functions with which a `.cfg` file declares parameters, and the description made from the declarations.
 
-The description is that of the modules that genuine dynamic_reconfigure generates: nested dictionaries.
+The description has the form of those in the modules of genuine dynamic_reconfigure: nested dictionaries.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 from pipros.reconfigure.cache import SOURCES, sources
 
 OUTPUT_VARIABLE = "PIPROS_CFG_OUTPUT"
-"""The environment variable with the file where a `.cfg` program writes what it declares."""
+"""The environment variable that names the file to which a `.cfg` program writes its declarations."""
 
 TYPES: dict[str, type[Any]] = {"str": str, "bool": bool, "int": int, "double": float}
 _C_TYPES = {"str": "std::string", "bool": "bool", "int": "int", "double": "double"}
@@ -36,7 +36,7 @@ _BOUNDS: dict[str, tuple[Any, Any, Any]] = {  # default, minimum, maximum
 
 
 class Group:
-    """Parameters that belong together, and groups in it."""
+    """A group of parameters and groups."""
 
     def __init__(self, numbers: list[int], name: str, type: str, state: bool, parent: Group | None) -> None:  # noqa: A002
         self.name = name.replace(" ", "_")
@@ -71,7 +71,7 @@ class Group:
 
         Raises:
             TypeError: a value is not of the parameter's type.
-            ValueError: the name or the type cannot be one, or a text or bool has bounds.
+            ValueError: the name or the type is invalid, or a string or bool has bounds.
         """
         if paramtype not in TYPES:
             raise ValueError(f"the type of {name} must be one of {', '.join(TYPES)}, got {paramtype!r}")
@@ -88,7 +88,7 @@ class Group:
         self.parameters.append(parameter)
 
     def to_dict(self) -> dict[str, Any]:
-        """The group with all that is in it."""
+        """The group with its contents."""
         path = self._path()
         parent = self.parent or self
         return {
@@ -114,7 +114,7 @@ class Group:
 
 
 class ParameterGenerator:
-    """The parameters that a `.cfg` file declares; `generate` at its end hands them over."""
+    """The parameters that a `.cfg` file declares; `generate` at the end of the file writes them out."""
 
     def __init__(self) -> None:
         self.group = Group([], "Default", "", True, None)
@@ -153,7 +153,7 @@ class ParameterGenerator:
         return self.group.add_group(name, type, state)
 
     def generate(self, pkgname: str, nodename: str, name: str) -> int:  # noqa: ARG002
-        """Writes what was declared to the file that the environment names. Returns the exit code."""
+        """Writes the declarations to the file that the environment names. Returns the exit code."""
         output = os.environ.get(OUTPUT_VARIABLE)
         if output is None:
             print(
@@ -166,14 +166,14 @@ class ParameterGenerator:
             "description": self.group.to_dict(),
             "constants": self.constants,
         }
-        with contextlib.suppress(OSError):  # a module without a file: what was declared is not kept
+        with contextlib.suppress(OSError):  # a module without a file: the declarations are not kept
             declared[SOURCES] = sources(list(sys.modules.values()))
         Path(output).write_text(json.dumps(declared), encoding="utf-8")
         return 0
 
 
 def checked(name: str, type_name: str, field: str, value: Any) -> Any:
-    """The value, made a float where it should be one. Raises TypeError if it has another type."""
+    """The value, converted to float if the type is double. Raises TypeError if it has another type."""
     wanted = TYPES[type_name]
     if type(value) is not wanted and not (wanted is float and type(value) is int):
         raise TypeError(f"{field} of {name} must be of the type {type_name}, got {value!r}")
@@ -187,7 +187,7 @@ def _without_quotes(description: str) -> str:
 
 
 def _source() -> dict[str, Any]:
-    """The line of the `.cfg` file that is executed: the first caller outside of this file."""
+    """The current line of the `.cfg` file: the first caller outside of this module."""
     frame = sys._getframe()
     while frame.f_back is not None and frame.f_code.co_filename == __file__:
         frame = frame.f_back

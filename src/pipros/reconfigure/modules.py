@@ -1,4 +1,4 @@
-"""The modules `<package>.cfg` and `<package>.cfg.<Name>Config`, made from `.cfg` files at their import."""
+"""Imports `<package>.cfg` and `<package>.cfg.<Name>Config` straight from `.cfg` files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SUFFIX = "Config"
 
 
 def cfg_spec(find_package: FindPackage, name: str) -> ModuleSpec | None:
-    """The spec of a module that begins with `<package>.cfg`; None where the package has no such file."""
+    """The spec of a module that begins with `<package>.cfg`; None if the package has no such file."""
     package, _, rest = name.partition(".")
     _, _, module = rest.partition(".")
     found = find_package(package)

@@ -1,6 +1,6 @@
-"""A buffer of frames over time, and the questions that tf2's buffer answers, with its errors.
+"""A buffer of frames over time, with the look-ups and errors of tf2's buffer.
 
-Times are nanoseconds; 0 asks for the newest. All methods may be called from any thread.
+Times are nanoseconds; 0 means the newest. All methods may be called from any thread.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from pipros.transforms.tree import Frames, find_path, latest_common_time
 
 DEFAULT_LENGTH = 10 * NS_PER_S
 NORM_TOLERANCE = 10e-3
-"""How far the square of a quaternion's length may be from one."""
+"""How much the square of a quaternion's length may differ from one."""
 
 
 class FrameBuffer:
-    """The transforms of the last `length` nanoseconds, and those that never change."""
+    """The transforms of the last `length` nanoseconds, and static ones."""
 
     def __init__(self, length: int = DEFAULT_LENGTH) -> None:
         self.length = length
@@ -35,9 +35,9 @@ class FrameBuffer:
     def insert(
         self, parent: str, child: str, stamp: int, pose: Pose, authority: str, is_static: bool = False
     ) -> list[str]:
-        """Takes the pose of a frame in its parent. Returns why not, if it is refused.
+        """Adds the pose of a frame in its parent. Returns the reason if it is refused.
 
-        A frame that was static first stays so, and one that moved first, too, as in tf2.
+        As in tf2, a frame whose first transform was static stays static, and any other frame stays moving.
         """
         if parent[:1] == "/":
             parent = parent[1:]
@@ -66,14 +66,14 @@ class FrameBuffer:
         ]
 
     def clear(self) -> None:
-        """Forgets all transforms but static ones."""
+        """Removes all transforms except static ones."""
         with self._lock:
             for frame in self._frames.values():
                 if frame is not None:
                     frame.clear()
 
     def lookup(self, target: str, source: str, time: int) -> tuple[int, Pose]:
-        """The time that counts, and the pose of the frame `source` in the frame `target` then.
+        """The time of the result, and the pose of the frame `source` in the frame `target` at that time.
 
         Raises:
             InvalidArgumentException, LookupException, ConnectivityException, ExtrapolationException.
@@ -106,10 +106,10 @@ class FrameBuffer:
         return time, composed_exactly(in_target, in_fixed)
 
     def can_transform(self, target: str, source: str, time: int) -> str | None:
-        """None if `lookup` would succeed, otherwise why it would not.
+        """None if `lookup` would succeed, otherwise the reason why not.
 
         Raises:
-            InvalidArgumentException: for a name that cannot be one of a frame.
+            InvalidArgumentException: for an invalid frame name.
         """
         if target == source:
             return None
@@ -132,10 +132,10 @@ class FrameBuffer:
     def can_transform_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str
     ) -> str | None:
-        """None if `lookup_full` would succeed, otherwise why it would not, in tf2's words.
+        """None if `lookup_full` would succeed, otherwise the reason why not, with tf2's text.
 
         Raises:
-            InvalidArgumentException: for a name that cannot be one of a frame.
+            InvalidArgumentException: for an invalid frame name.
         """
         _check(target, "canTransform argument target_frame")
         _check(source, "canTransform argument source_frame")
@@ -229,7 +229,7 @@ class FrameBuffer:
 
 
 def _check(name: str, what: str) -> None:
-    """Raises InvalidArgumentException for a name that cannot be one of a frame."""
+    """Raises InvalidArgumentException for an invalid frame name."""
     if not name:
         raise InvalidArgumentException(f"Invalid argument passed to {what} in tf2 frame_ids cannot be empty")
     if name[0] == "/":

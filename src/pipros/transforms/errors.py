@@ -1,4 +1,4 @@
-"""Why there is no transform, in tf's own words."""
+"""Why there is no transform, with tf's texts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ class TransformException(PiprosError):
 
 
 class LookupException(TransformException):
-    """A frame does not exist, or the frames go round in a circle."""
+    """A frame does not exist, or the frames form a loop."""
 
 
 class ConnectivityException(TransformException):
@@ -22,7 +22,7 @@ class ExtrapolationException(TransformException):
 
 
 class InvalidArgumentException(TransformException):
-    """The name of a frame cannot be one."""
+    """The name of a frame is invalid."""
 
 
 class TimeoutException(TransformException):

@@ -1,4 +1,4 @@
-"""Where one frame was in its parent over time. Stamps are nanoseconds; 0 means the newest there is."""
+"""The poses of one frame in its parent over time. Stamps are nanoseconds; 0 means the newest."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipros.transforms.pose import Pose, between
 
 
 class FrameHistory(Protocol):
-    """What is known of a frame: `locate` finds it for a time, `parents` and `pose` tell what was found."""
+    """The known poses of a frame: `locate` finds one for a time, `parents` and `pose` return its parts."""
 
     parents: list[str]
     authority: str

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 FRAME_LIMIT = 10_000
-"""Frames and nodes that are counted; their names come from any peer."""
+"""The most frames and nodes that are counted; their names come from any peer."""
 
 
 @dataclass(slots=True)
 class Delays:
-    """How old stamps were when they came.
+    """How old stamps were on arrival.
 
     >>> delays = Delays()
     >>> delays.add(3.0, at=10.0); delays.add(1.0, at=11.0); delays.add(-1.0, at=12.0)
@@ -45,7 +45,7 @@ class Delays:
 
 @dataclass(slots=True)
 class Monitor:
-    """What came of each frame and from each node."""
+    """The transforms of each frame and from each node."""
 
     frames: dict[str, Delays] = field(default_factory=dict)
     senders: dict[str, Delays] = field(default_factory=dict)
@@ -61,7 +61,7 @@ class Monitor:
             _count(self.senders, sender, sum(delays.values()) / len(delays), now)
 
     def text(self, chain: Iterable[str] | None = None) -> str:
-        """What is printed of the frames, all or those of a chain, and of all nodes."""
+        """The printed text about the frames, all or those of a chain, and about all nodes."""
         shown = sorted(self.frames) if chain is None else [name for name in chain if name in self.frames]
         lines = ["Frames:"]
         lines += [

@@ -1,7 +1,7 @@
-"""Poses as seven numbers: where something is (x, y, z), and how it is turned (a quaternion x, y, z, w).
+"""Poses as seven numbers: a position (x, y, z) and an orientation (a quaternion x, y, z, w).
 
-Quaternions may be a little longer or shorter than one, as tf accepts them. The formulas are those of tf2, so
-that results are the same also then.
+As in tf, the length of a quaternion may differ slightly from one. The formulas are those of tf2, so that
+results are the same even then.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ IDENTITY: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 def composed(outer: Pose, inner: Pose) -> Pose:
-    """The pose in a frame of what has the pose `inner` in another, whose own pose there is `outer`."""
+    """The pose `inner`, given in a frame with the pose `outer`, in the outer frame."""
     ox, oy, oz, x, y, z, w = outer
     vx, vy, vz, a, b, c, d = inner
     if w == 1.0 and x == y == z == 0.0:  # most frames of a robot are not turned
@@ -35,16 +35,16 @@ def composed(outer: Pose, inner: Pose) -> Pose:
 
 
 def inverted(pose: Pose) -> Pose:
-    """The pose of the frame in what has this pose in it."""
+    """The inverse of a pose."""
     x, y, z, a, b, c, d = pose
     back = (0.0, 0.0, 0.0, -a, -b, -c, d)
     return (*composed(back, (-x, -y, -z, -a, -b, -c, d))[:3], -a, -b, -c, d)
 
 
 def between(older: Pose, newer: Pose, ratio: float) -> Pose:
-    """The pose at `ratio` (0 to 1) of the way.
+    """The pose at `ratio` (0 to 1) between two poses.
 
-    In a straight line, turning at constant speed the shorter way.
+    It moves on a straight line, and turns the shorter way at constant speed.
     """
     x, y, z, a, b, c, d = older
     u, v, w, e, f, g, h = newer
@@ -77,7 +77,7 @@ Matrix = tuple[float, float, float, float, float, float, float, float, float]
 
 
 def rotation_matrix(pose: Pose) -> Matrix:
-    """How the pose is turned, as a matrix; the quaternion may have any length but zero."""
+    """The orientation of the pose as a matrix; the quaternion may have any length but zero."""
     _, _, _, x, y, z, w = pose
     s = 2.0 / (x * x + y * y + z * z + w * w)
     return (
@@ -137,7 +137,7 @@ def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> tuple[float, f
 
 
 def roll_pitch_yaw(pose: Pose) -> tuple[float, float, float]:
-    """How the pose is turned, as angles around x, y and z."""
+    """The orientation of the pose as angles around x, y and z."""
     m = rotation_matrix(pose)
     if abs(m[6]) >= 1.0:  # it looks straight up or down: roll and yaw turn around the same axis
         upward = m[6] < 0.0

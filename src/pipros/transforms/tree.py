@@ -1,7 +1,7 @@
-"""The tree of frames, and the way through it from one frame to another at a time.
+"""The tree of frames, and the path through it from one frame to another at a time.
 
-A frame is known by its history; frames without one are roots. The walks, and what is an error when, are those
-of tf2.
+A frame with a history has a parent; frames without one are roots. The order of the steps and of the errors is
+that of tf2.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pipros.transforms.listing import frames_as_string
 from pipros.transforms.pose import IDENTITY, Pose, composed, inverted
 
 MAX_DEPTH = 1000
-"""A way through more frames than this is taken for a circle, as in tf2."""
+"""A path through more frames than this counts as a loop, as in tf2."""
 
 Step = tuple[FrameHistory, int]
 """A frame on the way, and the number of its pose (`FrameHistory.locate`)."""
@@ -22,7 +22,7 @@ Frames = dict[str, FrameHistory | None]
 
 
 class Path:
-    """The way from a frame up to another one, or to the root, and down to it from there.
+    """The path from a frame up to a common ancestor, and down to another frame.
 
     Attributes:
         time: the time that it is for; where the newest was asked for, that.

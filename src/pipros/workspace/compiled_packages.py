@@ -1,4 +1,4 @@
-"""Well-known packages whose programs are C++: what to say when one is asked for that is not here."""
+"""Well-known packages whose programs are C++: the error for a program that is not installed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _PLUGIN = re.compile(r"(\w+)/(\S+)")
 
 
 def why_not_here(package: str, program: str, arguments: Sequence[str] = ()) -> str | None:
-    """Why pipros has no such program, and what to install where; None for a package that is not known.
+    """Why pipros does not have the program, and what to install where; None for an unknown package.
 
     Args:
         arguments: those of the program, which for a nodelet name its plugin.
@@ -48,7 +48,7 @@ def why_not_here(package: str, program: str, arguments: Sequence[str] = ()) -> s
 
 
 def _plugin(program: str, arguments: Sequence[str]) -> tuple[str, str] | None:
-    """The plugin that a nodelet loads and its package, from `load pkg/Plugin manager` or `standalone …`."""
+    """The plugin of a nodelet and its package, from `load pkg/Plugin manager` or `standalone …`."""
     words = [word for word in arguments if ":=" not in word]
     if program != "nodelet" or len(words) < 2 or words[0] not in ("load", "standalone"):
         return None

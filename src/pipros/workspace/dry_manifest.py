@@ -1,6 +1,6 @@
-"""`manifest.xml` and `stack.xml` of packages from before catkin, with everything that they say.
+"""`manifest.xml` and `stack.xml` of packages from before catkin, with all their contents.
 
-What builds and finds packages reads them by `manifest.py`; this is for programs that show or change them.
+Building and finding packages uses `manifest.py`; this is for programs that show or change such files.
 Source: http://wiki.ros.org/Manifest
 """
 
@@ -24,7 +24,7 @@ VALID = REQUIRED + OPTIONAL
 
 
 class MalformedManifest(PiprosError):
-    """A manifest is not what it should be."""
+    """A manifest is malformed."""
 
 
 def _filled(name: str, value: str) -> str:
@@ -35,7 +35,7 @@ def _filled(name: str, value: str) -> str:
 
 @dataclass
 class Depend:
-    """A package that is needed."""
+    """A dependency on a package."""
 
     package: str
 
@@ -52,7 +52,7 @@ class Depend:
 
 
 class StackDepend:
-    """A stack that is needed."""
+    """A dependency on a stack."""
 
     def __init__(self, stack: str) -> None:
         self.stack = _filled("stack", stack)
@@ -76,7 +76,7 @@ class StackDepend:
 
 @dataclass
 class ROSDep:
-    """A package of the system that is needed."""
+    """A dependency on a system package."""
 
     name: str
 
@@ -101,7 +101,7 @@ class VersionControl:
 
 
 class Platform:
-    """An operating system that it is known to work on."""
+    """An operating system on which the package is known to work."""
 
     def __init__(self, os: str, version: str, notes: str | None = None) -> None:
         self.os = _filled("os", os)
@@ -120,7 +120,7 @@ class Platform:
 
 
 class Export:
-    """What the package tells others: `tag` is who it is for, `attrs` and `str` what."""
+    """An export: `tag` says for which package it is, `attrs` and `str` have its contents."""
 
     def __init__(self, tag: str, attrs: Mapping[str, str], str: str) -> None:  # noqa: A002  # roslib's name
         self.tag = tag
@@ -140,10 +140,10 @@ class Export:
 
 @dataclass
 class DryManifest:
-    """What a `manifest.xml` or `stack.xml` says.
+    """The contents of a `manifest.xml` or `stack.xml`.
 
     Attributes:
-        unknown_tags: elements that mean nothing in such a file.
+        unknown_tags: elements that are not defined for such a file.
     """
 
     root: str = "package"
@@ -171,7 +171,7 @@ class DryManifest:
         ]
 
     def xml(self) -> str:
-        """The file that says the same."""
+        """The contents as a file."""
         if not self.brief:
             described = f"  <description>{self.description}</description>"
         else:
@@ -260,7 +260,7 @@ def _text(root: Element, tag: str) -> str | None:
 
 
 def _inner(tag: str, root: Element, text: str) -> str | None:
-    """What stands in an element as it was written, with the elements in it."""
+    """The contents of an element as written, with the elements in it."""
     if root.first(tag) is None:
         return None
     found = re.search(rf"<{tag}\b[^>]*?(?:/>|>(.*?)</{tag}\s*>)", text, re.DOTALL)

@@ -1,4 +1,4 @@
-"""Checks a package for what catkin would refuse, before anything is built."""
+"""Checks a package for mistakes that catkin would refuse, before anything is built."""
 
 from __future__ import annotations
 

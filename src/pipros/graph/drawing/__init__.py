@@ -1,1 +1,1 @@
-"""The graph as a drawing: what is in it, where it stands, and DOT, SVG and PNG of it. No sockets."""
+"""Drawings of the graph: its contents, its layout, and its output as DOT, SVG, PNG and PDF. No sockets."""

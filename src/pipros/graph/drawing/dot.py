@@ -1,4 +1,4 @@
-"""The graph in Graphviz's language, laid out by whoever reads it."""
+"""The graph in Graphviz's language, without a layout."""
 
 from __future__ import annotations
 

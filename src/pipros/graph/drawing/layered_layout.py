@@ -1,12 +1,11 @@
-"""Where the vertices of a directed graph stand: in layers from left to right, as arrows lead.
+"""The layout of a directed graph: vertices in layers from left to right, in the direction of the arrows.
 
-The method is that of Sugiyama, Tagawa and Toda (1981). Arrows that close a cycle are turned round. Each
-vertex gets a layer to the right of its predecessors; in large graphs of many cycles, to the right of its
-nearest one. Long arrows pass through a bend in each layer between, the order within the layers is improved
-by barycentres, and heights are fitted by least squares. Vertices of a group stand in a band of their own,
-across all layers, so that a rectangle can be drawn around them.
-
-The page and the pictures share it. No library does this in Python without a compiled program.
+The method is that of Sugiyama, Tagawa and Toda (1981). Arrows that close a cycle are reversed. Each vertex is
+placed in a layer to the right of its predecessors; in large graphs with many cycles, to the right of its
+nearest one. Long arrows get a bend in each layer that they cross, the order within layers is improved by
+barycentres, and heights are fitted by least squares. The vertices of a group form a band across all layers,
+so that a rectangle can be drawn around them. The page and the pictures share this module: no Python library
+does this without a compiled program.
 """
 
 from __future__ import annotations
@@ -25,14 +24,14 @@ BAND_GAP = 34.0
 _SWEEPS = 6
 _FITTINGS = 6
 _MAX_BENDS = 20_000
-"""Above this number long arrows are drawn straight."""
+"""Above this number of vertices, long arrows are drawn straight."""
 _LAYERS_PER_ROOT = 3
-"""How many layers a graph may have, in square roots of the number of its vertices."""
+"""The most layers of a graph, as a multiple of the square root of the number of its vertices."""
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A rectangle; `x` and `y` are its middle. Lengths are in pixels at full size, y points down."""
+    """A rectangle with its centre at `x`, `y`. Lengths are in pixels at full size, y points down."""
 
     x: float
     y: float
@@ -42,12 +41,12 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Layout(Generic[Key]):
-    """Where everything stands.
+    """The positions of everything.
 
     Attributes:
         boxes: of the vertices.
         routes: of each arrow, in the order given: the points that it passes, ends included.
-        bands: of the groups, without the one of vertices without a group.
+        bands: of the groups; vertices without a group have none.
         width, height: of everything; the upper left corner is (0, 0).
     """
 
@@ -79,7 +78,7 @@ def layered_layout(
 
 
 class _LayeredLayout(Generic[Key]):
-    """Vertices are numbers here: those of the caller first, then the bends of long arrows."""
+    """One layout. Vertices are numbers: those of the caller first, then the bends of long arrows."""
 
     def __init__(
         self,
@@ -109,7 +108,7 @@ class _LayeredLayout(Generic[Key]):
         self._order = self._ordered_layers()
 
     def _directed(self) -> list[tuple[int, int]]:
-        """The arrows without cycles and loops, each pair once."""
+        """The arrows without cycles and loops; each pair of vertices once."""
         pairs = {
             (end, start) if index in self._turned else (start, end)
             for index, (start, end) in enumerate(self._arrows)
@@ -118,7 +117,7 @@ class _LayeredLayout(Generic[Key]):
         return sorted(pairs)
 
     def _layers(self) -> list[int]:
-        """The layer of each vertex: right of its predecessors; sources stand next to a successor."""
+        """The layer of each vertex: right of its predecessors; sources are next to a successor."""
         count = len(self._keys)
         after: list[list[int]] = [[] for _ in range(count)]
         missing = [0] * count
@@ -137,13 +136,13 @@ class _LayeredLayout(Generic[Key]):
                 missing[end] -= 1
                 if not missing[end]:
                     ready.append(end)
-        for vertex in reversed(order):  # a source stands just before what it leads to
+        for vertex in reversed(order):  # a source is placed just before its nearest successor
             if is_source[vertex] and after[vertex]:
                 layer[vertex] = min(layer[end] for end in after[vertex]) - 1
         return layer
 
     def _nearest_layers(self) -> list[int]:
-        """The layer of each vertex: its distance from the nearest vertex that nothing leads to."""
+        """The layer of each vertex: its distance from the nearest vertex without predecessors."""
         count = len(self._keys)
         after: list[list[int]] = [[] for _ in range(count)]
         is_source = [True] * count
@@ -229,7 +228,7 @@ class _LayeredLayout(Generic[Key]):
         return left, right
 
     def _by_component(self) -> list[int]:
-        """All vertices, those that are connected next to each other, so that separate parts stay apart."""
+        """All vertices, with connected ones next to each other, so that separate parts stay separate."""
         seen = [False] * len(self._layer)
         found = []
         for first in range(len(self._layer)):
@@ -345,7 +344,7 @@ class _LayeredLayout(Generic[Key]):
 
 
 def _arrows_that_close_a_cycle(count: int, arrows: Sequence[tuple[int, int]]) -> set[int]:
-    """The numbers of the arrows that lead back to a vertex on the way, depth first."""
+    """The numbers of the arrows that lead back to a vertex on the current path, depth first."""
     leaving: list[list[tuple[int, int]]] = [[] for _ in range(count)]
     incoming = [0] * count
     for index, (start, end) in enumerate(arrows):
@@ -353,7 +352,7 @@ def _arrows_that_close_a_cycle(count: int, arrows: Sequence[tuple[int, int]]) ->
             leaving[start].append((index, end))
             incoming[end] += 1
     closing = set()
-    state = [0] * count  # 1 on the way, 2 done
+    state = [0] * count  # 1 on the path, 2 done
     for first in sorted(range(count), key=lambda vertex: (incoming[vertex] > 0, vertex)):
         if state[first]:
             continue
@@ -375,7 +374,7 @@ def _arrows_that_close_a_cycle(count: int, arrows: Sequence[tuple[int, int]]) ->
 
 
 def _ascending(wanted: Sequence[float]) -> list[float]:
-    """The ascending numbers nearest to those wanted, by least squares (pool adjacent violators).
+    """The ascending numbers nearest to the wanted ones, by least squares (pool adjacent violators).
 
     >>> _ascending([1.0, 5.0, 3.0, 9.0])
     [1.0, 4.0, 4.0, 9.0]

@@ -1,4 +1,4 @@
-"""Nodes, topics and the arrows between them, as rqt_graph selects them: modes, filters, what is hidden."""
+"""Nodes, topics and the arrows between them, selected as by rqt_graph: modes, filters, hidden parts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Literal
 from pipros.graph.system_state import SystemState, TopicConnection
 
 Mode = Literal["nodes", "active", "all"]
-"""Nodes only with topics as labels; nodes and topics with a connection; nodes and all topics."""
+"""Nodes with topics as labels; nodes and connected topics; nodes and all topics."""
 MODES: tuple[Mode, ...] = ("nodes", "active", "all")
 Kind = Literal["node", "topic"]
 
@@ -24,7 +24,7 @@ _PARAMETER_TOPICS = ("/parameter_descriptions", "/parameter_updates")
 
 @dataclass(frozen=True, slots=True)
 class GraphOptions:
-    """What is shown.
+    """What to show.
 
     Attributes:
         mode: see `Mode`.
@@ -54,7 +54,7 @@ class Vertex:
 
     Attributes:
         key: unique in the graph; a node and a topic may have the same name.
-        group: the namespace that it is drawn in, empty for none.
+        group: the namespace in which it is drawn, empty for none.
         is_reachable: False for a node that does not answer.
     """
 
@@ -67,7 +67,7 @@ class Vertex:
 
 @dataclass(frozen=True, slots=True)
 class Arrow:
-    """From one vertex to another, with the topic whose messages it carries."""
+    """An arrow from one vertex to another, with the topic whose messages it stands for."""
 
     start: str
     end: str
@@ -106,7 +106,7 @@ class NameFilter:
 
 
 class _Pattern:
-    """One pattern. It is cut at its stars, so that no text takes long to compare."""
+    """One pattern, split at its stars, so that no comparison takes long."""
 
     def __init__(self, pattern: str) -> None:
         self._parts = pattern.replace(".*", "*").split("*")
@@ -133,11 +133,11 @@ def node_graph(
     unreachable: Collection[str] = (),
     options: GraphOptions | None = None,
 ) -> NodeGraph:
-    """The graph that the registrations and the connections imply.
+    """The graph of the registrations and connections.
 
     Args:
-        connections: what the nodes that answered told.
-        unreachable: the nodes that did not answer: what they have registered counts as connected.
+        connections: as reported by the nodes that answered.
+        unreachable: the nodes that did not answer; their registrations count as connections.
     """
     return _Builder(state, frozenset(connections), frozenset(unreachable), options or GraphOptions()).build()
 
@@ -208,7 +208,7 @@ class _Builder:
         return self._keeps_topic(topic)
 
     def _topics(self, nodes: set[str]) -> dict[str, tuple[list[str], list[str]]]:
-        """The publishers and subscribers of each topic that is shown."""
+        """The publishers and subscribers of each shown topic."""
         topics = {}
         for topic in self._state.topics():
             if not self._shows_topic(topic):
@@ -243,7 +243,7 @@ class _Builder:
         ]
 
     def _is_connected(self, connection: TopicConnection) -> bool:
-        """True also when neither end can tell."""
+        """Also true if neither end answered."""
         return (
             connection in self._connections
             or {connection.publisher, connection.subscriber} <= self._unreachable
@@ -259,7 +259,7 @@ def topic_key(topic: str) -> str:
 
 
 def _groups(nodes: Iterable[str]) -> set[str]:
-    """The namespaces, one level deep, that at least two nodes are in."""
+    """The top-level namespaces with at least two nodes."""
     counts: dict[str, int] = {}
     for node in nodes:
         group = _top_namespace(node)

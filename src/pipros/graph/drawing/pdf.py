@@ -1,4 +1,4 @@
-"""A drawing as a PDF of one page, with lines and texts: no program and no library is needed for it."""
+"""A drawing as a PDF of one page, with lines and texts. Needs no program and no library."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from pipros.graph.drawing.svg import middle_of
 
 _TEXT_SIZE = 12.0
 _CHARACTER = 0.6
-"""The width of each character of Courier, in sizes."""
+"""The width of each character of Courier, relative to the font size."""
 _ROUND = 0.5523
-"""How far the control points of a quarter of an ellipse are, in radii."""
+"""The distance of the control points of a quarter of an ellipse, in radii."""
 
 _INK, _PALE, _LINE = "0.11 0.15 0.2", "0.36 0.4 0.45", "0.42 0.47 0.52"
 _NODE = "0.91 0.95 0.99 rg 0.18 0.44 0.7 RG"

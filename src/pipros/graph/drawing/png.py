@@ -1,4 +1,4 @@
-"""A drawing as PNG, by Pillow (`pipros[pictures]`)."""
+"""A drawing as PNG. Needs Pillow (`pipros[pictures]`)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipros.graph.drawing.svg import middle_of
 
 _SCALE = 2
 _SMOOTHING = 2
-"""It is drawn this much larger and made smaller, since Pillow draws hard edges."""
+"""The picture is drawn larger by this factor and then reduced, because Pillow draws hard edges."""
 _MAX_PIXELS = 60_000_000
 _CURVE_STEPS = 24
 

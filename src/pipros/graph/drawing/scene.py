@@ -1,4 +1,4 @@
-"""The drawing itself, as values: the boxes, lines and texts that SVG, PNG and the page show."""
+"""A drawing as values: the boxes, lines and texts that SVG, PNG, PDF and the page show."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
 from pipros.printable import printable
 
 CHARACTER_WIDTH = 7.4
-"""Of the widest usual fonts at the size of a label, in pixels."""
+"""The width of a character in the widest usual fonts, at the size of a label, in pixels."""
 FONT_SIZE = 13
 NODE_HEIGHT = 40.0
 TOPIC_HEIGHT = 28.0
 MARGIN = 24.0
 TRAFFIC_WIDTH = 150.0
-"""What a rate and a bandwidth on an arrow take."""
+"""The width of a rate and a bandwidth on an arrow."""
 _LONGEST_LABEL = 60
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What is drawn.
+    """A complete drawing.
 
     Attributes:
-        boxes: each vertex with its place and the text in it.
+        boxes: each vertex with its place and its text.
         arrows: each arrow with the points that it passes, and the text at its middle.
         bands: the rectangle of each namespace.
         width, height: of all, with a margin; the upper left corner is (0, 0).
@@ -68,7 +68,7 @@ def _size(vertex: Vertex, text: str) -> tuple[float, float]:
 
 
 def _joined(arrows: Sequence[Arrow]) -> dict[Arrow, str]:
-    """One arrow for each pair of nodes, with the topics that it carries."""
+    """One arrow for each pair of nodes, labelled with its topics."""
     pairs: dict[tuple[str, str], list[Arrow]] = {}
     for arrow in arrows:
         pairs.setdefault((arrow.start, arrow.end), []).append(arrow)

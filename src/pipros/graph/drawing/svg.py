@@ -1,4 +1,4 @@
-"""A drawing as SVG: a file of its own, light or dark as the reader's desktop is."""
+"""A drawing as a standalone SVG, light or dark like the reader's desktop."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _arrow(route: Sequence[tuple[float, float]], text: str) -> str:
 
 
 def middle_of(route: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Where the text of an arrow is: a little nearer to its start, so that arrows to and fro differ."""
+    """The place for the text of an arrow: nearer to its start, so that opposite arrows differ."""
     index = (len(route) - 1) // 2
     (x, y), (next_x, next_y) = route[index], route[index + 1]
     part = 0.4
