@@ -119,14 +119,17 @@ def _logger(kwargs: dict[str, Any]) -> logging.Logger:
 
 def _family(level: int) -> Family:
     def log(msg: object, *args: Any, **kwargs: Any) -> None:
+        """Logs `msg % args` at the level of its name. `logger_name` names a logger below `rosout`."""
         _logger(kwargs).log(level, msg, *args, stacklevel=2, **kwargs)
 
     def throttle(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
+        """Logs unless this place in the code logged less than `period` seconds ago, by the node's clock."""
         logger = _logger(kwargs)
         if _logging_throttle(_caller(), period):
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def throttle_identical(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
+        """As the throttled function, but another text than the last one of this place is logged at once."""
         logger = _logger(kwargs)
         caller = _caller()
         is_due = _logging_identical_throttle(caller, period)
@@ -134,6 +137,7 @@ def _family(level: int) -> Family:
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def once(msg: object, *args: Any, **kwargs: Any) -> None:
+        """Logs the first time that this place in the code is reached."""
         logger = _logger(kwargs)
         if _logging_once(_caller()):
             logger.log(level, msg, *args, stacklevel=2, **kwargs)

@@ -62,7 +62,11 @@ def get_rostime() -> Time:
 
 
 def get_time() -> float:
-    """The time of the node's clock in seconds."""
+    """The time of the node's clock in seconds.
+
+    Raises:
+        ROSInitException: before init_node.
+    """
     return clock().now_ns() / NS_PER_S
 
 

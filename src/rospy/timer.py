@@ -93,6 +93,18 @@ class Timer(rate.Timer):
         oneshot: bool = False,
         reset: bool = False,
     ) -> None:
+        """Starts the thread. An exception of the callback ends it.
+
+        Args:
+            period: the time from call to call, on the node's clock. A longer call delays the next one.
+            callback: called with a TimerEvent, one call at a time.
+            oneshot: ends after one call.
+            reset: starts anew when simulated time goes back, instead of ending.
+
+        Raises:
+            ROSInitException: before init_node.
+        """
+
         def on_tick(tick: rate.Tick) -> None:
             callback(
                 TimerEvent(

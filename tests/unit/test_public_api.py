@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import re
 import subprocess
 import sys
@@ -10,6 +11,8 @@ import sys
 import pytest
 
 import pipros
+import pipros.bag
+import rospy
 from tests.support.environments import REPOSITORY
 
 API = (REPOSITORY / "docs" / "api.md").read_text()
@@ -24,6 +27,32 @@ def test_each_name_is_there_and_described(name: str) -> None:
 def test_the_list_is_the_one_in_the_documents() -> None:
     assert sorted(re.findall(r"^\| `(\w+)", API, re.MULTILINE)) == sorted(pipros.__all__)
     assert set(pipros.__all__) <= set(dir(pipros))
+
+
+def referenced(page: str) -> set[str]:
+    """The objects whose docstrings a page shows."""
+    text = (REPOSITORY / "docs" / page).read_text()
+    return {line.rpartition(".")[2] for line in re.findall(r"^::: (\S+)$", text, re.MULTILINE)}
+
+
+def test_the_reference_has_every_public_name() -> None:
+    assert referenced("reference.md") == {*pipros.__all__, *pipros.bag.__all__}
+
+
+def test_the_reference_of_rospy_has_every_class_and_function_that_scripts_call() -> None:
+    inner = {"Message", "get_caller_id", "get_ros_root", "logout", "parse_rosrpc_uri", "remap_name"}
+    offered = {
+        name
+        for name, value in vars(rospy).items()
+        if name[0] != "_" and (inspect.isclass(value) or inspect.isfunction(value))
+    }
+    logging = {
+        name for name in offered if name.startswith(("logdebug", "loginfo", "logwarn", "logerr", "logfatal"))
+    }
+
+    assert referenced("rospy.md") - {"TimerEvent"} == offered - inner - logging
+    assert len(logging) == 20
+    assert all(inspect.getdoc(getattr(rospy, name)) for name in offered)
 
 
 def test_an_unknown_name_is_an_attribute_error() -> None:

@@ -253,7 +253,8 @@ class BagReader:
 
         Args:
             connections: those to read; by default all.
-            start, end: the first and last time to read.
+            start: the first time to read.
+            end: the last time to read.
 
         Raises:
             BagFormatError: the file is damaged at the place where the next message should be.
@@ -317,7 +318,8 @@ class BagReader:
 
         Args:
             topics: the topic or topics to read; by default all.
-            start, end: the first and last time to read; numbers are seconds.
+            start: the first time to read; numbers are seconds.
+            end: the last time to read.
             where: selects connections.
 
         Raises:
