@@ -148,6 +148,13 @@ def failure_of(problem: Exception) -> Failure:
     )
 
 
+def _origin(problem: Exception) -> Exception:
+    """The error of the system that led to an error; else the first one."""
+    while not isinstance(problem, OSError) and isinstance(problem.__context__, Exception):
+        problem = problem.__context__
+    return problem
+
+
 def _ask_publisher(topic: str, api: str, timeout_s: float) -> PublisherReport:
     """Connects to a publisher like a subscriber, but without registering, and reads its connection header."""
     try:
@@ -249,7 +256,7 @@ def _ask_service(master: MasterClient, service: str, node: str) -> ServiceReport
         uri = master.lookup_service(service)
         header_of(master, service)
     except GraphError as problem:
-        return ServiceReport(node, uri, Failure(printable(problem)))
+        return ServiceReport(node, uri, failure_of(_origin(problem)))
     except (PiprosError, ValueError) as problem:
         return ServiceReport(node, uri, failure_of(problem))
     return ServiceReport(node, uri)
