@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 
 from pipros.env import DISTRIBUTION
-from tests.support.answers import ask
-from tests.support.processes import Process
+from tests.support.answers import Answer, ask
 from tests.support.ros import RosSystem, Side
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "launch_language"
@@ -143,13 +142,13 @@ def test_files_with_something_odd_are_inspected_alike(ros: RosSystem, package: P
         (package / f"{name}.launch").write_text(text)
     for option, name in CORNER_CASES:
         genuine, ours = (
-            outcome(side.run("roslaunch", option, package / f"{name}.launch", timeout_s=60))
+            outcome(ask(side, "roslaunch", option, package / f"{name}.launch"))
             for side in (ros.genuine, ros.pipros)
         )
         assert (option, name, ours) == (option, name, genuine)
 
 
-def outcome(ended: Process) -> tuple[int | None, list[str], list[str]]:
+def outcome(ended: Answer) -> tuple[int, list[str], list[str]]:
     """Exit code, what was found, and what was complained of."""
     found = [line for line in ended.stdout if line.startswith(("/", "{", "No arguments"))]
     complaints = (

@@ -6,6 +6,10 @@ import re
 
 import pytest
 
+from pipros.env import Environment
+from pipros.msg import load_message_class
+from pipros.node import Node
+from tests.support.answers import ask
 from tests.support.processes import Process
 from tests.support.ros import RosSystem, Side
 from tests.support.waiting import wait_until
@@ -185,3 +189,44 @@ def test_both_end_with_the_same_code_and_keep_the_order_of_the_master(
     hz.wait_for("does not appear to be published yet")
     hz.press_ctrl_c()
     assert hz.wait() == 1
+
+
+@pytest.mark.timeout(240)
+def test_the_documents_of_a_file_are_published_alike(ros: RosSystem) -> None:
+    words: list[str] = []
+    (ros.home / "one").write_text("data: first\n")
+    (ros.home / "two").write_text("data: first\n---\ndata: second\n")
+    ros.serve_master()
+    reader = Node("reader", environment=Environment(master_uri=ros.master_uri))
+    reader.start()
+    reader.subscribe("/words", load_message_class("std_msgs/String"), lambda word: words.append(word.data))
+    for options in ("-f two -v -r 20", "-f two", "-1 -f two -v", "-1 -f one", "-l -r 20 -f two"):
+        genuine, ours = both(ros, "rostopic", "pub", *options.split(), "/words", "std_msgs/String")
+        assert (options, ours.returncode, ours.stdout) == (options, genuine.returncode, genuine.stdout)
+    for options, first, last in (
+        ("-f one -v", "Got one message and a rate, publishing repeatedly", 'publishing data: "first"'),
+        ("-l -f two", "publishing and latching message. Press ctrl-C to terminate", "latching"),
+    ):
+        for side in (ros.genuine, ros.pipros):
+            command = side.start("rostopic", "pub", *options.split(), "/words", "std_msgs/String")
+            command.wait_for(re.escape(last), 60.0)
+            command.press_ctrl_c()
+            assert (command.wait(), command.stdout[0]) == (0, first)
+    wait_until(lambda: words.count("second") == 6, what="both documents of six files")
+    reader.shutdown("end of the test")
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        ("rosmsg package", "std_msgs"),
+        ("rossrv package", "std_srvs"),
+        ("rosmsg md5", "std_msgs/String"),
+        ("rossrv md5", "std_srvs/Empty"),
+        ("rosmsg show", "std_msgs/Header"),
+    ],
+)
+def test_a_name_may_come_from_a_pipe(ros: RosSystem, command: str, name: str) -> None:
+    genuine, ours = (ask(side, "sh", "-c", f"echo {name} | {command}") for side in (ros.genuine, ros.pipros))
+    assert (ours.returncode, sorted(ours.stdout)) == (genuine.returncode, sorted(genuine.stdout))
+    assert ours.stdout

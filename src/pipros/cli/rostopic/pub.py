@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from optparse import OptionParser
@@ -25,6 +25,8 @@ DOCUMENTS_RATE_HZ = 10.0
 QUEUE_SIZE = 100
 LINK_DEADLINE_S = 1.0
 """How long to wait for the links to existing subscribers, so that they get the first message."""
+SUBSCRIBER_DEADLINE_S = 5.0
+"""How long to wait for some subscriber before the messages of a file or a pipe."""
 POLL_PERIOD_S = 0.01
 
 
@@ -96,7 +98,7 @@ class _Publishing:
         options, first = self._options, make()
         if options.rate_hz is None:
             publisher = self._advertise(latch=True)
-            self._announce(first)
+            self._announce(first, ends=options.once)
             publisher.publish(first)
             self._wait(ONCE_S if options.once else None)
             return
@@ -108,23 +110,40 @@ class _Publishing:
             if options.substitute:
                 message = make()
 
-    def publish_documents(self, messages: Iterable[Message]) -> None:
-        """Publishes the messages in order; with `once` or `latch` only the first."""
-        options = self._options
-        is_single = options.once or options.latch
+    def publish_documents(self, messages: Iterator[Message]) -> None:
+        """Publishes the messages in order, at a rate; with `once`, or `latch` and no rate, only the first.
+
+        The only message of a file is repeated at the rate.
+        """
+        options, rate_hz = self._options, self._options.rate_hz
         publisher = self._advertise(
-            latch=is_single, queue_size=None
+            latch=rate_hz is None or options.latch, queue_size=None
         )  # so that no message is queued at the end
-        if is_single:
+        self._wait_for_subscriber(publisher)
+        if rate_hz is None and (options.once or options.latch):
             for message in islice(messages, 1):
-                self._announce(message)
+                self._announce(message, ends=options.once)
                 publisher.publish(message)
-                self._wait(ONCE_S if options.once else None)
+                self._wait(0 if options.once else None)
             return
-        beats = self._beats(options.rate_hz or DOCUMENTS_RATE_HZ)
-        for message, _ in zip(messages, beats, strict=False):
+        if _is_one_document(options.file):
+            print("Got one message and a rate, publishing repeatedly", flush=True)
+            self._repeat(publisher, next(messages), rate_hz or DOCUMENTS_RATE_HZ)
+            return
+        for message, _ in zip(messages, self._beats(rate_hz or DOCUMENTS_RATE_HZ), strict=False):
+            self._announce(message, ends=True)
+            publisher.publish(message)
+
+    def _repeat(self, publisher: Publisher[Any], message: Message, rate_hz: float) -> None:
+        for _ in self._beats(rate_hz):
             self._say(message)
             publisher.publish(message)
+
+    def _wait_for_subscriber(self, publisher: Publisher[Any]) -> None:
+        """Gives one that looks for topics from time to time the chance to get the first message."""
+        deadline = time.monotonic() + SUBSCRIBER_DEADLINE_S
+        while publisher.connection_count == 0 and time.monotonic() < deadline and not self._node.is_shutdown:
+            self._wait(POLL_PERIOD_S)
 
     def _advertise(self, *, latch: bool, queue_size: int | None = QUEUE_SIZE) -> Publisher[Any]:
         """Advertises the topic, and waits up to `LINK_DEADLINE_S` for its existing subscribers."""
@@ -152,14 +171,18 @@ class _Publishing:
     def _wait(self, timeout_s: float | None) -> None:
         self._node.wait_for_shutdown(timeout_s)
 
-    def _announce(self, message: Message) -> None:
+    def _announce(self, message: Message, *, ends: bool) -> None:
         shown = f"[{message}]" if self._options.verbose else "message"
-        end = f" for {ONCE_S} seconds" if self._options.once else ". Press ctrl-C to terminate"
+        end = f" for {ONCE_S} seconds" if ends else ". Press ctrl-C to terminate"
         print(f"publishing and latching {shown}{end}", flush=True)
 
     def _say(self, message: Message) -> None:
         if self._options.verbose:
             print(f"publishing {message}", flush=True)
+
+
+def _is_one_document(file: str | None) -> bool:
+    return file is not None and len(list(islice(_documents(file), 2))) == 1
 
 
 def _documents(file: str | None) -> Iterator[Any]:
