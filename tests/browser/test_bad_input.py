@@ -56,7 +56,7 @@ while not rospy.is_shutdown():
 """
 
 
-def test_a_vanished_master_is_told_and_found_again(ros: RosSystem, open_tab: OpenTab) -> None:
+def test_a_vanished_master_is_reported_and_found_again(ros: RosSystem, open_tab: OpenTab) -> None:
     core = ros.pipros.start_bare_master()
     page = Page(ros)
     graph, topics = open_tab(page, "graph"), open_tab(page, "topics")

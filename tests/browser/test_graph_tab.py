@@ -79,7 +79,7 @@ def test_topics_are_listed_and_shown(ros: RosSystem, nodes: dict[str, Process], 
     keep_screenshots(tab, "topics")
 
 
-def test_a_text_that_is_no_percentage_has_no_gauge(ros: RosSystem, open_tab: OpenTab) -> None:
+def test_a_text_that_is_not_a_percentage_has_no_gauge(ros: RosSystem, open_tab: OpenTab) -> None:
     ros.pipros.start_bare_master()
     first = ros.pipros.start("rostopic", "pub", "-r", "10", "/level", "std_msgs/String", "'%25'")
     ros.wait_for_publisher("/level")
@@ -110,7 +110,7 @@ def test_it_fits_a_phone(ros: RosSystem, nodes: dict[str, Process], open_tab: Op
     keep_screenshots(tab, "graph-phone")
 
 
-def test_a_lost_server_is_told(ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab) -> None:
+def test_a_lost_server_is_reported(ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab) -> None:
     page = Page(ros)
     tab = open_tab(page, "graph")
     expect(tab.locator("#system")).to_contain_text("read-only")

@@ -112,7 +112,7 @@ def test_without_control_it_only_shows(ros: RosSystem, open_tab: OpenTab, module
     keep_screenshots(tab, "reconfigure")
 
 
-def test_a_server_that_ends_is_told(ros: RosSystem, open_tab: OpenTab, module: Path) -> None:
+def test_the_end_of_a_server_is_reported(ros: RosSystem, open_tab: OpenTab, module: Path) -> None:
     ros.pipros.start_master()
     server = start(ros, "pipros", module)
     tab = open_tab(Page(ros), "reconfigure/%2Fpipros")

@@ -43,7 +43,8 @@ while True:
 
 
 def killed_after(acknowledged: int, folder: Path, compression: str) -> int:
-    """Kills a writer when it has told so often what is in the file; returns the last number that it told."""
+    """Kills a writer after a number of its reports about the file; returns the last number that it
+    reported."""
     argv = [sys.executable, "-c", WRITER, compression]
     with subprocess.Popen(argv, cwd=folder, stdout=subprocess.PIPE, text=True) as writer:
         assert writer.stdout is not None

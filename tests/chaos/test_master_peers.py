@@ -271,7 +271,7 @@ def test_a_peer_that_asks_for_much_and_never_reads(master: RunningMaster) -> Non
 
 
 def told_after(master: RunningMaster, disturb: Callable[[], None]) -> None:
-    """A subscriber is told of a new publisher although the master is disturbed."""
+    """A subscriber is notified of a new publisher although the master is disturbed."""
     slave = FakeSlave()
     try:
         subscriber = MasterClient(f"http://127.0.0.1:{master.port}/", "/s", timeout_s=ANSWER_S)
@@ -283,7 +283,7 @@ def told_after(master: RunningMaster, disturb: Callable[[], None]) -> None:
         slave.stop()
 
 
-def test_nodes_whose_api_hangs_or_is_no_api(master: RunningMaster) -> None:
+def test_nodes_whose_api_hangs_or_is_not_an_api(master: RunningMaster) -> None:
     hanging = [SilentSlave() for _ in range(20)]
     odd = [
         "http://127.0.0.1:1/",

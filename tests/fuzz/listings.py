@@ -65,7 +65,7 @@ UNCARRIED = re.compile("[^\\t\\n\\r\\x20-\\ud7ff\\ue000-\\ufffd\\U00010000-\\U00
 
 
 class LyingMaster:
-    """Answers the calls of tools with the names of the moment."""
+    """Answers the calls of tools with the current names."""
 
     def __init__(self) -> None:
         self.names: list[list[str]] = [[] for _ in range(NUL_SEPARATED)]

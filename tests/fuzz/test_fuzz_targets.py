@@ -1,4 +1,5 @@
-"""The fuzz targets on their corpus and on some mutations of it, the same in every run; `rpc` is beside."""
+"""The fuzz targets on their corpus and on some mutations of it, the same in every run; `rpc` has a file of
+its own."""
 
 from __future__ import annotations
 

@@ -184,7 +184,7 @@ def test_json_has_the_findings_and_the_exit_code_says_that_there_are_errors(
     assert "rosnode cleanup" in finding["cure"]
 
 
-def test_a_person_is_told_what_to_do(
+def test_findings_are_printed_with_what_to_do(
     master: Master, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     register_as(master, "/ghost", "registerPublisher", "/a", "std_msgs/String", NOBODY)
@@ -250,7 +250,7 @@ def test_a_setup_with_faults_is_read_as_it_is(tmp_path: Any, monkeypatch: pytest
     }
 
 
-def test_programs_of_another_ros_are_told_from_those_of_pipros(
+def test_programs_of_another_ros_are_distinguished_from_those_of_pipros(
     tmp_path: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pipros.health.gather_machine.COMMANDS", ("roscore", "rostopic", "rosnode"))

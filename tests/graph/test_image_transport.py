@@ -86,7 +86,7 @@ def test_a_raw_image_goes_on_in_every_transport(processes: Processes, make_node:
         (["raw", "in:=/a", "compressedDepth", "out:=/b"], 1, "it must be one of raw, compressed\n"),
     ],
 )
-def test_what_is_not_possible_is_said(
+def test_impossible_conversions_are_reported(
     processes: Processes, arguments: list[str], code: int, text: str
 ) -> None:
     ended = processes.run("rosrun", "image_transport", "republish", *arguments)

@@ -1,4 +1,4 @@
-"""`roslaunch --child`: what it tells its parent, what it lets itself be told, and when it ends.
+"""`roslaunch --child`: what it reports to its parent, which orders it accepts, and when it ends.
 
 The parent is a server of the test; tests/interop/test_remote_machines.py has a genuine one.
 """
@@ -38,7 +38,7 @@ def package(ros: RosSystem) -> Path:
     return folder
 
 
-def test_it_starts_what_it_is_told_to_and_says_what_became_of_it(
+def test_it_starts_the_ordered_nodes_and_reports_the_result(
     ros: RosSystem, parent: Parent, package: Path
 ) -> None:
     child = start(ros, parent)
@@ -76,7 +76,7 @@ def test_it_ends_with_its_nodes(ros: RosSystem, parent: Parent, package: Path) -
     assert parent.shown[-1] == (2, "all processes on machine have died, roslaunch will exit")
 
 
-def test_it_ends_when_it_is_told_to(ros: RosSystem, parent: Parent, package: Path) -> None:
+def test_it_ends_when_the_parent_orders_it(ros: RosSystem, parent: Parent, package: Path) -> None:
     child = start(ros, parent)
     launch(parent, ("a", "sleeper"))
     assert parent.child.call("shutdown") == [1, "success", 1]
@@ -121,7 +121,7 @@ def test_a_node_that_floods_its_output_is_not_blocked_by_a_parent_that_does_not_
     wait_until(lambda: log.stat().st_size > 1_000_000)
 
 
-def test_a_launch_file_that_is_none_is_explained_and_another_is_taken(
+def test_an_invalid_launch_file_is_refused_and_a_valid_one_is_launched_after_it(
     ros: RosSystem, parent: Parent, package: Path
 ) -> None:
     start(ros, parent)

@@ -64,7 +64,7 @@ parent.shutdown()
     ) == ["> ['b-2'] True"]
 
 
-def test_listeners_hear_of_the_end_of_a_process(ros: RosSystem, package: Path) -> None:
+def test_listeners_are_notified_of_the_end_of_a_process(ros: RosSystem, package: Path) -> None:
     assert run(
         ros,
         package,
@@ -199,7 +199,7 @@ if "spin" in sys.argv:
 """
 
 
-def test_ctrl_c_ends_a_launch_that_spins_and_the_script_goes_on(ros: RosSystem, package: Path) -> None:
+def test_ctrl_c_ends_a_launch_that_spins_and_the_script_continues(ros: RosSystem, package: Path) -> None:
     running = ros.pipros.start(sys.executable, "-c", SPIN, "spin", ROS_PACKAGE_PATH=str(package.parent))
     running.wait_for(r"started \d+")
     running.press_ctrl_c()

@@ -120,7 +120,7 @@ def test_a_node_that_ignores_signals_is_killed_after_the_timeouts(ros: RosSystem
     assert any("required SIGKILL" in line for line in running.stderr)
 
 
-def test_whoever_presses_ctrl_c_again_need_not_wait(ros: RosSystem, package: Path) -> None:
+def test_a_second_ctrl_c_ends_the_wait(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("stubborn"))
     running.wait_for("ready")
     for expected in ("killing on exit", "escalating to SIGTERM", "escalating to SIGKILL"):
@@ -172,7 +172,7 @@ def test_what_a_script_leaves_in_the_background_is_ended_too(ros: RosSystem, pac
     wait_until(lambda: not is_running(pid))
 
 
-def test_a_node_is_told_all_that_noetic_tells_it(ros: RosSystem, package: Path) -> None:
+def test_a_node_gets_the_arguments_and_variables_of_noetic(ros: RosSystem, package: Path) -> None:
     content = (
         '<env name="OUTER" value="1"/><remap from="a" to="b"/><group ns="g">'
         + node("printenv", args="one 'two three'", cwd="node").replace(
@@ -289,7 +289,7 @@ def test_a_bad_file_stops_everything_with_its_place(ros: RosSystem, package: Pat
 @pytest.mark.parametrize(
     "uri", ["http://localhost", "http://localhost:x", "localhost:11311", "ftp://localhost:1"]
 )
-def test_a_master_uri_that_is_none_is_refused(ros: RosSystem, package: Path, uri: str) -> None:
+def test_an_invalid_master_uri_is_refused(ros: RosSystem, package: Path, uri: str) -> None:
     running = launch(ros, package, node("sleeper"), ROS_MASTER_URI=uri)
     assert running.wait() == 1
     assert f"ROS_MASTER_URI [{uri}]" in running.output
@@ -406,7 +406,7 @@ def test_roscore_keeps_a_pid_file_and_a_log_of_its_master(ros: RosSystem) -> Non
 
 
 @pytest.mark.parametrize("variable", ["ROS_HOSTNAME", "ROS_IP"])
-def test_a_name_by_which_this_computer_does_not_reach_itself_is_told_at_once(
+def test_a_host_name_that_does_not_lead_to_this_computer_is_refused_at_once(
     ros: RosSystem, variable: str
 ) -> None:
     core = ros.pipros.run("roscore", "-p", str(ros.port), **{variable: "no.such.host.invalid"})
@@ -420,7 +420,7 @@ def test_a_name_by_which_this_computer_does_not_reach_itself_is_told_at_once(
 
 
 @pytest.mark.parametrize("port", ["-1", "65536"])
-def test_a_port_that_is_none_is_told(ros: RosSystem, port: str) -> None:
+def test_an_invalid_port_is_refused(ros: RosSystem, port: str) -> None:
     core = ros.pipros.run("roscore", "-p", port)
     assert core.returncode == 1
     assert f"port must be between 0 and 65535, got {port}" in core.output

@@ -77,7 +77,7 @@ def test_what_the_master_refuses_is_raised_with_its_words(master: Master) -> Non
     assert (caught.value.code, caught.value.text) == (-1, "Parameter [/nope] is not set")
 
 
-def test_subscribers_are_told_of_publishers_that_come_and_go(master: Master, slave: FakeSlave) -> None:
+def test_subscribers_are_notified_of_publishers_that_come_and_go(master: Master, slave: FakeSlave) -> None:
     client(master, "/s").register_subscriber("/t", "x/Y", slave.api)
     talker = client(master, "/p")
     assert talker.register_publisher("/t", "x/Y", "http://127.0.0.1:9/") == [slave.api]
@@ -171,7 +171,7 @@ def test_a_duplicate_name_shuts_the_former_node_down(master: Master) -> None:
     successor.stop()
 
 
-def test_a_node_that_registers_while_it_is_told_to_shut_down_does_not_end_its_successor(
+def test_a_node_that_registers_while_it_is_shut_down_does_not_end_its_successor(
     master: Master,
 ) -> None:
     """As roscpp nodes do: they subscribe to a parameter when they log that they are to end."""
@@ -190,7 +190,7 @@ def test_a_node_that_registers_while_it_is_told_to_shut_down_does_not_end_its_su
     successor.stop()
 
 
-def test_a_node_that_vanished_is_removed_and_its_subscribers_are_told(
+def test_a_node_that_vanished_is_removed_and_its_subscribers_are_notified(
     quick_master: Master, slave: FakeSlave
 ) -> None:
     gone = FakeSlave()
@@ -306,7 +306,7 @@ def test_a_restarted_master_remembers_parameters_and_the_nodes_that_are_still_th
         found.stop()
 
 
-def test_a_store_that_is_none_is_set_aside_and_the_master_starts_all_the_same(tmp_path: Path) -> None:
+def test_an_unusable_store_is_set_aside_and_the_master_starts(tmp_path: Path) -> None:
     store = tmp_path / "master.db"
     store.write_text("my diary")
     with Master(port=0, store=store) as master:

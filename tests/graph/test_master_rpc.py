@@ -114,7 +114,7 @@ def test_python_clients_of_genuine_ros_are_served(serving: Serving) -> None:
         ("nothing", "<class 'TypeError'>:cannot marshal None unless allow_none is enabled"),
     ],
 )
-def test_what_cannot_be_answered_is_a_fault_in_the_words_of_pythons_server(
+def test_a_failed_call_is_a_fault_with_the_text_of_pythons_server(
     serving: Serving, method: str, text: str
 ) -> None:
     with RpcClient(serving.uri) as client, pytest.raises(Fault) as caught:
@@ -213,7 +213,7 @@ def test_http_1_0_clients_are_served_and_closed(serving: Serving) -> None:
     assert b"Connection: close" in answer
 
 
-def test_a_client_that_asks_to_continue_is_told_to(serving: Serving) -> None:
+def test_a_client_that_expects_100_continue_gets_it(serving: Serving) -> None:
     body = encode_call("echo", ("x",))
     with serving.connect() as peer:
         head = b"POST / HTTP/1.1\r\nExpect: 100-continue\r\nConnection: close\r\nContent-Length: %d\r\n\r\n"
@@ -233,7 +233,7 @@ def test_a_client_that_asks_to_continue_is_told_to(serving: Serving) -> None:
         (b"POST / HTTP/1.1\r\nX: " + b"y" * 20_000, b"431"),
     ],
 )
-def test_what_is_no_request_is_refused_by_its_status_counted_and_closed(
+def test_an_invalid_request_is_refused_by_status_counted_and_closed(
     serving: Serving, sent: bytes, status: bytes, caplog: pytest.LogCaptureFixture
 ) -> None:
     for _ in range(2):
@@ -316,7 +316,7 @@ def test_a_peer_that_does_not_read_its_answers_is_closed() -> None:
     serving.close()
 
 
-def test_the_connection_idle_longest_gives_way_to_a_new_one() -> None:
+def test_the_connection_idle_longest_is_closed_for_a_new_one() -> None:
     serving = Serving(limits=Limits(rpc_connections=3))
     peers = [serving.connect() for _ in range(3)]
     wait_until(lambda: len(serving.server.connections) == 3)
@@ -394,7 +394,9 @@ def test_a_server_that_is_silent_is_unreachable_when_the_time_is_over() -> None:
         (b"", Unreachable),
     ],
 )
-def test_what_answers_but_is_no_xml_rpc_server_is_told_apart(answer: bytes, error: type[Exception]) -> None:
+def test_a_server_that_does_not_speak_xml_rpc_has_an_error_of_its_own(
+    answer: bytes, error: type[Exception]
+) -> None:
     def serve(listener: socket.socket) -> None:
         for _ in range(2):
             peer, _ = listener.accept()

@@ -56,7 +56,7 @@ def test_unregistering_ends_the_iteration(make_node: MakeNode) -> None:
     assert run(listen()) == 0
 
 
-def test_a_subscriber_with_a_callback_is_no_iterator(make_node: MakeNode) -> None:
+def test_a_subscriber_with_a_callback_is_not_an_iterator(make_node: MakeNode) -> None:
     with pytest.raises(TypeError, match=r"\[/chat\] was subscribed to with a callback"):
         aiter(make_node("listener").subscribe("chat", String, print))
 

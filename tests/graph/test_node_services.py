@@ -79,7 +79,7 @@ def test_a_call_may_be_given_a_time_limit(make_node: MakeNode) -> None:
     gate.set()
 
 
-def test_nobody_there_and_another_type_are_told_apart(make_node: MakeNode) -> None:
+def test_a_missing_server_and_another_type_have_different_errors(make_node: MakeNode) -> None:
     server, client = make_node("server"), make_node("client")
     server.serve("set", SetBool, answer(""))
     with pytest.raises(ServiceFailed, match=r"service \[/nobody\] unavailable"):
@@ -174,7 +174,7 @@ def test_the_end_of_a_node_ends_its_calls(make_node: MakeNode) -> None:
     gate.set()
 
 
-def test_a_request_that_is_none_ends_the_connection_only(make_node: MakeNode) -> None:
+def test_a_malformed_request_ends_only_its_connection(make_node: MakeNode) -> None:
     log, lines = listening_log()
     server, client = make_node("server", log=log), make_node("client")
     server.serve("set", SetBool, answer("still here"))

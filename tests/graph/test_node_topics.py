@@ -473,7 +473,7 @@ def test_the_slave_api_answers_as_genuine_nodes_do(make_node: MakeNode, master: 
         ({"service": "/nope", "md5sum": "*", "callerid": "/q"}, "does not provide the service [/nope]"),
     ],
 )
-def test_a_peer_that_asks_for_the_wrong_thing_is_told_so(
+def test_a_peer_with_a_wrong_request_gets_the_reason(
     make_node: MakeNode, fields: dict[str, str], problem: str
 ) -> None:
     node = make_node("talker")

@@ -32,7 +32,7 @@ def trusting() -> ssl.SSLContext:
 
 
 async def about(place: str, cookie: str, scheme: str) -> Any:
-    """What the page is told of the server, over TLS. The client with threads loses requests there."""
+    """What the server sends the page about itself, over TLS. The threaded client loses requests there."""
     async with connect(
         f"wss://{place}/live",
         origin=Origin(f"{scheme}://{place}"),

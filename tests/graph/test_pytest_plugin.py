@@ -92,7 +92,7 @@ def test_a_launch_file_is_collected_when_it_has_tests_and_other_files_are_not(
     assert "4 tests collected" in result.outlines[-1]
 
 
-def test_a_failure_shows_the_words_of_the_test_program_and_no_frames_of_ours(run: Run) -> None:
+def test_a_failure_shows_the_text_of_the_test_program_and_none_of_our_frames(run: Run) -> None:
     result = run("level.test::first", "--ros-arg", "level:=26")
 
     result.assert_outcomes(failed=1)

@@ -35,7 +35,7 @@ def test_ctrl_c_ends_it(ros: RosSystem) -> None:
     assert rosgraph.wait() == 0
 
 
-def test_the_graph_is_told_by_topics() -> None:
+def test_inbound_and_outbound_nodes_follow_from_the_topics() -> None:
     state = SystemState.from_state(
         [[["/t", ["/a"]], ["/u", ["/b"]]], [["/t", ["/b", "/c"]], ["/none", ["/c"]]], [["/s", ["/a"]]]]
     )

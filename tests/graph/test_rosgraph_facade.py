@@ -72,7 +72,7 @@ def test_errors_are_those_that_ros_code_catches(master: Any) -> None:
 
 
 @pytest.mark.parametrize("uri", ["foo", "", "http://"])
-def test_a_uri_that_is_none_is_refused(uri: str) -> None:
+def test_an_invalid_uri_is_refused(uri: str) -> None:
     with pytest.raises(ValueError, match="invalid master URI"):
         rosgraph.Master("/tool", master_uri=uri)
 
@@ -140,7 +140,7 @@ def test_a_master_argument_without_value_is_refused() -> None:
         ("http://[::1]:5", ("::1", 5)),
     ],
 )
-def test_urls_are_taken_apart(url: str, parts: tuple[str, int]) -> None:
+def test_urls_are_split(url: str, parts: tuple[str, int]) -> None:
     assert rosgraph.network.parse_http_host_and_port(url) == parts
 
 

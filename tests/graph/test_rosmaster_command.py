@@ -50,7 +50,7 @@ def test_without_core_it_says_that_roscore_is_wanted_and_where_it_listens(
     assert process.wait(10) == 0
 
 
-def test_a_port_that_is_taken_is_told_in_one_line(processes: Processes, claimed_port: ClaimedPort) -> None:
+def test_a_port_in_use_is_reported_in_one_line(processes: Processes, claimed_port: ClaimedPort) -> None:
     start(processes, claimed_port, "--core")
     wait_until(lambda: is_up(claimed_port))
     second = start(processes, claimed_port, "--core")
@@ -108,7 +108,7 @@ def test_statistics_of_no_master_are_an_error_with_its_cure(capsys: Any) -> None
         (["-p", "70000"], "rosmaster: error: port must be between 0 and 65535, got 70000"),
     ],
 )
-def test_wrong_arguments_are_told_and_end_with_2(
+def test_wrong_arguments_are_reported_and_end_with_2(
     argv: list[str], text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as caught:

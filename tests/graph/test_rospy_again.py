@@ -1,4 +1,5 @@
-"""A process whose node ends and that begins anew with another, as notebooks and tests of packages do."""
+"""A process that starts a second node after its first one has ended, as notebooks and tests of packages
+do."""
 
 from __future__ import annotations
 

@@ -147,7 +147,7 @@ def test_echo_follows_a_topic_across_a_restart_of_its_publisher(
     assert echo.stdout == ['data: "one"', "---", 'data: "two"', "---"]
 
 
-def test_an_index_beyond_an_array_is_told_and_the_next_message_is_shown(
+def test_an_index_beyond_an_array_is_reported_and_the_next_message_is_shown(
     commands: Commands, make_node: MakeNode
 ) -> None:
     numbers = load_message_class("std_msgs/Int32MultiArray")
@@ -162,7 +162,7 @@ def test_an_index_beyond_an_array_is_told_and_the_next_message_is_shown(
     assert echo.stderr == ["tuple index out of range: /data[1]"]
 
 
-def test_a_filter_that_fails_is_told_once_and_hides_those_messages(
+def test_a_filter_that_fails_is_reported_once_and_hides_those_messages(
     commands: Commands, make_node: MakeNode
 ) -> None:
     numbers = load_message_class("std_msgs/Int32MultiArray")
@@ -238,7 +238,7 @@ def test_hz_of_a_silent_topic_says_that_there_is_nothing_new(commands: Commands,
 
 
 @pytest.mark.parametrize(("option", "report"), [((), "no new messages"), (("--wall-time",), "average rate")])
-def test_hz_measures_by_the_simulated_clock_unless_told_otherwise(
+def test_hz_measures_by_the_simulated_clock_by_default(
     commands: Commands,
     master: Master,
     talker: Publisher,

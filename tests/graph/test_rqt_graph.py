@@ -122,7 +122,7 @@ def test_a_node_tells_its_connections(chain: RosSystem) -> None:
         assert ["/talker", "/level", "/listener"] in [row[:3] for row in node["connections"]]
 
 
-def test_a_vanished_master_is_told_and_found_again(ros: RosSystem) -> None:
+def test_a_vanished_master_is_reported_and_found_again(ros: RosSystem) -> None:
     core = ros.pipros.start_master()
     page = Page(ros)
     with page.connect() as browser:

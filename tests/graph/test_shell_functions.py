@@ -101,7 +101,7 @@ def test_files_are_shown_edited_copied_and_moved(ros: RosSystem, source: Path, p
         ("rosed", "usage: rosed [package] [file]"),
     ],
 )
-def test_mistakes_are_told_and_end_with_1(
+def test_mistakes_are_reported_and_end_with_1(
     ros: RosSystem, source: Path, program: str, line: str, expected: str
 ) -> None:
     ended = shell(ros, program, line)

@@ -106,7 +106,7 @@ def test_roslaunch_runs_its_nodes_when_its_output_is_lost(ros: RosSystem, tmp_pa
         assert "Traceback" not in ended.output
 
 
-def test_what_the_encoding_lacks_is_written_out(ros: RosSystem, tmp_path: Path) -> None:
+def test_characters_that_the_encoding_does_not_have_are_escaped(ros: RosSystem, tmp_path: Path) -> None:
     ros.pipros.start_master()
     ros.pipros.run("rosparam", "set", "/street", "Straße")
     ended = ros.pipros.run("rosparam", "get", "-p", "/street", PYTHONIOENCODING="ascii")

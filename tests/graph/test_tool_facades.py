@@ -153,7 +153,7 @@ def test_rosmsg_shows_and_lists_types() -> None:
         rosmsg.list_msgs("nowhere_msgs")
 
 
-def test_a_text_file_that_is_no_text_is_a_plain_error(
+def test_a_text_file_that_is_not_utf8_is_a_plain_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "image.png"

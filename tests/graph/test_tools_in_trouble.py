@@ -188,7 +188,7 @@ def test_a_message_of_eight_megabytes_is_measured_and_shown(
     assert bw.wait() == 0
 
 
-def test_a_topic_of_another_type_is_no_log(ros: RosSystem, system: tuple[Master, Node]) -> None:
+def test_a_topic_of_another_type_is_refused_as_a_log(ros: RosSystem, system: tuple[Master, Node]) -> None:
     _, node = system
     node.advertise("/text", String, latch=True).publish(String("x"))
     done = ros.pipros.run("rosconsole", "echo", "--topic", "/text")

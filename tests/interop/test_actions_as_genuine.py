@@ -1,4 +1,4 @@
-"""Goals between both sides: the same ends, whoever serves and whoever asks."""
+"""Goals between pipros and genuine ROS, in either direction, end in the same way."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def listener(side: Side) -> Process:
 
 @pytest.mark.usefixtures("master")
 @pytest.mark.parametrize(("talking", "listening"), [("genuine", "pipros"), ("pipros", "genuine")])
-def test_talker_and_listener_meet_whoever_comes_first_and_again_after_a_restart(
+def test_talker_and_listener_connect_in_either_order_and_again_after_a_restart(
     ros: RosSystem, talking: str, listening: str
 ) -> None:
     heard = listener(side(ros, listening))

@@ -1,4 +1,4 @@
-"""catkin_find, catkin_topological_order and catkin_make_isolated in both worlds."""
+"""catkin_find, catkin_topological_order and catkin_make_isolated compared with the genuine ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Command lines of catkin's tools in both worlds: the same exit codes, files, and words on mistakes."""
+"""catkin's tools have the exit codes, files and error texts of the genuine ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What nodes and launchers show on a terminal, byte for byte beside genuine ROS: format, colours, titles."""
+"""The terminal output of nodes and launchers equals that of genuine ROS: format, colours, titles."""
 
 from __future__ import annotations
 

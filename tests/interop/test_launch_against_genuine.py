@@ -1,4 +1,4 @@
-"""roslaunch beside genuine roslaunch: the same nodes, parameters, arguments and environments."""
+"""roslaunch starts the same nodes, parameters, arguments and environments as genuine roslaunch."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ class _Server(ThreadingMixIn, SimpleXMLRPCServer):
 
 
 class Slave:
-    """The API of a node that only writes down what it is told."""
+    """The API of a node that only records its calls."""
 
     def __init__(self, letter: str) -> None:
         self.placeholder = f"<{letter}>"

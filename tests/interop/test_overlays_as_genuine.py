@@ -1,4 +1,4 @@
-"""Setup files of three workspaces, sourced in many orders: the same environment in both worlds."""
+"""Setup files of three workspaces, sourced in many orders, give the same environment as genuine ones."""
 
 from __future__ import annotations
 
@@ -67,7 +67,8 @@ def base(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Path:
 
 @pytest.fixture(scope="session")
 def sides(base: Path, bare_tools: Path) -> dict[str, Processes]:
-    """Programs of both worlds in environments without any workspace; each has the three, built once."""
+    """Programs of pipros and genuine ROS without any workspace set up; each has the three workspaces, built
+    once."""
     uri = "http://127.0.0.1:1"
     made = {}
     for name, environment in (

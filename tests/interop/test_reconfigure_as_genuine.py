@@ -1,4 +1,4 @@
-"""dynamic_reconfigure: the same traffic and the same answers, whoever serves and whoever asks."""
+"""dynamic_reconfigure between pipros and genuine ROS, in either direction: the same traffic and answers."""
 
 from __future__ import annotations
 

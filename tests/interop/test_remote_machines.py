@@ -114,7 +114,7 @@ def test_our_roslaunch_is_the_child_of_a_genuine_one(ros: RosSystem, sshd: SshSe
     ros.pipros.processes.assert_nothing_left()
 
 
-def test_a_genuine_parent_is_told_of_the_end_of_a_node(
+def test_a_genuine_parent_is_notified_of_the_end_of_a_node(
     ros: RosSystem, sshd: SshServer, programs: Path
 ) -> None:
     running = launch_on_genuine(ros, sshd, programs, "fails")
@@ -132,7 +132,7 @@ def test_the_child_of_a_genuine_parent_ends_with_a_required_node(
     ros.pipros.processes.assert_nothing_left()
 
 
-def test_a_genuine_parent_is_told_what_cannot_be_started(
+def test_a_genuine_parent_gets_the_nodes_that_cannot_be_started(
     ros: RosSystem, sshd: SshServer, programs: Path
 ) -> None:
     running = launch_on_genuine(ros, sshd, programs, "nope")

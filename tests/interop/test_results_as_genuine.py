@@ -1,4 +1,4 @@
-"""rosunit and rostest beside their genuine originals: same test package, same reports, same result files."""
+"""rosunit and rostest write the same reports and result files as the genuine ones, for the same package."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rosconsole` of pipros beside that of genuine ROS, on nodes of both."""
+"""`rosconsole` compared with that of genuine ROS, on nodes of both."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""roscore and rosmaster beside the genuine ones: what is there after the start, log, options."""
+"""roscore and rosmaster compared with the genuine ones: parameters and topics after the start, log,
+options."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command `rosgraph` beside its genuine original, and genuine packages' executables beside ours."""
+"""The command `rosgraph` compared with the genuine one, and the executables of genuine packages with ours."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""rospack of both worlds on the same packages: the same answers, complaints and exit codes."""
+"""rospack gives the same answers, errors and exit codes as the genuine one, on the same packages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rosstack`, `rosclean`, `rosversion` and `roslaunch-complete` of pipros beside those of genuine ROS."""
+"""`rosstack`, `rosclean`, `rosversion` and `roslaunch-complete` answer like those of genuine ROS."""
 
 from __future__ import annotations
 

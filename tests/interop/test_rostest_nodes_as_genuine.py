@@ -1,4 +1,4 @@
-"""The test nodes of rostest beside genuine ones: same parameters, same cases, same exit codes."""
+"""The test nodes of rostest have the parameters, cases and exit codes of the genuine ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`roswtf` of pipros beside that of genuine ROS: the same environments, and the same sick system."""
+"""`roswtf` compared with that of genuine ROS, in the same environments and on the same faulty system."""
 
 from __future__ import annotations
 

@@ -65,7 +65,9 @@ def test_a_cpp_program_uses_a_package_that_only_pipros_has(tmp_path: Path) -> No
 
 
 @pytest.mark.timeout(300)
-def test_catkin_make_of_pipros_hands_over_what_genuine_ros_lacks(ros: RosSystem, tmp_path: Path) -> None:
+def test_catkin_make_of_pipros_adds_the_packages_that_genuine_ros_does_not_have(
+    ros: RosSystem, tmp_path: Path
+) -> None:
     manifest, cmake = (text.replace("control_msgs", "map_msgs") for text in (MANIFEST, CMAKE))
     add_package(tmp_path, manifest, cmake, MAP_PROGRAM)
 

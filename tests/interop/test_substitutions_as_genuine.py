@@ -1,4 +1,4 @@
-"""`$(…)` beside genuine roslaunch, `$(eval …)` above all: the same texts come out."""
+"""`$(…)`, above all `$(eval …)`, gives the same texts as genuine roslaunch."""
 
 from __future__ import annotations
 

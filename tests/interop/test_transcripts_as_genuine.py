@@ -1,4 +1,4 @@
-"""roscore, roslaunch and rostest on a terminal, from start to Ctrl-C, beside genuine ROS: the same screen."""
+"""roscore, roslaunch and rostest on a terminal, from start to Ctrl-C: the same screen as with genuine ROS."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def node(make_node: MakeNode) -> Node:
     return node
 
 
-def test_who_sleeps_when_time_is_set_back_is_told(make_node: MakeNode, node: Node) -> None:
+def test_a_sleeper_is_notified_when_time_is_set_back(make_node: MakeNode, node: Node) -> None:
     simulator, told = Simulator(make_node, node), []
     simulator.set(100)
 
@@ -88,7 +88,7 @@ def test_a_timer_that_resets_goes_on_after_time_was_set_back(make_node: MakeNode
     timer.shutdown()
 
 
-def test_who_sleeps_and_there_is_no_clock_is_told_why(
+def test_a_sleeper_without_a_clock_gets_a_warning(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(clock_module, "SILENCE_S", 0.05)

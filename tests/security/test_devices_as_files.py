@@ -44,7 +44,7 @@ def run(ros: RosSystem, *argv: str) -> Process:
 
 
 @pytest.mark.parametrize("kind", ["pipe", "link to a device"])
-def test_a_manifest_that_is_no_file_is_no_package(ros: RosSystem, source: Path, kind: str) -> None:
+def test_a_manifest_that_is_not_a_file_is_not_a_package(ros: RosSystem, source: Path, kind: str) -> None:
     (source / "bad").mkdir()
     plant(source / "bad" / "package.xml", kind)
 
@@ -58,7 +58,7 @@ def test_a_manifest_that_is_no_file_is_no_package(ros: RosSystem, source: Path, 
 
 
 @pytest.mark.parametrize("kind", ["pipe", "link to a device"])
-def test_a_definition_that_is_no_file_is_no_message(ros: RosSystem, source: Path, kind: str) -> None:
+def test_a_definition_that_is_not_a_file_is_not_a_message(ros: RosSystem, source: Path, kind: str) -> None:
     plant(source / "good" / "msg" / "Bad.msg", kind)
 
     shown = run(ros, "rosmsg", "show", "good/Bad")
@@ -99,7 +99,7 @@ def test_the_output_of_a_command_in_a_launch_file_has_a_limit(ros: RosSystem) ->
     assert "printed more than 1000 bytes" in loaded.output
 
 
-def test_results_of_tests_that_are_no_files_are_passed_over(ros: RosSystem) -> None:
+def test_results_of_tests_that_are_not_files_are_skipped(ros: RosSystem) -> None:
     results = ros.home / "results"
     results.mkdir()
     plant(results / "a.xml", "pipe")

@@ -128,7 +128,7 @@ def test_links_beyond_the_limit_are_not_made(make_node: MakeNode) -> None:
 
 
 @pytest.mark.parametrize("value", [[1, 2.5, None, ["http://127.0.0.1:1/"], {"a": 1}], [""], ["http://[::1"]])
-def test_what_is_no_list_of_uris_ends_nothing(make_node: MakeNode, value: list[Any]) -> None:
+def test_an_invalid_list_of_publishers_ends_no_link(make_node: MakeNode, value: list[Any]) -> None:
     listener, inbox = make_node("listener"), Inbox()
     subscription = listener.subscribe("chat", String, inbox).subscription
     loop_failures: list[Any] = []

@@ -97,7 +97,7 @@ def test_the_log_of_a_node_does_not_follow_the_link_of_another_user(tmp_path: Pa
 
 
 @needs_other_users
-def test_the_folder_of_a_run_is_no_link_of_another_user(tmp_path: Path) -> None:
+def test_the_folder_of_a_run_is_not_a_link_of_another_user(tmp_path: Path) -> None:
     (tmp_path / "documents").mkdir()
     link_of_another_user(tmp_path / "the-run", tmp_path / "documents")
 
@@ -158,7 +158,7 @@ print("done", flush=True)
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full of Linux")
-def test_a_node_on_a_full_disk_says_so_once_and_goes_on(ros: RosSystem) -> None:
+def test_a_node_on_a_full_disk_warns_once_and_continues(ros: RosSystem) -> None:
     ros.pipros.start_master()
     (ros.home / "chatty.py").write_text(_NODE)
 

@@ -174,7 +174,7 @@ def test_nothing_is_left_in_the_home_of_another_user(shared_home: Path) -> None:
     assert list(shared_home.iterdir()) == []
 
 
-def test_that_a_cache_is_not_used_is_said_once(
+def test_a_cache_that_is_not_used_is_reported_once(
     cache: CacheFolder, shared_home: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     things(shared_home).chmod(0o777)

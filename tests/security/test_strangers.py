@@ -105,7 +105,7 @@ def test_changes_of_parameters_arrive_from_an_unexpected_address_as_well(make_no
         wait_until(lambda speed=speed: node.params.get_cached("/speed") == speed)
 
 
-def test_a_stranger_cannot_end_a_node_and_is_told_why(make_node: MakeNode, master: Master) -> None:
+def test_a_stranger_cannot_end_a_node_and_gets_the_reason(make_node: MakeNode, master: Master) -> None:
     node = make_node("node")
     node.advertise("chat", String)
     code, text, _ = call(node, "shutdown", "/rosnode", "user request")

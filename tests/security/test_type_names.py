@@ -38,7 +38,7 @@ def modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 @pytest.mark.parametrize("package", ["loud_module", "loud_package", "quiet_package", "this", "antigravity"])
-def test_modules_that_are_no_message_packages_are_not_imported(modules: Path, package: str) -> None:
+def test_modules_that_are_not_message_packages_are_not_imported(modules: Path, package: str) -> None:
     for load in (load_message_class, load_service_class):
         with pytest.raises(NotFound, match=f"there is no package {package}"):
             load(f"{package}/Foo")
@@ -57,7 +57,7 @@ def test_classes_that_genpy_generated_are_found_on_the_path(modules: Path) -> No
         load_message_class("made_msgs/Missing")
 
 
-def test_what_is_no_message_class_is_not_given(modules: Path) -> None:
+def test_a_class_that_is_not_a_message_is_not_returned(modules: Path) -> None:
     (modules / "made_msgs" / "msg").mkdir(parents=True)
     (modules / "made_msgs" / "msg" / "__init__.py").write_text("Foo = 1\n")
     (modules / "made_msgs" / "msg" / "_Foo.py").write_text("")

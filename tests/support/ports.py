@@ -1,4 +1,4 @@
-"""Ports for masters: free, and not handed to two tests at once, whoever runs tests on this machine."""
+"""Ports for masters: free, and never given to two tests at once, even if several users run tests."""
 
 from __future__ import annotations
 

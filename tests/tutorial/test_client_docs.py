@@ -19,7 +19,7 @@ def test_every_example_says_what_it_prints() -> None:
 
 
 @pytest.mark.parametrize(("code", "printed"), EXAMPLES)
-def test_the_example_prints_what_stands_below_it(processes: Processes, code: str, printed: str) -> None:
+def test_the_example_prints_the_output_below_it(processes: Processes, code: str, printed: str) -> None:
     with Master(port=0) as master:
         ended = processes.run(VENV_BIN / "python", "-c", code, environment={"ROS_MASTER_URI": master.uri})
     assert (ended.returncode, ended.stdout) == (0, printed.splitlines()), ended.output

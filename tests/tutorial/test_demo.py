@@ -97,7 +97,7 @@ def test_a_port_that_another_program_uses_is_named_with_a_way_out(ros: RosSystem
     )
 
 
-def test_a_master_uri_that_is_none_is_refused(ros: RosSystem) -> None:
+def test_an_invalid_master_uri_is_refused(ros: RosSystem) -> None:
     demo = ros.pipros.run(DEMO, ROS_MASTER_URI="localhost:11311")
 
     assert demo.returncode == 1

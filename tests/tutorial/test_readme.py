@@ -1,4 +1,4 @@
-"""Every example of the README runs, and does what stands beside it."""
+"""Every example of the README runs, and does what its comment says."""
 
 from __future__ import annotations
 

@@ -141,6 +141,6 @@ def test_a_stub_has_every_type_and_every_constant() -> None:
     assert "    WARN: _Final = 1\n" in text
 
 
-def test_an_unknown_package_is_said_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_package_is_reported_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["no_such_package"]) == 1
     assert capsys.readouterr().err.startswith("pipros stubs: there is no package no_such_package: ")

@@ -30,7 +30,7 @@ def test_less_is_better_by_the_median_and_the_spread_is_that_of_the_rounds(table
     assert row.ratio("tuned") is None
 
 
-def test_more_is_better_where_that_is_said_and_the_best_round_can_count(table: ModuleType) -> None:
+def test_a_measurement_can_prefer_more_and_count_the_best_round(table: ModuleType) -> None:
     values = {"genuine": [10.0, 20.0], "pipros": [30.0, 40.0]}
 
     assert table.Row("messages/s", values, more_is_better=True).ratio() == pytest.approx(35 / 15)

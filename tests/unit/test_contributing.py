@@ -1,4 +1,4 @@
-"""What contributors are told to run is there."""
+"""The commands and paths in the guide for contributors exist."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ def test_a_master_uri_has_a_host_and_a_port(uri: str, place: tuple[str, int]) ->
         "http://r:x",
     ],
 )
-def test_what_is_no_master_uri_is_refused_with_an_example(uri: str) -> None:
+def test_an_invalid_master_uri_is_refused_with_an_example(uri: str) -> None:
     with pytest.raises(InvalidEnvironment, match="for example http://localhost:11311"):
         split_master_uri(uri)
 

@@ -53,7 +53,7 @@ def test_a_large_file_is_put_aside_and_the_oldest_deleted(tmp_path: Path) -> Non
     }
 
 
-def test_a_single_file_begins_anew(tmp_path: Path) -> None:
+def test_a_single_file_is_truncated(tmp_path: Path) -> None:
     file = LogFile(tmp_path / "x.log", Limits(log_bytes=10, log_files=1))
     for number in range(4):
         file.write(f"{number} 4567890\n")
@@ -77,7 +77,7 @@ def test_threads_do_not_mix_their_lines(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs resource limits")
-def test_a_full_disk_is_said_once_and_lines_go_on_when_there_is_room(tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_once_and_lines_continue_when_there_is_room(tmp_path: Path) -> None:
     path = tmp_path / "x.log"
 
     ran = subprocess.run(

@@ -16,7 +16,7 @@ def test_a_command_line_is_sorted_by_what_its_arguments_are_for() -> None:
     assert parsed.malformed == ()
 
 
-def test_an_argument_with_two_assignments_is_kept_apart() -> None:
+def test_an_argument_with_two_assignments_is_malformed() -> None:
     parsed = names.parse_arguments(["a:=b:=c", "d:=e"])
     assert (parsed.malformed, parsed.remappings) == (("a:=b:=c",), {"d": "e"})
 

@@ -57,7 +57,7 @@ def test_a_main_without_the_frame_is_noticed() -> None:
     assert not is_started_by_the_frame(lambda: 0)
 
 
-def test_the_version_is_said_once() -> None:
+def test_the_version_is_defined_once() -> None:
     import pipros
 
     assert PROJECT["project"]["version"] == pipros.__version__ == importlib.metadata.version("pipros")

@@ -1,4 +1,4 @@
-"""A machine without genuine ROS, pyright or a browser: what is left out, and who is told."""
+"""A machine without genuine ROS, pyright or a browser: which tests are skipped, and how that is reported."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def run(plugins: Path, *arguments: str, **variables: str) -> subprocess.Complete
     )
 
 
-def test_what_lacks_is_found_by_the_files_of_the_packages(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_packages_are_found_by_their_files(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(genuine, "_FILES", {"/no/such/file": "python3-rospy", "/": "base-files"})
     monkeypatch.setattr(genuine, "_MODULES", {})
 

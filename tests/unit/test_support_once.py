@@ -28,7 +28,7 @@ def test_of_many_at_a_time_one_makes_it_and_the_others_wait(tmp_path: Path) -> N
     assert made == [1]
 
 
-def test_what_was_left_unfinished_is_made_anew(tmp_path: Path) -> None:
+def test_unfinished_work_is_made_again(tmp_path: Path) -> None:
     folder = tmp_path / "thing"
 
     def fail() -> None:

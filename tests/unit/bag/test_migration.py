@@ -204,7 +204,7 @@ def test_rules_have_methods_conditions_loops_and_make_messages() -> None:
         ('assert old_msg.data in ways, "no way for %s" %', "new_msg.points = 3 +", "unsupported|cannot|int"),
     ],
 )
-def test_what_goes_wrong_in_a_rule_is_told_with_its_place(old: str, new: str, complaint: str) -> None:
+def test_an_error_in_a_rule_names_its_place(old: str, new: str, complaint: str) -> None:
     with pytest.raises(PiprosError, match=complaint):
         migrated(RULE.replace(old, new))
 

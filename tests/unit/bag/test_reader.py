@@ -156,7 +156,7 @@ def test_a_bag_without_messages_has_no_times() -> None:
         (bag_bytes(some_rows())[:4500], NotIndexed, "cut off before its index"),
     ],
 )
-def test_what_is_no_complete_bag_is_refused(data: bytes, error: type[Exception], words: str) -> None:
+def test_an_incomplete_bag_is_refused(data: bytes, error: type[Exception], words: str) -> None:
     with pytest.raises(error) as raised:
         read(data)
     assert words in str(raised.value)

@@ -142,7 +142,7 @@ def test_without_a_split_a_full_file_ends_the_recording(
     assert results[-1] is False
 
 
-def test_the_clock_of_a_playback_stands_still_in_a_pause_and_jumps() -> None:
+def test_the_clock_of_a_playback_stops_in_a_pause_and_jumps() -> None:
     clock = PlaybackClock(100.0, 10.0, rate=2.0)
     assert (clock.due(104.0), clock.bag_time(11.0)) == (12.0, 102.0)
     clock.pause(12.0)

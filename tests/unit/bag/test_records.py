@@ -35,7 +35,7 @@ def test_the_file_header_has_a_fixed_size() -> None:
 
 
 @pytest.mark.parametrize("line", [b"#ROSBAG V2", b"#ROSBAG 2.0", b"#ROSBAG V-1.0", b"#ROSBAG Vx.y", b""])
-def test_other_first_lines_are_no_version(line: bytes) -> None:
+def test_other_first_lines_have_no_version(line: bytes) -> None:
     assert parse_version(line) is None
 
 

@@ -66,7 +66,7 @@ def test_chunks_behind_a_damaged_place_are_found() -> None:
     assert f"byte {second}" in bag.damage[0]
 
 
-def test_progress_is_told() -> None:
+def test_progress_is_reported() -> None:
     told: list[int] = []
 
     BagReader(io.BytesIO(bag_bytes(ROWS)), rebuild_index=True, progress=told.append)

@@ -15,7 +15,7 @@ from pipros.cli import catkin_create_pkg
         (["a", "a"], 'The package "a" must not'),
     ],
 )
-def test_what_makes_no_package_is_told_in_a_line(
+def test_a_package_that_cannot_be_made_is_reported_in_one_line(
     arguments: list[str],
     message: str,
     tmp_path: Path,

@@ -81,7 +81,7 @@ def test_the_packages_of_a_launch_file_are_listed(file: Path, capsys: pytest.Cap
     assert capsys.readouterr().out == "declared other\n"
 
 
-def test_what_the_manifest_does_not_name_is_told(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_undeclared_dependencies_are_reported(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert roslaunch_deps.main(["-w", str(file)]) == 1
     assert capsys.readouterr().out.splitlines()[-2:] == [
         "mine/package.xml:",

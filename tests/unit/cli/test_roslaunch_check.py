@@ -79,7 +79,7 @@ def test_a_file_without_mistakes_passes(
         ),
     ],
 )
-def test_a_mistake_is_told_and_ends_with_1(
+def test_a_mistake_is_reported_and_ends_with_1(
     package: Path, body: str, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     code, _, errors = check(write(package, body), capsys=capsys)
@@ -89,7 +89,7 @@ def test_a_mistake_is_told_and_ends_with_1(
     assert message in errors
 
 
-def test_all_launch_files_of_a_folder_are_checked_and_all_mistakes_told(
+def test_all_launch_files_of_a_folder_are_checked_and_all_mistakes_reported(
     package: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write(package, '<node name="n" pkg="robot" type="a.py"/><node name="m" pkg="robot" type="b.py"/>')
@@ -134,7 +134,7 @@ def test_variables_of_the_environment_can_be_given(
 
 
 @pytest.mark.parametrize("path", ["gone.launch", "/"])
-def test_what_is_no_launch_file_of_a_package_is_refused(
+def test_a_file_outside_of_a_package_is_refused(
     package: Path, path: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     code, _, errors = check(path, capsys=capsys)

@@ -51,7 +51,7 @@ def test_actions_have_the_md5_of_the_message_that_binds_them(capsys: pytest.Capt
     assert capsys.readouterr().out == "f59df5767bf7634684781c92598b2406\n"
 
 
-def test_all_mistakes_of_a_definition_are_told_at_once(
+def test_all_mistakes_of_a_definition_are_reported_at_once(
     robot: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert rosmsg.main(["show", f"{robot.name}/Broken"]) == 1
@@ -60,7 +60,7 @@ def test_all_mistakes_of_a_definition_are_told_at_once(
     assert lines[0].startswith(f"Unable to load msg [{robot.name}/Broken]: {robot}/msg/Broken.msg")
 
 
-def test_an_unknown_package_is_said_with_the_places_that_were_searched(
+def test_an_unknown_package_is_reported_with_the_places_that_were_searched(
     robot: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert rossrv.main(["package", "no_such_package"]) == 64
@@ -98,7 +98,7 @@ def test_a_bag_shows_types_as_their_publishers_defined_them(capsys: pytest.Captu
         (BAG.read_bytes()[:200], "cut off before its index"),
     ],
 )
-def test_what_is_no_whole_bag_is_refused(
+def test_a_bag_without_its_index_is_refused(
     content: bytes, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bag = tmp_path / "x.bag"

@@ -47,7 +47,7 @@ def test_the_program_gets_its_arguments_untouched(scripts: Path) -> None:
     assert became.value.command == [str(talker), "--debug", "a:=b", "c d"]
 
 
-def test_a_prefix_stands_before_the_program(scripts: Path) -> None:
+def test_a_prefix_comes_before_the_program(scripts: Path) -> None:
     talker = script(scripts / "talker.py")
     with pytest.raises(Became) as became:
         rosrun.main(["--prefix", "nice -n 5", "talkers", "talker.py"])

@@ -50,7 +50,7 @@ def test_list_shows_the_topics_of_a_bag(bag: str, capsys: pytest.CaptureFixture[
     ("content", "words"),
     [(None, "does not exist"), (b"x", "unable to use bag file: "), (b"#ROSBAG V2.0\n", "Unindexed bag")],
 )
-def test_what_is_no_bag_is_refused(
+def test_another_file_than_a_bag_is_refused(
     content: bytes | None, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "x.bag"

@@ -125,6 +125,6 @@ def test_conditions_hold_as_in_cmake(condition: str, expected: bool) -> None:
 
 
 @pytest.mark.parametrize("condition", ["( SET", "SET SET", "SET STREQUAL", "NOT AND SET", "SET OR"])
-def test_what_is_no_condition_is_refused(condition: str) -> None:
+def test_an_invalid_condition_is_refused(condition: str) -> None:
     with pytest.raises(ValueError, match="condition"):
         is_true([(word, False) for word in condition.split()], {})

@@ -49,7 +49,7 @@ def test_a_topic_is_waited_for_with_one_warning() -> None:
     assert waiting.pauses == 2
 
 
-def test_a_field_that_the_type_lacks_may_become_a_topic() -> None:
+def test_a_field_that_the_type_does_not_have_may_become_a_topic() -> None:
     waiting = Waiting([STRING], [STRING, ["/chatter/extra", "std_msgs/Int32"]])
 
     assert waiting.of("/chatter/extra") == ("/chatter/extra", "")

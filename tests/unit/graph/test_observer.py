@@ -73,7 +73,7 @@ def observer(nodes: Nodes) -> Iterator[SystemObserver]:
     observer.close()
 
 
-def test_connections_are_told_by_either_end(nodes: Nodes, observer: SystemObserver) -> None:
+def test_connections_are_reported_by_either_end(nodes: Nodes, observer: SystemObserver) -> None:
     assert dict(observer.look().connections) == {LEVEL: None}
     nodes.silent = {"/talker"}
     nodes.now_s += 10
@@ -91,7 +91,7 @@ def test_rates_are_differences_over_several_answers(nodes: Nodes, observer: Syst
     assert found.connections[LEVEL] == Traffic(20.0, 200.0)
 
 
-def test_a_node_that_began_anew_has_no_rate(nodes: Nodes, observer: SystemObserver) -> None:
+def test_a_restarted_node_has_no_rate(nodes: Nodes, observer: SystemObserver) -> None:
     nodes.messages = 1000
     observer.look()
     nodes.messages = 3

@@ -55,7 +55,7 @@ def test_dictionaries_are_namespaces() -> None:
     assert list(leaves("/", {"a": {"b": 1, "c": [{"d": 2}]}, "e": {}})) == [("/a/b", 1), ("/a/c", [{"d": 2}])]
 
 
-def test_keys_that_are_no_text_are_refused() -> None:
+def test_keys_that_are_not_strings_are_refused() -> None:
     with pytest.raises(GraphError, match="must have string keys"):
         list(leaves("/", {"a": {1: 2}}))
 

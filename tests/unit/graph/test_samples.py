@@ -48,7 +48,7 @@ def test_a_rate_with_a_window_of_one_never_has_figures() -> None:
     assert rate.figures() is None
 
 
-def test_a_rate_begins_anew_when_time_goes_back() -> None:
+def test_a_rate_is_reset_when_time_goes_back() -> None:
     rate = RateWindow()
     for moment in (100.0, 101.0):
         assert rate.add(moment)
@@ -102,7 +102,7 @@ def test_a_report_of_several_topics_is_a_table_of_those_with_news() -> None:
     )
 
 
-def test_time_that_goes_back_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_jump_back_of_time_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     rates = Rates(["/a"], say=print)
     rates.add("/a", 5.0)
     rates.add("/a", 4.0)

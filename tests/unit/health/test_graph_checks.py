@@ -143,7 +143,7 @@ def test_services_of_a_node_that_is_gone_are_not_reported_again() -> None:
     assert [finding.rule for finding in check_graph(system)] == ["ghost-node"]
 
 
-def test_stamps_of_another_clock_are_told_from_clocks_that_differ() -> None:
+def test_stamps_of_another_clock_are_distinguished_from_clocks_that_differ() -> None:
     (of_another,) = check_graph(with_publisher(stamp_offset_s=-1.7e9))
     assert "19676 days behind" in of_another.summary
     assert of_another.cure.startswith("Stamp with rospy.Time.now()")

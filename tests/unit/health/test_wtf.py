@@ -75,7 +75,7 @@ def test_a_missing_connection_is_an_error() -> None:
     ]
 
 
-def test_an_unknown_package_cannot_be_looked_at() -> None:
+def test_an_unknown_package_cannot_be_checked() -> None:
     with pytest.raises(roswtf.context.WtfException, match="no_such_package"):
         roswtf.context.WtfContext.from_package("no_such_package")
 

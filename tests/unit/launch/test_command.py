@@ -26,7 +26,7 @@ def maker(tmp_path: Path, talker: Path) -> CommandMaker:
     return CommandMaker(index, {"PATH": "/bin", "ROS_NAMESPACE": "/outer"}, tmp_path / "home")
 
 
-def test_the_words_of_a_command_stand_in_noetics_order(maker: CommandMaker, talker: Path) -> None:
+def test_the_words_of_a_command_are_in_noetics_order(maker: CommandMaker, talker: Path) -> None:
     node = Node(
         "talkers",
         "talker",

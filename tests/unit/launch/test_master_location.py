@@ -82,7 +82,7 @@ class FakeClient:
         (Unreachable("the master", "Connection refused"), None),
     ],
 )
-def test_the_run_of_a_master_is_told_from_a_master_without_one_and_from_silence(
+def test_a_master_with_a_run_one_without_and_no_master_are_distinguished(
     answer: object, run_id: str | None
 ) -> None:
     client: Any = FakeClient(answer)

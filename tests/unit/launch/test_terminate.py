@@ -107,7 +107,7 @@ def report(process: FakeProcess, *, is_required: bool = False) -> Recorder:
     return console
 
 
-def test_a_clean_end_is_said_in_noetics_words() -> None:
+def test_a_clean_end_is_reported_with_noetics_text() -> None:
     process = FakeProcess("n-1")
     process.exit_code = 0
     console = report(process)

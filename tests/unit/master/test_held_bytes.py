@@ -73,7 +73,7 @@ def test_a_caller_hears_which_limit_its_parameter_is_above() -> None:
 
 
 def held(books: Registry) -> int:
-    """What the books hold, counted anew."""
+    """The weight of the registry, counted again."""
     registrations = sum(
         256 + len(entry.name) + len(entry.api) + len(key)
         for entry in books.nodes.values()

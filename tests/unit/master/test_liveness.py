@@ -129,7 +129,7 @@ def test_a_node_that_does_not_tell_its_process_id_stays(case: Case, answer: Any)
     assert case.gone == []
 
 
-def test_something_that_is_no_node_at_its_address_means_that_the_node_is_gone(case: Case) -> None:
+def test_another_server_at_its_address_means_that_the_node_is_gone(case: Case) -> None:
     case.register()
     case.answers[API, "getPid"] = ProtocolError("it speaks SSH")
     case.suspect()

@@ -47,7 +47,7 @@ def opened(tmp_path: Path) -> Iterator[Opened]:
     found.lines()
 
 
-def test_each_change_is_a_line_in_the_words_of_noetic(api: MasterApi, opened: Opened) -> None:
+def test_each_change_is_a_line_with_noetics_text(api: MasterApi, opened: Opened) -> None:
     call = api.methods
     call["registerSubscriber"]("/s", "t", "x/Y", A)
     call["registerPublisher"]("/p", "t", "x/Y", B)
@@ -91,7 +91,7 @@ def test_what_changes_nothing_leaves_no_line_and_what_is_wrong_does(api: MasterA
     )
 
 
-def test_a_process_that_is_about_to_shut_down_is_told_apart(api: MasterApi, opened: Opened) -> None:
+def test_ignored_registrations_of_a_replaced_process_are_logged(api: MasterApi, opened: Opened) -> None:
     for uri in (A, B, A):
         api.methods["registerPublisher"]("/p", "t", "x/Y", uri)
     assert opened.lines()[-1].endswith(f"PUB [/t] of /p {A} ignored: that process was replaced")
@@ -140,7 +140,7 @@ def test_a_file_that_grows_too_large_is_put_aside(api: MasterApi, opened: Opened
     assert ["/19/" in kept[0].read_text(), "/18/" in kept[1].read_text()] == [True, True]
 
 
-def test_a_file_that_cannot_be_opened_anew_costs_the_lines_of_that_time_only(
+def test_a_file_that_cannot_be_reopened_loses_only_the_lines_of_that_time(
     api: MasterApi, opened: Opened, capsys: pytest.CaptureFixture[str]
 ) -> None:
     opened.lines()

@@ -160,7 +160,7 @@ def test_a_slow_node_delays_no_other(case: Case) -> None:
     assert case.notifier.delivered == TURNS_AT_A_TIME + 1
 
 
-def test_only_so_many_notices_are_under_way_at_a_time(case: Case) -> None:
+def test_the_number_of_notices_under_way_is_bounded(case: Case) -> None:
     async def main() -> None:
         apis = [f"http://n:{number}/" for number in range(5 * TURNS_AT_A_TIME)]
         case.network.delays_s.update(dict.fromkeys(apis, SLOW_S / 2))

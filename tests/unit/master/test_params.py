@@ -27,7 +27,7 @@ def test_doubled_and_trailing_slashes_do_not_matter(key: str) -> None:
     assert tree.has(key)
 
 
-def test_a_value_gives_way_to_a_namespace_and_a_namespace_to_a_value() -> None:
+def test_a_namespace_replaces_a_value_and_a_value_a_namespace() -> None:
     tree = ParamTree({"a": 5})
     tree.set("/a/b/c", 1)
     assert tree.get("/a") == {"b": {"c": 1}}
@@ -46,7 +46,7 @@ def test_what_is_not_set_is_not_there(key: str) -> None:
         tree.delete(key)
 
 
-def test_keys_with_a_slash_inside_a_dictionary_are_kept_but_are_no_paths() -> None:
+def test_keys_with_a_slash_inside_a_dictionary_are_kept_but_are_not_paths() -> None:
     tree = ParamTree()
     tree.set("/n", {"x/y": 1})
     assert tree.get("/n") == {"x/y": 1}
@@ -110,7 +110,7 @@ def test_a_search_from_far_down_takes_no_longer_than_the_tree_is_deep() -> None:
     assert ParamTree({"ns": {"w": 1}}).search(far_down, "w") == "/ns/w"
 
 
-def test_a_key_of_too_many_parts_is_refused_so_that_the_tree_can_be_told() -> None:
+def test_a_key_of_too_many_parts_is_refused_so_that_the_tree_fits_in_an_answer() -> None:
     tree = ParamTree()
     tree.set("/a" * LEVELS_LIMIT, 1)
     with pytest.raises(TooDeep):
@@ -122,7 +122,7 @@ def test_a_key_of_too_many_parts_is_refused_so_that_the_tree_can_be_told() -> No
     assert decode_response(encode_response([1, "", tree.get("/")]))[2] == tree.get("/")
 
 
-def test_what_gives_way_to_a_value_can_be_asked_for_before() -> None:
+def test_the_replaced_value_can_be_read_before() -> None:
     tree = ParamTree({"robot": {"speed": 5}})
     assert tree.former("/robot/speed") == 5
     assert tree.former("/robot/speed/limit") == 5  # a value on the way

@@ -51,7 +51,7 @@ def test_a_publisher_that_leaves_makes_the_list_shorter() -> None:
     assert registry.table(Role.PUBLISHER) == []
 
 
-def test_a_subscriber_that_leaves_is_told_no_more() -> None:
+def test_a_subscriber_that_leaves_is_no_longer_notified() -> None:
     registry = Registry()
     registry.register_subscriber("/s", "/t", "*", A)
     assert registry.unregister(Role.SUBSCRIBER, "/s", "/t", A) == (True, [])
@@ -91,7 +91,7 @@ def test_a_concrete_type_of_a_publisher_wins_and_of_a_subscriber_only_fills_a_ga
     assert registry.topic_types == {"/t": "x/Pub"}
 
 
-def test_a_service_moves_silently_to_whoever_registers_it_last() -> None:
+def test_a_service_moves_silently_to_its_last_provider() -> None:
     registry = Registry()
     registry.register_service("/a", "/srv", "rosrpc://a:1", A)
     assert registry.register_service("/b", "/srv", "rosrpc://b:2", B) == []
@@ -118,7 +118,7 @@ def test_a_second_node_of_the_same_name_shuts_the_first_down_and_drops_all_it_ha
     assert registry.names_of(Role.PARAM_SUBSCRIBER, "/p") == []
 
 
-def test_a_process_that_was_replaced_cannot_take_its_name_back_before_it_is_told() -> None:
+def test_a_replaced_process_cannot_take_its_name_back_before_its_shutdown_notice() -> None:
     registry = Registry()
     registry.register_service("/other", "/srv", "rosrpc://c:1", C)
     registry.register_publisher("/n", "/t", "x/Y", A)
@@ -186,7 +186,7 @@ class Recorder:
         self.entries.append(("type", *entry))
 
 
-def test_the_journal_hears_of_every_change_and_of_nothing_else() -> None:
+def test_the_journal_gets_every_change_and_nothing_else() -> None:
     registry = Registry()
     registry.journal = journal = Recorder()
     registry.register_publisher("/p", "/t", "x/Y", A)

@@ -133,7 +133,7 @@ def no_database(file: Path) -> None:
 
 
 @pytest.mark.parametrize("spoil", [torn, foreign, of_the_future, no_database])
-def test_a_file_that_is_no_good_store_is_set_aside_unchanged(
+def test_an_unusable_store_is_set_aside_unchanged(
     spoil: Any, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     file = tmp_path / "master.db"

@@ -47,7 +47,7 @@ def test_messages_are_equal_by_class_and_fields() -> None:
     assert unfinished != Point()
 
 
-def test_messages_are_no_keys_as_they_change() -> None:
+def test_messages_cannot_be_keys_because_they_change() -> None:
     with pytest.raises(TypeError, match="unhashable"):
         hash(Point())
 
@@ -62,7 +62,7 @@ def test_copies_and_pickles_are_messages_of_their_own() -> None:
     assert (shallow, shallow.pose is message.pose) == (message, True)
 
 
-def test_a_message_of_no_fields_is_no_bytes() -> None:
+def test_a_message_without_fields_takes_no_bytes() -> None:
     assert b"".join(Empty()._to_buffers()) == b""
     assert Empty._from_bytes(b"") == Empty()
 

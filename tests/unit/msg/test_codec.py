@@ -162,7 +162,7 @@ class TestReading:
             classes["made/T"]().deserialize(b"\xff\xff\xff\xff")
         assert len(classes["made/T"]().deserialize(b"\3\0\0\0").es) == 3
 
-    def test_what_is_no_utf8_is_replaced_and_logged_once(self, caplog: pytest.LogCaptureFixture) -> None:
+    def test_invalid_utf8_is_replaced_and_logged_once(self, caplog: pytest.LogCaptureFixture) -> None:
         cls = made("string a\nstring b")
         data = b"\2\0\0\0\xffx" + b"\1\0\0\0y"
         with caplog.at_level(logging.ERROR, "rosout"):

@@ -99,7 +99,7 @@ def test_what_is_missing_or_broken_raises_genmsgs_errors() -> None:
         genmsg.msg_loader.load_msg_from_string(context, "int32", "p/T")
 
 
-def test_names_and_types_are_taken_apart_as_genmsg_does_it() -> None:
+def test_names_and_types_are_split_like_genmsg() -> None:
     assert genmsg.package_resource_name("a/b") == ("a", "b")
     assert genmsg.package_resource_name("b") == ("", "b")
     with pytest.raises(ValueError, match=r"invalid name \[a/b/c\]"):

@@ -1,4 +1,4 @@
-"""The finders of ROS packages among Python's, asked in this process. `test_hook.py` starts Python anew."""
+"""The finders of ROS packages among Python's, in this process. `test_hook.py` starts new ones."""
 
 from __future__ import annotations
 

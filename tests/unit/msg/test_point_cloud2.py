@@ -35,12 +35,12 @@ def test_an_image_in_colour_has_rows_and_gaps() -> None:
     assert list(point_cloud2.read_points(cloud)) == points
 
 
-def test_what_is_no_cloud_is_refused() -> None:
+def test_a_message_that_is_not_a_cloud_is_refused() -> None:
     with pytest.raises(AssertionError, match=r"cloud is not a sensor_msgs\.msg\.PointCloud2"):
         list(point_cloud2.read_points(Image()))
 
 
-def test_too_little_data_is_an_error_at_the_point_that_lacks() -> None:
+def test_too_little_data_is_an_error_at_the_missing_point() -> None:
     points = point_cloud2.read_points(PointCloud2(**{**attributes(CLOUD), "data": CLOUD.data[:-1]}))
 
     assert next(points) == (1.0, 2.0, 3.0)

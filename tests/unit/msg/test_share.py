@@ -32,6 +32,6 @@ def test_a_shipped_package_names_all_that_it_depends_on(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("package", ["", "..", "/etc"])
-def test_what_is_no_name_of_a_package_is_not_looked_for_as_a_folder(package: str) -> None:
+def test_an_invalid_package_name_is_not_looked_for_as_a_folder(package: str) -> None:
     with pytest.raises(NotFound, match="there is no package"):
         installed_library().files.file("msg", f"{package}/String")

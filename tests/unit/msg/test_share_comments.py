@@ -48,14 +48,14 @@ def test_every_type_field_and_constant_that_ships_has_a_comment(package: str) ->
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_what_is_about_the_whole_stands_apart_from_the_first_declaration(package: str) -> None:
+def test_the_comment_of_the_whole_is_separate_from_the_first_declaration(package: str) -> None:
     for file in (file for file in FILES if file.parts[-3] == package):
         before, _, after = file.read_text().partition("\n\n")
         assert all(line.startswith("# ") for line in before.splitlines()), file
         assert after or all(line.startswith("#") for line in file.read_text().splitlines()), file
 
 
-def test_no_comment_stands_behind_a_string_constant_of_whose_value_it_would_be_a_part() -> None:
+def test_no_comment_follows_a_string_constant_whose_value_would_include_it() -> None:
     constants = [
         line
         for file in FILES

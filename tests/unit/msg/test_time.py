@@ -117,7 +117,7 @@ def test_the_operators_are_genpys() -> None:
     ],
     ids=["+", "-", "*", "/", "//", "%", "divmod", "instant -", "instant +"],
 )
-def test_what_is_no_time_is_refused(operation: Callable[[], object]) -> None:
+def test_a_value_that_is_not_a_time_is_refused(operation: Callable[[], object]) -> None:
     with pytest.raises(TypeError):
         operation()
 

@@ -22,7 +22,7 @@ ONE_LOOK = -1.0  # a time that is over after the first
 
 
 class SleepySocket:
-    """Has nothing for whoever looks, and something for whoever sleeps; notes which it was."""
+    """Has nothing for a poll, and something for a blocking read; records which it was."""
 
     def __init__(self) -> None:
         self.waits: list[str] = []
@@ -83,7 +83,7 @@ def test_a_deadline_holds_for_a_peer_that_trickles(ends: tuple[socket.socket, so
         PollingReceiver().receive(ends[0], 1, deadline=time.monotonic() - 1)
 
 
-def test_looks_in_vain_become_rare(monkeypatch: pytest.MonkeyPatch, sleepy: SleepySocket) -> None:
+def test_polls_that_do_not_pay_become_rare(monkeypatch: pytest.MonkeyPatch, sleepy: SleepySocket) -> None:
     monkeypatch.setattr(busy_poll, "LONGEST_PAUSE", 4)
     one = PollingReceiver(ONE_LOOK)
     polled_waits = []

@@ -199,7 +199,7 @@ def test_the_request_that_began_first_is_closed_first_to_the_others() -> None:
     assert bodies.bytes == 1
 
 
-def test_what_was_refused_since_is_said_later(
+def test_further_refusals_are_reported_later(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     refusals = Refusals()

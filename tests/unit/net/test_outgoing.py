@@ -192,7 +192,7 @@ def test_a_frame_larger_than_the_limit_waits_all_the_same() -> None:
     assert subscriber.frames == "1"
 
 
-def test_without_a_queue_a_link_that_was_waited_for_in_vain_has_stalled() -> None:
+def test_without_a_queue_a_link_that_does_not_become_writable_in_time_has_stalled() -> None:
     subscriber = Subscriber(None)
     subscriber.send(1, 2, 3)
     assert subscriber.link.is_waited_for

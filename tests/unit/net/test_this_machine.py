@@ -56,7 +56,7 @@ def connected(
             yield Caller.from_names(peer, accepted.getsockname()), client
 
 
-def test_own_addresses_are_told_from_others() -> None:
+def test_own_addresses_are_distinguished_from_others() -> None:
     for host in ("127.0.0.1", "127.0.1.1", "::1"):
         assert has_address(host)
     for host in ("192.0.2.1", "198.51.100.7", "2001:db8::5", "nonsense", ""):

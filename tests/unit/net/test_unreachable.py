@@ -1,4 +1,4 @@
-"""What an unreachable peer is told about depends on why it is likely to be out of reach."""
+"""The advice about an unreachable peer depends on the likely reason."""
 
 from __future__ import annotations
 

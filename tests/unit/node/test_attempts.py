@@ -30,7 +30,7 @@ async def turns(count: int = 5) -> None:
         await asyncio.sleep(0)
 
 
-def test_so_many_at_a_time_and_the_others_in_turn() -> None:
+def test_attempts_are_bounded_and_the_others_wait_their_turn() -> None:
     async def run() -> None:
         bound, peers = Attempts(2), Peers()
         tasks = [

@@ -68,7 +68,7 @@ def test_a_simulated_sleep_ends_with_the_node() -> None:
     assert sleeper.result is False
 
 
-def test_a_sleeper_is_told_when_time_goes_back() -> None:
+def test_a_sleep_raises_when_time_goes_back() -> None:
     clock = SimulatedClock()
     clock.set_ns(10 * S)
     sleeper = Sleeper(clock, 2)
@@ -122,7 +122,7 @@ def test_a_loop_that_is_far_behind_does_not_hurry() -> None:
     assert clock.slept == [-9.0, 1.0]
 
 
-def test_a_rate_starts_anew_when_time_goes_back_if_told_to() -> None:
+def test_a_rate_with_reset_starts_again_when_time_goes_back() -> None:
     clock = ScriptedClock()
     strict, lenient = Rate(clock, S), Rate(clock, S, reset=True)
     clock.jump_ns = -50 * S
@@ -132,7 +132,7 @@ def test_a_rate_starts_anew_when_time_goes_back_if_told_to() -> None:
     assert lenient.last_ns == clock.ns
 
 
-def test_who_sleeps_without_any_time_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_sleep_without_a_clock_is_reported_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clock_module, "SILENCE_S", 0.01)
     told = threading.Event()
     clock = SimulatedClock(told.set)

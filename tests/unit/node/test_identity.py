@@ -18,7 +18,7 @@ def settle(
     return Identity.settle(name, anonymous=anonymous, argv=argv, environment=environment or Environment())
 
 
-def test_a_node_stands_in_the_namespace_of_the_environment() -> None:
+def test_a_node_is_in_the_namespace_of_the_environment() -> None:
     identity = settle(environment=Environment(namespace="/robot/arm/"))
     assert (identity.name, identity.namespace) == ("/robot/arm/talker", "/robot/arm/")
 

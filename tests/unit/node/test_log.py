@@ -63,7 +63,7 @@ def test_every_placeholder(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == expected
 
 
-def test_simulated_time_stands_beside_wall_time(capsys: pytest.CaptureFixture[str]) -> None:
+def test_simulated_time_is_logged_beside_wall_time(capsys: pytest.CaptureFixture[str]) -> None:
     clock = SimulatedClock()
     clock.set_ns(2_500_000_000)
     console(clock=clock).emit(record(logging.INFO))

@@ -46,7 +46,7 @@ def test_close_messages_make_a_dense_run() -> None:
     assert messages.changes == [1 + RUN_LENGTH]
 
 
-def test_messages_apart_make_none() -> None:
+def test_separate_messages_do_not_make_a_burst() -> None:
     messages = Messages()
     messages.send(1000, FAR)
     assert not messages.pace.in_burst

@@ -11,7 +11,7 @@ from pipros.node.publisher import Publication
 PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
 
 
-def test_numbering_begins_anew_after_the_largest_sequence_number() -> None:
+def test_sequence_numbers_wrap_around() -> None:
     sent: list[int] = []
     context: Any = SimpleNamespace(limits=SimpleNamespace(stall_s=2.0), loop=None)
     publication = Publication("p", PointStamped, context)

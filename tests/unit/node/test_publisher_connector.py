@@ -19,7 +19,7 @@ A, B, C = "http://a:1/", "http://b:1/", "http://c:1/"
 
 
 class Publishers:
-    """Connects at once, unless told otherwise; notes when it was asked to whom.
+    """Connects at once, unless set otherwise; notes when it was asked to whom.
 
     Attributes:
         moments: the times of the attempts, by URI.
@@ -132,7 +132,7 @@ def test_a_publisher_out_of_reach_is_tried_ever_less_often_and_explained_once(
     run_instantly(run())
 
 
-def test_a_publisher_that_refuses_is_asked_again_seldom_and_at_once_when_it_is_listed_anew() -> None:
+def test_a_publisher_that_refuses_is_asked_again_rarely_and_at_once_when_it_is_listed_again() -> None:
     async def run() -> None:
         publishers = Publishers()
         publishers.errors[A] = Refused(A, 0, "wrong md5sum")

@@ -54,7 +54,7 @@ def test_a_cycle_is_as_long_as_the_period_however_long_the_work_takes() -> None:
     assert clock.time_ns == 1300
 
 
-def test_a_loop_that_is_a_little_late_catches_up_and_one_that_is_very_late_begins_anew() -> None:
+def test_a_loop_that_is_a_little_late_catches_up_and_one_that_is_very_late_starts_again() -> None:
     clock = FakeClock()
     rate = Rate(clock, PERIOD_NS)
     clock.time_ns += 150
@@ -74,7 +74,7 @@ def test_the_remaining_time_is_negative_when_the_cycle_is_over_and_whole_after_a
     assert rate.remaining_ns() == PERIOD_NS
 
 
-def test_a_jump_back_during_a_sleep_raises_unless_the_rate_is_to_begin_anew() -> None:
+def test_a_jump_back_during_a_sleep_raises_without_reset() -> None:
     clock = FakeClock()
     clock.jump_ns = -500
     with pytest.raises(TimeMovedBackwards):

@@ -38,7 +38,7 @@ def test_figures_that_are_too_large_are_cut_to_what_the_fields_hold() -> None:
     assert first.stamp_age_mean.secs == -(2**31) + 1
 
 
-def test_only_so_many_links_are_remembered() -> None:
+def test_the_number_of_remembered_links_is_bounded() -> None:
     published = Published()
     statistics = StatisticsPublisher(
         "/listener", lambda *_, **__: published, lambda: 1, WindowLimits(), most_links=10

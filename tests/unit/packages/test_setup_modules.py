@@ -75,7 +75,7 @@ def test_the_first_package_that_has_the_module_wins(tmp_path: Path) -> None:
     assert SetupModules().find("lib", map(str, folders)) == str(tmp_path / "b" / "lib")
 
 
-def test_a_setup_that_is_no_file_or_too_long_is_left_out(tmp_path: Path) -> None:
+def test_a_setup_py_that_is_not_a_file_or_too_long_is_left_out(tmp_path: Path) -> None:
     (tmp_path / "folder" / "setup.py").mkdir(parents=True)
     long = package(tmp_path / "long", "setup(packages=['lib'])" + "#" * 300_000, "lib/__init__.py")
     assert SetupModules().find("lib", [str(tmp_path / "folder"), str(long)]) is None

@@ -160,7 +160,7 @@ def test_a_file_runs_again_when_what_it_imports_changes(cfg: Path, tmp_path: Pat
         read(cfg)
 
 
-def test_an_entry_that_cannot_be_read_is_made_anew(cfg: Path, tmp_path: Path) -> None:
+def test_an_unreadable_entry_is_replaced(cfg: Path, tmp_path: Path) -> None:
     runs = counting(cfg, tmp_path)
     first = read(cfg)
     entry = Path(cache_folder("cfg")) / cache._entry(cfg)

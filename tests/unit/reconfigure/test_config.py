@@ -57,7 +57,7 @@ def test_changes_are_asked_for_by_type() -> None:
         ({}, {"Nowhere": True}, "don't know group: Nowhere"),
     ],
 )
-def test_what_cannot_be_asked_for_is_told(changes: Any, states: Any, words: str) -> None:
+def test_impossible_changes_are_reported(changes: Any, states: Any, words: str) -> None:
     with pytest.raises(BadValue, match=words):
         change_fields(DESCRIPTION, changes, states)
 

@@ -43,7 +43,7 @@ def test_a_joint_takes_along_the_one_that_mimics_it() -> None:
     assert copied[1] == pytest.approx((0, 0, 0, 0, 0, sin(0.25), cos(0.25)))
 
 
-def test_what_is_told_of_a_joint_wins_over_the_one_that_it_mimics() -> None:
+def test_the_value_of_a_joint_wins_over_the_joint_that_it_mimics() -> None:
     due = JointFrames(ROBOT, 100).due(["turn", "copy"], [0.5, 0.0], 1000)
     assert due[0][1] == (0, 0, 0, 0, 0, 0, 1)
 
@@ -64,7 +64,7 @@ def test_every_message_counts_where_stamps_do_not() -> None:
     assert frames.due(["turn"], [0.0], 0)
 
 
-def test_a_clock_that_went_back_begins_anew() -> None:
+def test_a_clock_that_went_back_resets_the_times() -> None:
     frames = JointFrames(ROBOT, 100)
     frames.due(["turn"], [0.0], 1000)
     assert not frames.due(["turn"], [0.0], 500)

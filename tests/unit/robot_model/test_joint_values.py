@@ -27,7 +27,7 @@ def test_joints_begin_at_zero_or_in_the_middle_of_their_range() -> None:
     assert values.free["slide"] | {"min": -0.5, "max": 0.25} == values.free["slide"]
 
 
-def test_choices_decide_what_is_told() -> None:
+def test_choices_decide_which_values_are_published() -> None:
     choices = JointChoices(
         {"wheel": 0.75, "high": 0}, {}, mimic_tags=False, smallest_limits=False, velocities=True, efforts=True
     )

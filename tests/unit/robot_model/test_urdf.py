@@ -76,6 +76,6 @@ def joint(parent: str = "base", child: str = "hand", name: str = "j", more: str 
         (robot(LINKS + joint(more='<limit lower="low"/>')), "lower of <limit> must be 1 finite number,"),
     ],
 )
-def test_what_is_no_tree_of_links_is_refused(text: str, complaint: str) -> None:
+def test_links_that_are_not_a_tree_are_refused(text: str, complaint: str) -> None:
     with pytest.raises(UrdfError, match=complaint):
         read_robot(text)

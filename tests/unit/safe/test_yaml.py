@@ -93,7 +93,7 @@ def test_aliases_are_counted_where_they_stand() -> None:
         load(text, limits=Limits(yaml_values=12))
 
 
-def test_an_alias_is_as_deep_as_what_it_stands_for() -> None:
+def test_an_alias_is_as_deep_as_its_value() -> None:
     text = "a: &a [[1]]\nb: [[*a]]\n"
 
     assert load(text, limits=Limits(yaml_depth=5)) == {"a": [[1]], "b": [[[[1]]]]}

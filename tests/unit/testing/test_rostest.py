@@ -25,7 +25,7 @@ FAILED = Suite("s", (Case("c", "test_it", 0.0, Outcome.FAILURE, "AssertionError"
 
 @dataclass
 class FakeStage:
-    """Writes what it is told to where a test program would, and keeps what was asked of it."""
+    """Writes given results where a test program would, and records the calls."""
 
     leaves: Callable[[], Suite | None] = lambda: PASSED
     failing_nodes: Sequence[str] = ()
@@ -93,7 +93,7 @@ def test_every_test_gets_a_stage_of_its_own_in_the_order_of_names(
     assert [prefix for prefix, _ in rostest.results] == ["pkg.rosunit-a", "pkg.rosunit-b"]
 
 
-def test_the_steps_are_told_in_the_words_of_rostest(index: PackageIndex, tmp_path: Path) -> None:
+def test_the_steps_are_printed_with_the_texts_of_rostest(index: PackageIndex, tmp_path: Path) -> None:
     _, _, printed = run(index, tmp_path, FakeStage(), a_test())
 
     file = tmp_path / "pkg" / "rosunit-a.xml"
@@ -193,7 +193,7 @@ def test_time_that_is_over_is_an_error_and_the_stage_is_torn_down(
     assert stage.asked == ["set_up", "start_nodes", "run a", "tear_down"]
 
 
-def test_in_text_mode_programs_are_told_so_and_no_results_are_expected(
+def test_in_text_mode_programs_get_the_option_and_no_results_are_expected(
     index: PackageIndex, tmp_path: Path
 ) -> None:
     asked: list[Sequence[str]] = []

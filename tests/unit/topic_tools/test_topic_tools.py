@@ -24,7 +24,7 @@ def transformed(text: str, message: Any, *modules: str) -> Any:
     return Transformation(text, modules, lambda: Time(7, 0)).arguments(message)
 
 
-def test_a_rate_starts_anew_when_the_clock_goes_back() -> None:
+def test_a_rate_is_reset_when_the_clock_goes_back() -> None:
     rule = MessageRate(1.0)
     times = [10.0, 10.5, 2.0, 2.5, 3.5]
 
@@ -149,7 +149,7 @@ def test_a_module_that_is_not_used_may_be_missing() -> None:
         module_for("pickle", Time)
 
 
-def test_a_template_computes_and_keeps_what_is_no_expression() -> None:
+def test_a_template_computes_expressions_and_keeps_other_texts() -> None:
     message = Imu()
     message.header.seq, message.header.frame_id = 5, "imu"
     text = """
@@ -174,7 +174,7 @@ def test_a_template_computes_and_keeps_what_is_no_expression() -> None:
 
 
 @pytest.mark.parametrize("text", ["m", "[1, 2]", "", "{a: ", "!!python/object/apply:os.system ['true']"])
-def test_a_template_that_is_no_mapping_is_refused(text: str) -> None:
+def test_a_template_that_is_not_a_mapping_is_refused(text: str) -> None:
     with pytest.raises((NotAMapping, PiprosError)):
         Template(text)
 

@@ -82,7 +82,7 @@ def test_two_times_are_joined_where_nothing_moves(buffer: FrameBuffer) -> None:
         ("map", "/base", 0, InvalidArgumentException, "cannot start with a '/'"),
     ],
 )
-def test_what_cannot_be_told_is_an_error(
+def test_unanswerable_lookups_are_errors(
     buffer: FrameBuffer, target: str, source: str, time: int, error: type[TransformException], words: str
 ) -> None:
     buffer.insert("sun", "moon", 3 * S, at(1), "me")

@@ -52,7 +52,7 @@ def test_a_matrix_tells_the_turn_that_it_was_made_of() -> None:
     assert np.allclose(matrix @ (1, 2, 9, 1), (1, 2, 9, 1))
 
 
-def test_what_was_composed_is_taken_apart_again() -> None:
+def test_a_composed_matrix_is_decomposed_again() -> None:
     parts = ((1.5, 0.5, 2), (0.1, 0.2, 0.3), (0.4, -0.5, 0.6), (7, 8, 9), (0, 0, 0, 1))
 
     for part, found in zip(parts, tf.decompose_matrix(tf.compose_matrix(*parts)), strict=True):

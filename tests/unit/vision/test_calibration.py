@@ -114,7 +114,9 @@ def test_a_message_goes_to_a_file_and_back(ending: str, tmp_path: Path) -> None:
     assert [file.name for file in (tmp_path / "cameras").iterdir()] == [f"left.{ending}"]
 
 
-def test_what_cannot_be_read_or_written_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unreadable_and_unwritable_calibrations_are_reported(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "octets.yaml").write_bytes(b"\xff")
 
     assert readCalibration(str(tmp_path / "missing.yaml")) is None
@@ -190,7 +192,7 @@ def test_a_calibration_may_be_in_a_package(home: Path, monkeypatch: pytest.Monke
         "package://robot",
     ],
 )
-def test_a_calibration_that_cannot_be_saved_is_said(home: Path, url: str) -> None:
+def test_a_calibration_that_cannot_be_saved_is_reported(home: Path, url: str) -> None:
     answer = set_camera_info(CameraInfoManager("left", url))
 
     assert not answer.success

@@ -128,7 +128,7 @@ def test_encodings_that_do_not_go_together_are_refused(encoding: str, desired: s
     assert str(caught.value) == text
 
 
-def test_what_is_no_image_is_refused() -> None:
+def test_an_invalid_image_is_refused() -> None:
     with pytest.raises(CvBridgeError, match=r"buffer is too small .* must have 12 bytes, got 3"):
         BRIDGE.imgmsg_to_cv2(Image(height=2, width=2, encoding="rgb8", step=6, data=b"abc"))
     with pytest.raises(CvBridgeError, match=r"Unrecognized image encoding \[RGB\]"):
@@ -177,7 +177,7 @@ def test_encodings_have_the_numbers_of_opencv(name: str, number: int) -> None:
 
 
 @pytest.mark.parametrize("name", ["", "8UC", "8UC0", "8UC-1", "8UC513", "mono8 ", "8UC٣", "8UC" + "9" * 5000])
-def test_what_is_no_encoding_is_refused(name: str) -> None:
+def test_an_unknown_encoding_is_refused(name: str) -> None:
     with pytest.raises(RuntimeError, match="Unrecognized image encoding"):
         getCvType(name)
 

@@ -146,7 +146,7 @@ def test_frames_have_parents_rates_and_ages() -> None:
     ]
 
 
-def test_a_frame_that_gets_another_parent_begins_anew() -> None:
+def test_a_frame_that_gets_another_parent_is_reset() -> None:
     tree = FrameTree()
     tree.add(TFMessage([transform("map", "base")]), 1.0, "/a", is_static=False)
     tree.add(TFMessage([transform("odom", "base")]), 2.0, "/a", is_static=False)

@@ -167,7 +167,7 @@ def test_replies_come_out_as_they_went_in_wherever_the_stream_was_cut(
 
 
 @given(st.binary(max_size=300), st.integers(0, 304))
-def test_what_a_reply_lacks_is_never_more_than_it_really_lacks(body: bytes, arrived: int) -> None:
+def test_missing_bytes_is_never_more_than_a_reply_really_needs(body: bytes, arrived: int) -> None:
     reader, data = ReplyReader(), replies_of((True, body))
     reader.feed(data[:arrived])
     lacks = max(0, len(data) - arrived)

@@ -50,7 +50,7 @@ def test_a_subscriber_must_say_who_it_is_and_what_it_wants(missing: str) -> None
     assert topic_refusal(request, STRING) == f"Missing required '{missing}' field"
 
 
-def test_a_publisher_need_not_be_told_the_type() -> None:
+def test_a_subscriber_may_omit_the_type() -> None:
     request = request_topic_link("/c", "/l", STRING, tcp_nodelay=False)
     del request["type"], request["message_definition"]
     assert topic_refusal(request, STRING) is None

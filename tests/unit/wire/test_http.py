@@ -130,7 +130,7 @@ def test_bare_newlines_and_blank_lines_before_a_request_are_borne() -> None:
         (request("Transfer-Encoding: chunked", body=b"1" * 300), 400),
     ],
 )
-def test_what_is_no_request_for_us_is_refused_with_the_right_status(stream: bytes, status: int) -> None:
+def test_a_request_for_another_server_is_refused_with_the_right_status(stream: bytes, status: int) -> None:
     with pytest.raises(HttpError) as caught:
         read(stream)
     assert caught.value.status == status
@@ -168,7 +168,7 @@ def test_a_body_in_very_many_chunks_is_refused() -> None:
         read(head + b"1\r\nx\r\n" * 2_001)
 
 
-def test_a_client_that_waits_for_100_continue_is_told_once() -> None:
+def test_a_client_that_waits_for_100_continue_gets_it_once() -> None:
     reader = RequestReader()
     assert read(request("Expect: 100-continue", "Content-Length: 1"), reader) == []
     assert reader.wants_continue()
@@ -227,7 +227,7 @@ def test_a_connection_that_ends_in_the_middle_of_a_response_is_an_error(stream: 
         b"HTTP/1.1 200 OK\r\nContent-Encoding: gzip\r\nContent-Length: 1\r\n\r\n",
     ],
 )
-def test_what_is_no_response_is_refused(stream: bytes) -> None:
+def test_an_invalid_response_is_refused(stream: bytes) -> None:
     with pytest.raises(HttpError):
         ResponseReader().feed(stream)
 

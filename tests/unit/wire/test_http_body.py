@@ -33,7 +33,7 @@ def test_a_body_is_the_same_however_it_arrives(parts: list[bytes], cuts: list[in
     assert bytes(buffer) == b"next"
 
 
-def test_a_second_body_begins_anew() -> None:
+def test_a_second_body_is_read_from_its_start() -> None:
     body = ChunkedBody(limit_bytes=10)
 
     assert bytes(body.feed(bytearray(chunked([b"one"]))) or b"") == b"one"

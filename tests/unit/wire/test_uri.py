@@ -17,7 +17,7 @@ from pipros.wire.uri import split_uri
         ("http://röbot.local.:5", ("röbot.local.", 5, "/")),
     ],
 )
-def test_uris_are_taken_apart(text: str, parts: tuple[str, int, str]) -> None:
+def test_uris_are_split(text: str, parts: tuple[str, int, str]) -> None:
     assert split_uri(text) == parts
 
 

@@ -148,7 +148,7 @@ def test_other_encodings_are_read_when_the_document_names_them() -> None:
         "",
     ],
 )
-def test_what_is_no_value_is_refused(document: str) -> None:
+def test_an_invalid_value_is_refused(document: str) -> None:
     body = f"<methodResponse><params><param>{document}</param></params></methodResponse>"
     with pytest.raises(ProtocolError):
         decode_response(body.encode())
@@ -174,7 +174,7 @@ def test_what_is_no_value_is_refused(document: str) -> None:
         encode_response(1),
     ],
 )
-def test_what_is_no_call_is_refused(body: bytes) -> None:
+def test_an_invalid_call_is_refused(body: bytes) -> None:
     with pytest.raises(ProtocolError):
         decode_call(body)
 

@@ -32,7 +32,7 @@ def test_an_empty_workspace_gets_its_setup_files(workspace: Workspace) -> None:
         assert (workspace.layout.devel / f"setup.{shell}").is_file()
 
 
-def test_the_build_folder_is_passed_over_by_whoever_looks_for_packages(workspace: Workspace) -> None:
+def test_the_build_folder_is_left_out_of_crawls(workspace: Workspace) -> None:
     workspace.build()
     assert (workspace.layout.build / "CATKIN_IGNORE").is_file()
 

@@ -34,7 +34,7 @@ def test_a_script_is_found_at_any_depth(package: Package) -> None:
     assert find_executables(package, "other/talker.py", ()).runnable == ()
 
 
-def test_what_cannot_be_executed_is_reported_apart(package: Package) -> None:
+def test_files_that_cannot_be_executed_are_listed_separately(package: Package) -> None:
     plain = program(package.path / "scripts" / "talker.py", mode=0o644)
     folder = package.path / "talker.py"
     folder.mkdir()
@@ -76,7 +76,7 @@ def test_a_built_program_comes_first_and_relays_to_its_source(
     assert found.relay == built
 
 
-def test_two_built_programs_are_no_relay(package: Package, workspace: BuiltWorkspace) -> None:
+def test_two_built_programs_are_not_a_relay(package: Package, workspace: BuiltWorkspace) -> None:
     program(workspace.executables_of("p") / "a" / "talker.py")
     program(workspace.executables_of("p") / "b" / "talker.py")
     assert find_executables(package, "talker.py", [workspace]).relay is None

@@ -1,4 +1,4 @@
-"""What goes to genuine catkin beside the packages of the workspace itself."""
+"""Which packages genuine catkin gets besides those of the workspace itself."""
 
 from __future__ import annotations
 
@@ -40,7 +40,9 @@ def prefix_with(folder: Path, *packages: str) -> Path:
     return folder
 
 
-def test_what_genuine_ros_lacks_is_taken_from_pipros_with_all_that_it_needs(tmp_path: Path) -> None:
+def test_packages_that_genuine_ros_does_not_have_come_from_pipros_with_their_dependencies(
+    tmp_path: Path,
+) -> None:
     prefix = prefix_with(tmp_path / "opt", "std_msgs", "geometry_msgs", "trajectory_msgs")
 
     shipped = shipped_packages(arm(tmp_path / "src"), [tmp_path / "other", prefix])

@@ -79,7 +79,7 @@ def test_a_marked_folder_is_passed_over(tmp_path: Path, marker: str) -> None:
     assert "p" not in PackageIndex([tmp_path])
 
 
-def test_an_ignored_package_is_no_package(tmp_path: Path) -> None:
+def test_an_ignored_package_is_not_found(tmp_path: Path) -> None:
     (add_package(tmp_path / "p") / "CATKIN_IGNORE").touch()
     assert list(PackageIndex([tmp_path])) == []
 
@@ -172,7 +172,7 @@ def test_a_package_in_an_earlier_folder_wins_over_one_in_a_cached_later_one(tmp_
 
 
 @pytest.mark.parametrize("change", ["new package", "gone package", "other name", "damaged cache"])
-def test_the_cache_gives_way_to_every_change(tmp_path: Path, change: str) -> None:
+def test_every_change_invalidates_the_cache(tmp_path: Path, change: str) -> None:
     root, cache = tmp_path / "root", tmp_path / "cache"
     many_packages(root)
     list(PackageIndex([root], cache_folder=cache))

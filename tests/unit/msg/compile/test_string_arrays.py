@@ -20,7 +20,7 @@ def written(strings: Sequence[str | bytes]) -> bytes:
 
 
 @given(st.lists(st.text(max_size=100)), st.integers(0, 5), st.booleans())
-def test_whatever_was_written_is_read_and_where_it_ends_is_said(
+def test_written_strings_are_read_back_with_the_offset_of_their_end(
     strings: list[str], before: int, is_view: bool
 ) -> None:
     octets = written(strings)
@@ -44,7 +44,7 @@ def test_cut_data_is_a_struct_error_whatever_length_it_claims(
         read_strings(octets, 0, 0xFFFFFFFF, "replace")
 
 
-def test_what_is_no_utf_8_is_refused_or_replaced() -> None:
+def test_invalid_utf_8_is_refused_or_replaced() -> None:
     octets = written(["a", b"\xff", "b"])
 
     with pytest.raises(UnicodeDecodeError):
@@ -64,7 +64,7 @@ def test_an_array_that_comes_again_is_equal_and_belongs_to_its_message() -> None
     assert second[1] is first[1]  # it was not decoded again
 
 
-def test_arrays_that_begin_alike_are_told_apart() -> None:
+def test_arrays_with_the_same_beginning_are_distinguished() -> None:
     reader = RepeatedStrings("strict")
     others = [*JOINTS[:-1], "wrist_49"]
 

@@ -158,7 +158,7 @@ def test_a_star_import_gives_all_types(workspace: Workspace) -> None:
     assert workspace.shows(code) == "A B SRequest"
 
 
-def test_an_editor_is_told_the_names(workspace: Workspace) -> None:
+def test_dir_lists_the_names_for_editors(workspace: Workspace) -> None:
     workspace.package("robot", **{"msg/A.msg": "int32 x", "msg/Broken.msg": "int32"})
     assert (
         workspace.shows("import robot.msg as m; print([n for n in dir(m) if n[0] != '_'])")
@@ -219,7 +219,7 @@ def environment_of_its_own(request: pytest.FixtureRequest, tmp_path: Path) -> Pa
     return folder / "bin" / "python"
 
 
-def test_what_runs_at_every_start_of_python_looks_for_no_package_in_vain(
+def test_the_start_of_python_searches_for_no_package(
     workspace: Workspace, environment_of_its_own: Path
 ) -> None:
     (workspace.working_folder / "sitecustomize.py").write_text(

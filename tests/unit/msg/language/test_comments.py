@@ -30,7 +30,9 @@ def test_a_comment_belongs_to_the_declaration_on_its_line_and_directly_below() -
         ("", "", None),
     ],
 )
-def test_what_stands_at_the_top_is_about_the_whole(text: str, head: str, first: str | None) -> None:
+def test_a_comment_at_the_top_belongs_to_the_whole_definition(
+    text: str, head: str, first: str | None
+) -> None:
     found = comments_of(text)
     assert (found.head, found.of.get("x")) == (head, first)
 

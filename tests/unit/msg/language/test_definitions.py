@@ -40,7 +40,7 @@ def test_line_ends_of_other_systems_do_not_count(packages: Packages) -> None:
     assert packages.definitions.message("robot/Arm").text == "int32 a\nint32 b"
 
 
-def test_what_is_missing_is_said_with_where_it_was_looked_for(packages: Packages) -> None:
+def test_a_missing_definition_is_reported_with_the_searched_places(packages: Packages) -> None:
     packages.write("robot/msg/Arm.msg", "")
     with pytest.raises(
         NotFound, match=r"there is no message Leg in package robot: looked for .*/robot/msg/Leg\.msg"
@@ -50,7 +50,7 @@ def test_what_is_missing_is_said_with_where_it_was_looked_for(packages: Packages
         packages.definitions.message("cat/Paw")
 
 
-def test_what_is_no_text_is_a_mistake_in_the_file(packages: Packages) -> None:
+def test_bytes_that_are_not_text_are_a_mistake_in_the_file(packages: Packages) -> None:
     file = packages.write("robot/msg/Arm.msg", b"int32 \xff")
     with pytest.raises(DefinitionError, match=r"Arm\.msg: cannot be read") as caught:
         packages.definitions.message("robot/Arm")

@@ -29,7 +29,7 @@ def test_a_changed_bit_shows(place: int, bit: int) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "talker", "talker 1", "talker x 00000000 ", "talker 1 00000000 a"])
-def test_what_is_no_numbered_text_is_torn(text: str) -> None:
+def test_a_text_without_number_and_checksum_is_torn(text: str) -> None:
     with pytest.raises(TornMessage):
         read_numbered(text)
 
@@ -49,7 +49,7 @@ def test_all_is_well_when_each_came_once_in_order_from_the_first_that_came() -> 
     assert history.last("talker") == 7
 
 
-def test_duplicates_disorder_and_torn_messages_are_told() -> None:
+def test_duplicates_disorder_and_torn_messages_are_reported() -> None:
     history = history_of(1, 2, 2, 5, 3)
     history.receive("talker 9 nonsense")
 
@@ -78,7 +78,7 @@ def test_each_broken_link_explains_one_gap() -> None:
     assert history.problems(breaks=1, counted=1) != []
 
 
-def test_sources_and_sinks_are_told_apart() -> None:
+def test_sources_and_sinks_are_distinguished() -> None:
     history = History()
     for source, sink in (("a", "x"), ("b", "x"), ("a", "y"), ("b", "y")):
         history.receive(numbered_text(source, 1), sink)

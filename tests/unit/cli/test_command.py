@@ -43,7 +43,7 @@ def test_an_error_is_one_line_and_a_code(capsys: pytest.CaptureFixture[str]) -> 
     assert capsys.readouterr().err == "ERROR: there is no such thing\n" * 2
 
 
-def test_a_missing_master_is_told_in_the_words_that_scripts_know(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_missing_master_is_reported_with_noetics_text(capsys: pytest.CaptureFixture[str]) -> None:
     def fail() -> int:
         raise Unreachable("master [http://127.0.0.1:1]", "Connection refused", "Is roscore running?")
 
@@ -51,7 +51,7 @@ def test_a_missing_master_is_told_in_the_words_that_scripts_know(capsys: pytest.
     assert capsys.readouterr().err == "ERROR: Unable to communicate with master!\n"
 
 
-def test_people_at_a_terminal_are_also_told_what_to_try(
+def test_on_a_terminal_the_error_says_what_to_try(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail() -> int:
