@@ -78,14 +78,17 @@ class PollingReceiver:
 
     def receive_into(self, sock: socket.socket, buffer: memoryview) -> int:
         """Waits for bytes and receives them into `buffer`; returns how many, 0 at the end of the stream."""
-        count = self._poll(sock.recv_into, buffer, 0, _DONTWAIT)
-        return sock.recv_into(buffer) if count is None else count
+        if self._backoff.is_due() and (count := self._poll(sock.recv_into, buffer, 0, _DONTWAIT)) is not None:
+            return count
+        return sock.recv_into(buffer)
 
     def receive_into_within(self, sock: socket.socket, buffer: memoryview, limit_s: float) -> int | None:
         """As `receive_into`, for a non-blocking socket; None when nothing came within `limit_s`."""
         if limit_s > 0:
-            count = self._poll(sock.recv_into, buffer, 0, _DONTWAIT)
-            if count is not None:
+            if (
+                self._backoff.is_due()
+                and (count := self._poll(sock.recv_into, buffer, 0, _DONTWAIT)) is not None
+            ):
                 return count
             if not sockets.wait_readable(sock, limit_s):
                 return None
@@ -103,16 +106,16 @@ class PollingReceiver:
         left_s = None if deadline is None else deadline - time.monotonic()
         if left_s is not None and left_s <= 0:
             raise TimeoutError("the time is over")
-        data = self._poll(sock.recv, most, _DONTWAIT)
-        if data is not None:
+        if self._backoff.is_due() and (data := self._poll(sock.recv, most, _DONTWAIT)) is not None:
             return data
         if left_s is not None and not sockets.wait_readable(sock, left_s):
             raise TimeoutError("the time is over")
         return sock.recv(most)
 
     def _poll(self, receive: Callable[..., T], *args: Any) -> T | None:
-        """The result of `receive` within a poll; None when nothing came, or no poll was made."""
-        if not _MAY_POLL or not self._backoff.is_due():
+        """The result of `receive` within a poll; None when nothing came, or polling is of no use here."""
+        if not _MAY_POLL:
+            self._backoff.note(pays=False)
             return None
         end = 0.0
         while True:

@@ -67,27 +67,28 @@ class DeliveryLock:
 
     A link that has just delivered comes after those that wait already, which hold the gate. With a
     single lock, a link with a backlog would take it again before a waiting thread wakes up.
+
+    Attributes:
+        is_wanted: tells whether another link waits for the lock. An attribute, as `release` is, because it is
+            called for every message.
+        release: releases the lock.
     """
 
-    __slots__ = ("_gate", "_lock", "release")
+    __slots__ = ("_gate", "_lock", "is_wanted", "release")
 
     def __init__(self) -> None:
         self._gate = threading.Lock()
         self._lock = threading.Lock()
         self.release = self._lock.release
-
-    @property
-    def is_wanted(self) -> bool:
-        """Whether another link waits for the lock."""
-        return self._gate.locked()
+        self.is_wanted = self._gate.locked
 
     def acquire(self) -> bool:
-        """Acquires the lock, which `release` frees; True when it had to wait."""
-        waited = not self._gate.acquire(blocking=False) and self._gate.acquire()
-        try:
-            return (not self._lock.acquire(blocking=False) and self._lock.acquire()) or waited
-        finally:
-            self._gate.release()
+        """Acquires the lock; True when another link had it, or waited for it."""
+        if not self._gate.locked() and self._lock.acquire(blocking=False):
+            return False
+        with self._gate:
+            self._lock.acquire()
+        return True
 
     def pass_on(self) -> None:
         """Releases the lock, and acquires it after the links that wait."""
@@ -152,22 +153,13 @@ class IncomingLink:
     def _run(self, received: bytes) -> None:
         error: Exception | None = None
         try:
-            self._accept_first(received)
-            statistics, nap, has_slept = self.statistics, AdaptiveBackoff(), False
+            self._accept(len(received), self._buffer.feed(received))
+            self._deliver_waiting()
+            nap = AdaptiveBackoff()
             while count := self._receive():
-                if has_slept:
-                    sockets.acknowledge(self._sock)
-                before = statistics.frames + statistics.dropped
-                if self.queue_size:
-                    self._accept(count, self._buffer.received(count))
-                    self._deliver_waiting()
-                else:
-                    self._deliver_all(count)
-                if has_slept:
-                    nap.note(pays=statistics.frames + statistics.dropped - before >= NAP_FRAMES)
-                has_slept = nap.is_due()
-                if has_slept:
-                    time.sleep(NAP_S)
+                self._take(count)
+                while nap.is_due() and (count := self._sleep_and_receive()):
+                    nap.note(pays=self._take(count) >= NAP_FRAMES)
         except (OSError, ProtocolError) as reason:
             error = reason
         finally:
@@ -177,46 +169,60 @@ class IncomingLink:
 
     def _receive(self) -> int:
         """Waits for the next bytes. Polling within a frame is learned separately: the rest comes soon."""
-        space = self._buffer.space()
-        if self._buffer.is_within:
+        buffer = self._buffer
+        space = buffer.space()
+        if buffer.is_within:
             return self._within.receive_into(self._sock, space)
-        if self._buffer.is_large:
+        if buffer.is_large:
             count = self._between.receive_into_within(self._sock, space, KEEP_LARGE_S)
             if count is not None:
                 return count
-            self._buffer.trim()
-            space = self._buffer.space()
+            buffer.trim()
+            space = buffer.space()
         return self._between.receive_into(self._sock, space)
 
-    def _deliver_all(self, count: int) -> None:
-        """Delivers the frames completed by `count` received bytes, directly from the buffer."""
+    def _sleep_and_receive(self) -> int:
+        """As `_receive`, after a sleep in which many frames may arrive."""
+        time.sleep(NAP_S)
+        count = self._receive()
+        sockets.acknowledge(self._sock)
+        return count
+
+    def _take(self, count: int) -> int:
+        """Delivers the frames completed by `count` received bytes; returns how many they are."""
+        if self.queue_size:
+            frames = self._accept(count, self._buffer.received(count))
+            self._deliver_waiting()
+            return frames
         statistics, turn, deliver, clock = self.statistics, self._turn, self._deliver, time.monotonic
+        is_wanted, frames = turn.is_wanted, 0
         statistics.bytes += count
         turn.acquire()
         try:
             end = clock() + TURN_S
             for frame in self._buffer.received(count):
+                frames += 1
                 statistics.frames += 1
                 deliver(frame)
-                if clock() > end:
+                if is_wanted() and clock() > end:
                     turn.pass_on()
                     end = clock() + TURN_S
         finally:
             turn.release()
+        return frames
 
-    def _accept_first(self, received: bytes) -> None:
-        self._accept(len(received), self._buffer.feed(received))
-        self._deliver_waiting()
-
-    def _accept(self, count: int, frames: Iterable[memoryview]) -> None:
-        """Queues the frames completed by `count` received bytes, as views of the buffer."""
+    def _accept(self, count: int, frames: Iterable[memoryview]) -> int:
+        """Queues the frames completed by `count` received bytes, as views of the buffer; returns how many."""
         self.statistics.bytes += count
         waiting = self._waiting
+        before = len(waiting)
         waiting.extend(frames)
+        accepted = len(waiting) - before
         if self.queue_size:
             while len(waiting) > self.queue_size:
                 waiting.popleft()
                 self.statistics.dropped += 1
+        return accepted
 
     def _deliver_waiting(self) -> None:
         waiting, turn, statistics = self._waiting, self._turn, self.statistics

@@ -73,7 +73,6 @@ class Subscription:
         self.tcp_nodelay = False
         self.links: tuple[SubscriberLink, ...] = ()
         self.listeners: tuple[SubscriberCallback, ...] = ()
-        self.received = 0
         self.links_ended = 0
         self._taken = ReceiveStatistics()  # by links that have ended
         self.handles = 0
@@ -244,7 +243,6 @@ class Subscription:
         except Exception as error:
             raise ProtocolError(f"{len(frame)} bytes are not a {self.interface.type}: {error}") from error
         message._connection_header = header
-        self.received += 1
         if last is None:
             listeners = self.listeners
         else:

@@ -42,13 +42,12 @@ class FrameBuffer:
     [b'hi']
     """
 
-    __slots__ = ("_end", "_largest", "_rounds", "_start", "_store", "_view", "limit_bytes")
+    __slots__ = ("_end", "_largest", "_rounds", "_start", "_store", "_view", "is_large", "limit_bytes")
 
     def __init__(self, limit_bytes: int | None = None) -> None:
         """`limit_bytes` is for one frame; by default `Limits.frame_bytes` of the process."""
         self.limit_bytes = process_limits().frame_bytes if limit_bytes is None else limit_bytes
-        self._store = bytearray(_INITIAL_BYTES)
-        self._view = memoryview(self._store)
+        self._use(bytearray(_INITIAL_BYTES))
         self._start = 0  # of the first byte that is not in a yielded frame
         self._end = 0  # of the last byte received
         self._rounds = 0  # in which the buffer was filled and emptied, while it was large
@@ -60,7 +59,7 @@ class FrameBuffer:
             self._grow()  # the peer had more to send than fitted
         pending = self._end - self._start
         if not pending:
-            if len(self._store) > _COMFORTABLE_BYTES:
+            if self.is_large:
                 self._reconsider()
             self._start = self._end = 0
             return self._view
@@ -107,13 +106,12 @@ class FrameBuffer:
         """Frees the memory of large frames, unless it holds a part of a frame."""
         if self.is_large and not self.is_within:
             self._start = self._end = 0
-            self._store = bytearray(_COMFORTABLE_BYTES)
-            self._view = memoryview(self._store)
+            self._use(bytearray(_COMFORTABLE_BYTES))
 
-    @property
-    def is_large(self) -> bool:
-        """Whether `trim` could free memory."""
-        return len(self._store) > _COMFORTABLE_BYTES
+    def _use(self, store: bytearray) -> None:
+        self._store = store
+        self._view = memoryview(store)
+        self.is_large = len(store) > _COMFORTABLE_BYTES
 
     def _reconsider(self) -> None:
         """Makes the empty buffer smaller when it was mostly unused for a while."""
@@ -121,8 +119,7 @@ class FrameBuffer:
         self._rounds += 1
         if self._rounds >= _ROUNDS:
             if self._largest * 4 < len(self._store):
-                self._store = bytearray(max(2 * self._largest, _COMFORTABLE_BYTES))
-                self._view = memoryview(self._store)
+                self._use(bytearray(max(2 * self._largest, _COMFORTABLE_BYTES)))
             self._rounds = self._largest = 0
 
     def _missing(self) -> int:
@@ -139,8 +136,7 @@ class FrameBuffer:
     def _enlarge(self, size: int) -> None:
         larger = bytearray(size)
         larger[: self._end] = self._store
-        self._store = larger
-        self._view = memoryview(larger)
+        self._use(larger)
 
 
 class ReplyReader:

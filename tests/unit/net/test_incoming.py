@@ -26,7 +26,7 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(
             order.append(name)
             began.set()
             if len(order) == 1:
-                wait_until(lambda: turn.is_wanted, what="the other link")
+                wait_until(turn.is_wanted, what="the other link")
 
         theirs = socket.create_connection(server.getsockname())
         ours, _ = server.accept()
