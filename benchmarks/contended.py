@@ -58,7 +58,7 @@ def worker_paced(rate_hz, seconds, peers):
         while sent < passed * rate_hz:
             publisher.publish(msg)
             sent += 1
-        time.sleep(max(0.0, min((sent + 1) / rate_hz, seconds) - (time.monotonic() - began), 0.0005))
+        time.sleep(max(sent / rate_hz - (time.monotonic() - began), 0.0005))
     say(sent=sent)
     sys.stdin.read()
 
