@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from pipros.workspace.index import SHARED_PACKAGES
+from tests.support.answers import ask
 from tests.support.ros import RosSystem, Side
 
 MANIFEST = """\
@@ -68,8 +69,7 @@ def test_catkin_find_prints_the_same(ros: RosSystem, spaces: Path, words: str) -
     path = os.pathsep.join(str(spaces / name) for name in ("upper", "lower", "nowhere"))
     answers = []
     for side in (ros.pipros, ros.genuine):
-        side.environment["CMAKE_PREFIX_PATH"] = path
-        ended = side.processes.run("catkin_find", *words.split(), environment={"CMAKE_PREFIX_PATH": path})
+        ended = ask(side, "catkin_find", *words.split(), CMAKE_PREFIX_PATH=path)
         # Both have one more workspace: the packages that come with pipros, and those of Debian.
         other = (str(SHARED_PACKAGES.parent), "/usr", "/etc")
         printed = [line for line in ended.stdout if not line.startswith(other)]
@@ -93,7 +93,7 @@ def test_the_topological_order_is_the_same(ros: RosSystem, spaces: Path, words: 
         (spaces / folder / "CATKIN_IGNORE").touch(exist_ok=True) if words not in (folder,) else None
     answers = []
     for side in (ros.pipros, ros.genuine):
-        ended = side.processes.run("catkin_topological_order", *words.split(), cwd=spaces)
+        ended = ask(side, "catkin_topological_order", *words.split(), cwd=spaces)
         complaint = ended.stderr if ended.returncode in (1, 3) and words != "broken" else []
         answers.append((ended.returncode, ended.stdout, complaint))
     assert answers[0] == answers[1]

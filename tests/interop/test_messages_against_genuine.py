@@ -12,7 +12,7 @@ from tests.interop.random_definitions import HEADER, SEPARATOR, TYPES, full_text
 from tests.support.examples import examples
 
 SHARE = Path("/usr/share")
-WITHOUT_PYTHON = ("shape_msgs", "stereo_msgs", "topic_tools", "trajectory_msgs", "visualization_msgs")
+WITHOUT_PYTHON = ("shape_msgs", "stereo_msgs", "trajectory_msgs")
 """Packages of which the interop machine has the definitions, but no classes made by genpy."""
 
 

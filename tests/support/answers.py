@@ -9,7 +9,7 @@ import functools
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -35,40 +35,43 @@ class Answer:
         return "\n".join((*self.stdout, *self.stderr))
 
 
-def ask(side: Side, *argv: str | Path, timeout_s: float = 60.0, **more: str) -> Answer:
-    """What a program prints that asks no master and changes no file.
+def ask(
+    side: Side, *argv: str | Path, cwd: Path | None = None, timeout_s: float = 60.0, **more: str
+) -> Answer:
+    """What a program prints that asks no master and changes no file; in the test's home, unless told.
 
     An answer of genuine ROS is kept for the same words, variables, files below the test's home and packages
     of Debian. The address of the test's master is not looked at. In continuous integration nothing is kept.
     """
-    words = [str(word) for word in argv]
+    words, folder = [str(word) for word in argv], cwd or side.home
+
+    def run() -> Answer:
+        ended = side.processes.run(*words, cwd=folder, timeout_s=timeout_s, environment=more)
+        assert ended.returncode is not None
+        return Answer(ended.returncode, ended.stdout, ended.stderr)
+
     if not side.is_genuine or is_required():
-        return _run(side, words, timeout_s, more)
+        return run()
     environment = {**side.environment, **more}
     variables = {name: value for name, value in environment.items() if name not in _OF_A_RUN or name in more}
-    question = json.dumps([words, variables, dict(_files(side.home))], sort_keys=True)
+    question = json.dumps([words, str(folder), variables, dict(_files(side.home))], sort_keys=True)
     digest = hashlib.sha256(question.replace(str(side.home), _HOME).encode()).hexdigest()
     kept = _answers() / f"{digest}.json"
     if not kept.exists():
-        text = json.dumps(asdict(_run(side, words, timeout_s, more)))
+        text = json.dumps(asdict(run()))
         written = kept.with_suffix(f".{os.getpid()}")
         written.write_text(text.replace(str(side.home), _HOME))
         written.replace(kept)
     return Answer(**json.loads(kept.read_text().replace(_HOME, str(side.home))))
 
 
-def _run(side: Side, words: list[str], timeout_s: float, more: Mapping[str, str]) -> Answer:
-    ended = side.run(*words, timeout_s=timeout_s, **more)
-    assert ended.returncode is not None
-    return Answer(ended.returncode, ended.stdout, ended.stderr)
-
-
 def _files(home: Path) -> Iterator[tuple[str, str]]:
-    """Path and digest of each file below the folder, but logs and bytecode."""
+    """Path, mode and digest of each file below the home, but logs and bytecode."""
     for file in sorted(home.rglob("*")):
         place = file.relative_to(home)
         if file.is_file() and place.parts[0] != ".ros" and file.suffix != ".pyc":
-            yield str(place), f"{file.stat().st_mode:o} {hashlib.sha256(file.read_bytes()).hexdigest()}"
+            content = file.read_bytes().replace(str(home).encode(), _HOME.encode())
+            yield str(place), f"{file.stat().st_mode:o} {hashlib.sha256(content).hexdigest()}"
 
 
 @functools.cache

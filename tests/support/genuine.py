@@ -31,6 +31,7 @@ _MODULES = {
     "tf2_geometry_msgs": "python3-tf2-geometry-msgs",
     "tf2_sensor_msgs": "python3-tf2-sensor-msgs",
     "tf_conversions": "python3-tf-conversions",
+    "topic_tools": "python3-topic-tools",
     "visualization_msgs": "python3-visualization-msgs",
 }
 _FILES = {
@@ -114,6 +115,7 @@ PACKAGES = " ".join(
         "python3-tf2-kdl",
         "python3-tf2-ros",
         "python3-tf2-sensor-msgs",
+        "python3-topic-tools",
         "python3-visualization-msgs",
         "ros-core-dev",
         "ros-message-generation",
