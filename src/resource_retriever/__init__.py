@@ -50,7 +50,8 @@ def get(url: str) -> bytes:
         if parts.scheme != "file" or parts.netloc not in ("", "localhost"):
             raise ValueError("the URL must begin with package:// or file:///")
         # A file's name may have the characters that a URL ends a path with.
-        with open(url2pathname(filename.partition("://")[2].removeprefix(parts.netloc)), "rb") as file:
+        path = filename.partition("://")[2].removeprefix(parts.netloc).replace("?", "%3F").replace("#", "%23")
+        with open(url2pathname(path), "rb") as file:
             return file.read()
     except (OSError, ValueError) as error:
         raise Exception(f"Invalid URL: {filename} ({error})") from error

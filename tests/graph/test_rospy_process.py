@@ -13,7 +13,7 @@ import pytest
 from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
-from tests.support.processes import Process, Processes
+from tests.support.processes import INTERRUPTED, Process, Processes
 from tests.support.waiting import wait_until
 
 SPIN = "rospy.spin()"
@@ -99,7 +99,7 @@ def test_a_wait_that_a_signal_ends_raises_what_noetic_raises(
     node = start(processes, tmp_path, master.uri, HEAD + body)
     node.wait_for(ready)
     node.send_signal(signal.SIGINT)
-    assert node.wait(5) == 1
+    assert node.wait(5) == INTERRUPTED
     assert error in node.output
 
 
@@ -110,7 +110,7 @@ def test_ctrl_c_ends_a_node_that_waits_for_a_master(processes: Processes, tmp_pa
         rf"Unable to register with master node \[{uri}\]: master may not be running yet. Will keep trying."
     )
     node.send_signal(signal.SIGINT)
-    assert node.wait(5) == 1
+    assert node.wait(5) == INTERRUPTED
     assert (
         "ROSInitException" in node.output or "init_node interrupted before it could complete" in node.output
     )

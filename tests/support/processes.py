@@ -7,6 +7,7 @@ import os
 import re
 import signal
 import subprocess
+import sys
 import threading
 import time
 import uuid
@@ -19,6 +20,12 @@ from tests.support.waiting import wait_until
 
 _VARIABLE = "PIPROS_TEST_RUN"
 _GRACE_S = 5.0
+
+INTERRUPTED = 1 if sys.version_info < (3, 14) else -signal.SIGINT
+"""The exit code of a script that an exception of rospy ended after Ctrl-C.
+
+It is a KeyboardInterrupt too, and from 3.14 on Python ends by SIGINT for classes derived from that one.
+"""
 
 
 class Process:

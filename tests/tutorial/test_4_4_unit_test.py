@@ -60,6 +60,7 @@ def test_text_gives_the_report_of_unittest_and_no_file(ros: RosSystem, core: Ter
     code, output = ros.pipros.open_terminal().run(f"{TEST} --text")
 
     assert code == 0
+    output = re.sub(r"\x1b\[\d*m", "", output)  # Python 3.14 colours it
     assert re.search(r"test_talker_publishing \(.*\) \.\.\. (.*\n)*ok\n", output)
     assert "Ran 1 test in" in output
     assert " * RESULT: SUCCESS" in output

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.processes import Process
+from tests.support.processes import INTERRUPTED, Process
 from tests.support.ros import RosSystem
 from tests.tutorial.words import SAID
 
@@ -51,7 +51,7 @@ def test_ctrl_c_ends_a_node_that_waits_for_its_master_at_once(ros: RosSystem, sc
 
     node.press_ctrl_c()
 
-    assert node.wait(timeout_s=2) == 1
+    assert node.wait(timeout_s=2) == INTERRUPTED
     # As in Noetic: an exception, so that a script may do something else then.
     assert "init_node interrupted before it could complete" in node.stderr[-1]
 

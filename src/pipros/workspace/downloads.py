@@ -34,12 +34,18 @@ def fetch(download: Download, say: Callable[[str], object]) -> None:
 
 
 def _receive(url: str, file: Path) -> None:
+    from urllib.error import HTTPError
     from urllib.request import urlopen
 
     if not url.startswith(("http://", "https://")):
         raise ValueError("the URL must begin with http:// or https://")
     file.parent.mkdir(parents=True, exist_ok=True)
-    with urlopen(url, timeout=_TIMEOUT_S) as answer, file.open("wb") as written:  # noqa: S310  # checked above
+    try:
+        answer = urlopen(url, timeout=_TIMEOUT_S)  # noqa: S310  # checked above
+    except HTTPError as refused:
+        refused.close()  # it holds the connection
+        raise
+    with answer, file.open("wb") as written:
         while chunk := answer.read(_CHUNK_BYTES):
             written.write(chunk)
 
