@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.catkin import CATKIN
 from tests.support.environments import genuine_environment, pipros_environment
-from tests.support.once import make_once, shared_folder
+from tests.support.once import machine_folder, make_once, shared_folder
 from tests.support.processes import Processes
 
 CMAKE = """\
@@ -70,15 +71,16 @@ def sides(base: Path, bare_tools: Path) -> dict[str, Processes]:
     """Programs of pipros and genuine ROS without any workspace set up; each has the three workspaces, built
     once."""
     uri = "http://127.0.0.1:1"
+    kept = machine_folder("overlays", (Path(__file__), CATKIN))
     made = {}
-    for name, environment in (
-        ("genuine", genuine_environment(base, uri)),
-        ("pipros", pipros_environment(base, uri, bare_tools)),
+    for name, folder, environment in (
+        ("genuine", kept, genuine_environment(kept, uri)),
+        ("pipros", base, pipros_environment(base, uri, bare_tools)),
     ):
         for variable in ("ROS_PACKAGE_PATH", "ROS_MASTER_URI"):
             del environment[variable]
-        made[name] = Processes(environment, base / name)
-        make_once(base / name, partial(build, made[name], base / name))
+        made[name] = Processes(environment, folder)
+        make_once(folder, partial(build, made[name], folder))
     return made
 
 

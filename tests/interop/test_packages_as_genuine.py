@@ -9,6 +9,8 @@ from __future__ import annotations
 import stat
 from pathlib import Path
 
+from tests.support.catkin import CATKIN
+from tests.support.once import machine_folder, make_once
 from tests.support.ros import RosSystem, Side
 
 CMAKE = """\
@@ -110,7 +112,7 @@ GENERATED = (
 """Folders whose contents are for C++ and Lisp, or are made when they are imported."""
 
 
-def make_workspace(side: Side, base: Path) -> Path:
+def make_workspace(side: Side, base: Path) -> None:
     for name, content in FILES.items():
         file = base / "src" / "everything" / name
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -120,7 +122,6 @@ def make_workspace(side: Side, base: Path) -> Path:
     for target in ("install", "run_tests"):
         made = side.run("catkin_make", "-C", base, target, timeout_s=240)
         assert made.returncode == 0, made.output
-    return base
 
 
 def installed(base: Path) -> dict[str, tuple[str, bytes]]:
@@ -140,8 +141,9 @@ def results(base: Path) -> set[str]:
 
 
 def test_a_package_comes_out_as_from_genuine_catkin(ros: RosSystem, tmp_path: Path) -> None:
-    genuine = make_workspace(ros.genuine, tmp_path / "genuine")
-    pipros = make_workspace(ros.pipros, tmp_path / "pipros")
+    genuine, pipros = machine_folder("everything", (Path(__file__), CATKIN)), tmp_path / "pipros"
+    make_once(genuine, lambda: make_workspace(ros.genuine, genuine))
+    make_workspace(ros.pipros, pipros)
     assert installed(pipros) == installed(genuine)
     assert results(pipros) == results(genuine)
     modules = "lib/python3/dist-packages/everything"

@@ -169,6 +169,7 @@ def random_system() -> Iterator[RandomSystem]:
     system.close()
 
 
+@pytest.mark.timeout(240)  # either side may take its minutes on a busy machine
 def test_300_nodes_and_1000_topics(plain_ros: RosSystem, random_system: RandomSystem) -> None:
     plain_ros.serve_master()
     with ServerProxy(plain_ros.master_uri) as master:

@@ -18,6 +18,8 @@ _PACKAGES = (
     REPOSITORY / "tests" / "interop" / "cpp_battery",
 )
 _ROSCPP = Path("/usr/share/roscpp/package.xml")  # with its version
+CATKIN = Path("/usr/share/catkin/package.xml")
+"""Has the version of genuine catkin in it, for `machine_folder`."""
 _BUILD_TIMEOUT_S = 300
 
 
