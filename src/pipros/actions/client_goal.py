@@ -1,8 +1,8 @@
-"""A goal as its client sees it: what it knows of the way of the goal at its server.
+"""A goal as its client sees it: what the client knows about the goal's progress at the server.
 
 The server repeats the status of its goals several times a second, and sends a result at the end, on topics of
-their own: any of them may come first, and statuses may be missed. So a status may lead through several states
-at once, such as from WAITING_FOR_GOAL_ACK by way of ACTIVE to WAITING_FOR_RESULT.
+their own: any of them may come first, and statuses may be missed. So a status may pass through several states
+at once, such as from WAITING_FOR_GOAL_ACK through ACTIVE to WAITING_FOR_RESULT.
 """
 
 from __future__ import annotations
@@ -85,17 +85,17 @@ TRANSITIONS: dict[State, dict[Status, tuple[State, ...]]] = {
         **dict.fromkeys((Status.PREEMPTED, *_FINISHED), (_WAIT,)),
     },
 }
-"""The states that a status leads through. A status that is not there is impossible in that state."""
+"""The states that a status passes through. A status that is not listed is impossible in that state."""
 
 MAY_BE_CANCELLED = frozenset(
     {State.WAITING_FOR_GOAL_ACK, State.PENDING, State.ACTIVE, State.WAITING_FOR_CANCEL_ACK}
 )
 MAY_BE_MISSING = frozenset({State.WAITING_FOR_GOAL_ACK, State.WAITING_FOR_RESULT, State.DONE})
-"""The states in which a server need not list the goal: it does not know it yet, or forgot it at its end."""
+"""The states in which a server need not list the goal: it does not know it yet, or has forgotten it."""
 
 
 class ClientGoal:
-    """Where a goal is. Each method returns the states that it went through, in order; none where it stays."""
+    """The state of a goal. Each method returns the states that it passed through, in order."""
 
     def __init__(self) -> None:
         self.state = State.WAITING_FOR_GOAL_ACK
@@ -128,16 +128,16 @@ class ClientGoal:
             return []
         try:
             way = self.on_status(status)
-        except ValueError:  # what the status should have been does not matter any more
+        except ValueError:  # the statuses that were missed no longer matter
             way = []
         return way + self._go((State.DONE,))
 
     def on_cancel(self) -> list[State]:
-        """The client asks for its end. Nothing happens where it ends already, or was asked to."""
+        """The client cancels it. Nothing happens if it is ending already."""
         return self._go((State.WAITING_FOR_CANCEL_ACK,)) if self.state in MAY_BE_CANCELLED else []
 
     def terminal_status(self) -> Status:
-        """How it ended; LOST where it did not."""
+        """How it ended; LOST if it did not."""
         return self.status if self.status in TERMINAL else Status.LOST
 
     def _go(self, way: tuple[State, ...]) -> list[State]:

@@ -1,7 +1,7 @@
 """A goal as its server sees it.
 
-A client asks to cancel it (`CANCEL_REQUESTED`); all else is said by the program that works on it. What is not
-in the table cannot happen: the goal stays as it is.
+A client may cancel it (`CANCEL_REQUESTED`); all other events come from the program that works on it. An event
+that is not in the table leaves the goal unchanged.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ TRANSITIONS: dict[Event, dict[Status, Status]] = {
 
 
 def after(status: int, event: Event) -> Status | None:
-    """The status after the event, None where it cannot happen."""
+    """The status after the event, None if it cannot happen."""
     return TRANSITIONS[event].get(Status(status)) if status in Status._value2member_map_ else None
 
 
 def why_not(status: int, event: Event) -> str:
-    """What to say where an event cannot happen."""
+    """The error for an event that cannot happen."""
     possible = " or ".join(known.name for known in TRANSITIONS[event])
     now = Status(status).name if status in Status._value2member_map_ else str(status)
     return f"a goal must be {possible} to be {event.value}, but it is {now}"

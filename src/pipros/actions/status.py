@@ -1,4 +1,4 @@
-"""What a server says of a goal: the constants of actionlib_msgs/GoalStatus."""
+"""The status of a goal at its server: the constants of actionlib_msgs/GoalStatus."""
 
 from __future__ import annotations
 
@@ -30,4 +30,4 @@ TERMINAL = frozenset(
         Status.LOST,
     }
 )
-"""What a goal stays in."""
+"""The final statuses."""

@@ -1,1 +1,1 @@
-"""The life of a bond: what one side does when the other one is heard of or not."""
+"""The life of a bond: the state machine of one side."""

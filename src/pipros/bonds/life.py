@@ -1,8 +1,8 @@
 """The state machine of one side of a bond, without topics and clock.
 
-Both sides say periodically that they live. WAITING ends with the first message of the other side, the
-sister. ALIVE ends at once when the sister is silent for too long, or in agreement, when one of the sides
-wants it: then a side says that it ends (ENDING) until the sister has answered, or has not for too long.
+Both sides periodically publish that they are alive. WAITING ends with the first message of the other side,
+the sister. ALIVE ends at once when the sister is silent for too long, or in agreement, when one side breaks
+the bond: it then publishes that it ends (ENDING) until the sister has answered, or its time is over.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Event(Enum):
     SISTER_ALIVE = auto()
     SISTER_ENDS = auto()
     BREAK = auto()
-    """This side is to end the bond."""
+    """This side breaks the bond."""
     CONNECT_TIMEOUT = auto()
     HEARTBEAT_TIMEOUT = auto()
     DISCONNECT_TIMEOUT = auto()
@@ -59,10 +59,10 @@ class Life:
     def __init__(self) -> None:
         self.state = State.WAITING
         self.was_formed = False
-        """Whether the sister was heard of before the end."""
+        """Whether the sister was alive before the end."""
 
     def take(self, event: Event) -> State:
-        """Takes an event over. Returns the state after it."""
+        """Handles an event. Returns the new state."""
         before, self.state = self.state, NEXT.get((self.state, event), self.state)
         if before is State.WAITING and event in (Event.SISTER_ALIVE, Event.SISTER_ENDS):
             self.was_formed = True

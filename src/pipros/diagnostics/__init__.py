@@ -1,5 +1,5 @@
-"""What a device's diagnostics count.
+"""The logic of diagnostics: frequencies and delays of a device, the aggregator, reports on a machine.
 
-How often something happens, and how old stamps are. Times are seconds.
-The aggregator of all that is reported: `aggregation.py`, `analyzers.py`. Reports on a machine: `machine.py`.
+The aggregator is in `aggregation.py` and `analyzers.py`, reports on a machine in `machine.py`. Times are
+seconds.
 """

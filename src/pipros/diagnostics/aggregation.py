@@ -1,4 +1,4 @@
-"""What the aggregator publishes of the statuses that came: all of them by path, and one level of all."""
+"""What the aggregator publishes: all statuses by path, and their overall level."""
 
 from __future__ import annotations
 
@@ -10,20 +10,23 @@ from pipros.diagnostics.items import ERROR, OK, STALE, Status
 
 
 class Aggregation:
-    """The analyzers of one aggregator, and those that other nodes have added.
-
-    Not for use by several threads at a time.
-    """
+    """The analyzers of one aggregator, and those that other nodes have added. Not thread-safe."""
 
     def __init__(self, base: str, analyzers: Mapping[str, Any], *, other_as_errors: bool = False) -> None:
-        """Args: `base` is the path of all; `analyzers` are the parameters of that name."""
+        """No status has arrived yet.
+
+        Args:
+            base: the path of all analyzers.
+            analyzers: the parameters of that name.
+            other_as_errors: whether statuses without an analyzer are errors.
+        """
         self.base = f"/{base.strip('/')}" if base.strip("/") else ""
         self._own = AnalyzerGroup(self.base.rpartition("/")[2], self.base, analyzers)
         self._added: dict[str, AnalyzerGroup] = {}
         self._other = OtherAnalyzer(self.base, other_as_errors)
 
     def problems(self) -> dict[str, str]:
-        """What is wrong with analyzers of the parameters, by their paths."""
+        """The errors of analyzers in the parameters, by path."""
         return _problems(self._own)
 
     def add(self, owner: str, analyzers: Mapping[str, Any]) -> None:
@@ -43,11 +46,11 @@ class Aggregation:
         self._added[owner] = group
 
     def remove(self, owner: str) -> None:
-        """Takes the analyzers of another node away, if it has added any."""
+        """Removes the analyzers of another node, if it has added any."""
         self._added.pop(owner, None)
 
     def take(self, status: Status, now_s: float) -> None:
-        """Takes a status over."""
+        """Adds a status."""
         taken = [group.analyze(status, now_s) for group in (self._own, *self._added.values())]
         if not any(taken):
             self._other.analyze(status, now_s)
@@ -62,7 +65,7 @@ class Aggregation:
 
 
 def whole_level(reported: list[Status]) -> int:
-    """The level of everything: the highest; what is stale counts as an error unless all is.
+    """The overall level: the highest; stale counts as an error unless everything is stale.
 
     >>> whole_level([Status("/a", 0), Status("/b", 3)]), whole_level([Status("/b", 3)]), whole_level([])
     (2, 3, 0)

@@ -1,6 +1,6 @@
-"""The analyzers of the aggregator: which statuses each takes, and what it reports of them.
+"""The analyzers of the aggregator: which statuses each accepts, and what it reports about them.
 
-They are made of the `analyzers` parameters; see http://wiki.ros.org/diagnostic_aggregator for their names.
+They are configured by the `analyzers` parameters, see http://wiki.ros.org/diagnostic_aggregator.
 Times are in seconds of any clock, the same for all calls.
 """
 
@@ -15,10 +15,10 @@ from pipros.diagnostics.items import ERROR, OK, STALE, Item, Status, level_name
 from pipros.errors import PiprosError
 
 TIMEOUT_S = 5.0
-"""After so long without news an item is stale, unless `timeout` says otherwise."""
+"""After this time without an update an item is stale, unless `timeout` is set."""
 
 ITEM_LIMIT = 10_000
-"""Items of one analyzer: the names come from any peer."""
+"""The most items of one analyzer: their names come from any peer."""
 
 DEPTH_LIMIT = 20
 """Groups in groups."""
@@ -28,7 +28,7 @@ class BadAnalyzer(PiprosError, ValueError):
     """The parameters of an analyzer cannot be used.
 
     Attributes:
-        summary: a few words, which are published as the message of a status.
+        summary: a short text, which is published as the message of a status.
     """
 
     def __init__(self, summary: str, reason: str) -> None:
@@ -37,28 +37,29 @@ class BadAnalyzer(PiprosError, ValueError):
 
 
 class Analyzer(Protocol):
-    """Takes some of the statuses, and reports them below its path.
+    """Accepts some of the statuses, and reports them below its path.
 
     Attributes:
-        name: the last part of its path; `path` is all of it.
+        name: the last part of its path.
+        path: the whole path.
     """
 
     name: str
     path: str
 
     def match(self, name: str) -> bool:
-        """Whether it takes statuses of that name."""
+        """Whether it accepts statuses of that name."""
 
     def analyze(self, status: Status, now_s: float) -> bool:
-        """Takes a status that it matches. Returns whether it did."""
+        """Adds a status that it matches. Returns whether it was accepted."""
 
     def report(self, now_s: float) -> list[Status]:
-        """Its own status, whose name is `path`, and those of its items. Nothing if it has nothing to say."""
+        """Its own status, whose name is `path`, and those of its items; may be empty."""
 
 
 @dataclass(frozen=True, slots=True)
 class Criteria:
-    """The names that an analyzer takes: those that satisfy any of these."""
+    """The names that an analyzer accepts: those that satisfy any of the criteria."""
 
     names: frozenset[str] = frozenset()
     starts: tuple[str, ...] = ()
@@ -78,7 +79,7 @@ class Criteria:
 
 
 class Items:
-    """The items of one analyzer by name, and the status that sums them up."""
+    """The items of one analyzer by name, and the status that summarises them."""
 
     def __init__(
         self,
@@ -91,7 +92,12 @@ class Items:
         count: int = -1,
         discards_stale: bool = False,
     ) -> None:
-        """Args: `count` is how many items there must be, -1 for any number. A timeout of 0 is never over."""
+        """No item has arrived yet.
+
+        Args:
+            count: the required number of items, -1 for any.
+            timeout_s: after which an item is stale; 0 for never.
+        """
         self.name, self.path = name, path
         self._prefixes = tuple(prefixes)
         self._timeout_s, self._count, self._discards_stale = timeout_s, count, discards_stale
@@ -104,7 +110,7 @@ class Items:
         return True
 
     def report(self, now_s: float) -> list[Status]:
-        """The items are stale if all are; if only some are, that is an error."""
+        """The summary is stale if all items are; if only some are, it is an error."""
         reported, values, levels = [], [], []
         for name, item in list(self._items.items()):
             is_stale = self._is_stale(item, now_s)
@@ -129,7 +135,7 @@ class Items:
 
 
 def summed_up(levels: Sequence[int]) -> int:
-    """The level of what has parts of these levels: the highest, but stale only if all are.
+    """The summary of several levels: the highest, but stale only if all are.
 
     >>> summed_up([0, 1]), summed_up([3, 0]), summed_up([3, 3]), summed_up([])
     (1, 2, 3, 0)
@@ -139,7 +145,7 @@ def summed_up(levels: Sequence[int]) -> int:
 
 
 class GenericAnalyzer(Items):
-    """Takes the statuses that its parameters name, and reports them all."""
+    """Accepts the statuses that its parameters name, and reports them all."""
 
     def __init__(self, name: str, path: str, criteria: Criteria, **more: Any) -> None:
         super().__init__(name, path, **more)
@@ -150,7 +156,7 @@ class GenericAnalyzer(Items):
 
 
 class DiscardAnalyzer(GenericAnalyzer):
-    """Takes statuses as a GenericAnalyzer, and reports nothing."""
+    """Accepts statuses like a GenericAnalyzer, and reports nothing."""
 
     def report(self, now_s: float) -> list[Status]:
         del now_s
@@ -158,7 +164,7 @@ class DiscardAnalyzer(GenericAnalyzer):
 
 
 class IgnoreAnalyzer:
-    """Takes nothing and reports nothing; any parameters will do."""
+    """Accepts nothing and reports nothing, whatever its parameters."""
 
     def __init__(self, name: str, path: str) -> None:
         self.name, self.path = name, path
@@ -177,21 +183,21 @@ class IgnoreAnalyzer:
 
 
 class AnalyzerGroup:
-    """Analyzers below one path, in the order of their keys. A status goes to each that takes it.
+    """Analyzers below one path, in the order of their keys. A status is passed to each that accepts it.
 
     Attributes:
-        problems: what is wrong with analyzers that could not be made, by their keys.
+        problems: the errors of analyzers that could not be made, by key.
     """
 
     def __init__(self, name: str, path: str, parameters: Mapping[str, Any], depth: int = 0) -> None:
         """Makes the analyzers of the group; those whose parameters are wrong are reported instead.
 
         Raises:
-            BadAnalyzer: groups in groups without end.
+            BadAnalyzer: groups are nested too deeply.
         """
         if depth > DEPTH_LIMIT:
             raise BadAnalyzer(
-                "Analyzer init failed", f"more than {DEPTH_LIMIT} analyzer groups in each other"
+                "Analyzer init failed", f"analyzer groups are nested more than {DEPTH_LIMIT} deep"
             )
         self.name, self.path = name, path
         self.problems: dict[str, BadAnalyzer] = {}
@@ -241,7 +247,7 @@ class AnalyzerGroup:
 
 
 class OtherAnalyzer(Items):
-    """Reports what no analyzer took, as errors if that is asked for."""
+    """Reports statuses that no analyzer accepted, optionally as errors."""
 
     def __init__(self, path: str, as_errors: bool) -> None:
         super().__init__("Other", f"{path}/Other", discards_stale=True)

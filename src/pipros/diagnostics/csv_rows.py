@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pipros.diagnostics.items import Status
 
 NAME_LIMIT = 200
-"""Characters of a file's name; names of statuses come from any peer."""
+"""The most characters of a file's name; names of statuses come from any peer."""
 
 _HEAD = ("Timestamp", "Level", "Message", "Hardware ID")
 _IN_NAMES = str.maketrans({" ": "_", "/": "__", **dict.fromkeys("()#.\0\n")})
@@ -35,7 +35,7 @@ def file_names(names: Iterable[str]) -> dict[str, str]:
 
 
 class Columns:
-    """The keys of a status' values, in the order in which they came first."""
+    """The keys of a status' values, in the order of their first occurrence."""
 
     def __init__(self) -> None:
         self._places: dict[str, int] = {}
@@ -50,7 +50,7 @@ class Columns:
         return ",".join([*_HEAD, *keys]) + "\n"
 
     def row(self, status: Status, stamp_s: float) -> str:
-        """A line of the file: the time of this machine's zone, and a cell for each key that is known."""
+        """A line of the file: the time in this machine's zone, and a cell for each known key."""
         self.add(status)
         cells = [""] * len(self._places)
         for key, value in status.values:

@@ -7,14 +7,14 @@ from math import inf
 
 
 class EventWindow:
-    """Counts events. A report covers the time since as many reports ago as the window has."""
+    """Counts events. A report covers the last `window` reporting intervals."""
 
     def __init__(self, reports: int, now: float) -> None:
         self.count = 0
         self._starts = deque([(now, 0)] * reports, maxlen=reports)
 
     def report(self, now: float) -> tuple[int, float, float]:
-        """The events in the window, its length in seconds, and the events a second."""
+        """The events in the window, its length in seconds, and the events per second."""
         start, count = self._starts[0]
         self._starts.append((now, self.count))
         events, seconds = self.count - count, now - start

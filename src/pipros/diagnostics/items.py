@@ -1,4 +1,4 @@
-"""One reported status, as the aggregator keeps and passes it on."""
+"""One reported status, as the aggregator stores and publishes it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ LEVEL_NAMES = ("OK", "Warning", "Error", "Stale")
 
 
 def level_name(level: int) -> str:
-    """What a level is called: `OK`, `Warning`, `Error`, `Stale`."""
+    """The name of a level: `OK`, `Warning`, `Error`, `Stale`."""
     return LEVEL_NAMES[level] if 0 <= level < len(LEVEL_NAMES) else f"Level {level}"
 
 
@@ -28,7 +28,7 @@ class Status:
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A status and when it came, in seconds; never yet for one that is only expected."""
+    """A status and the time of its arrival, in seconds; None for one that is only expected."""
 
     status: Status
     updated_s: float | None = None

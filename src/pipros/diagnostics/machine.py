@@ -1,4 +1,4 @@
-"""What the monitors of a machine report of their readings: level, message, and values with Noetic's names.
+"""The reports of the monitors of a machine: level, message, and values with Noetic's names.
 
 Pure: the readings come from the programs in `src/diagnostic_common_diagnostics/nodes`.
 """
@@ -17,17 +17,17 @@ HOT, CRITICALLY_HOT = 55.0, 70.0
 """Degrees Celsius of a disk, above which it is hot."""
 
 LITTLE, VERY_LITTLE = 5, 1
-"""Gigabytes that are left on a disk; so many or less are a warning, an error."""
+"""Free gigabytes of a disk; this many or fewer are a warning, an error."""
 
 SMALL_DISK = 10
-"""Gigabytes; smaller disks are not looked at."""
+"""Gigabytes; smaller disks are ignored."""
 
 _HEAT = ("OK", "Hot", "Critical Hot")
 _SPACE = ("OK", "Low Disk Space", "Very Low Disk Space")
 
 
 class BadReading(PiprosError, ValueError):
-    """What a device or a server answered cannot be read."""
+    """The answer of a device or a server cannot be read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class Averages:
     """
 
     def __init__(self, window: int) -> None:
-        """Args: `window` is how many readings count, at least 1."""
+        """Averages the last `window` readings, at least 1."""
         self._readings: deque[Sequence[float]] = deque(maxlen=max(1, window))
 
     def add(self, reading: Sequence[float]) -> list[float]:
@@ -84,7 +84,7 @@ class DiskHeat:
 
 
 def heat_report(disks: Sequence[DiskHeat], *, warns: bool = True) -> Report:
-    """The temperatures of disks. Without any there is nothing to tell, which is an error."""
+    """The temperatures of disks. Without any, the report is an error."""
     level, values = OK, list[tuple[str, str]]()
     for number, disk in enumerate(disks):
         heat = disk.degrees if disk.degrees is not None else 0.0
@@ -97,12 +97,12 @@ def heat_report(disks: Sequence[DiskHeat], *, warns: bool = True) -> Report:
             (f"Disk {number} Temp", "SLP" if disk.degrees is None else f"{disk.degrees:g}"),
         ]
     if not disks:
-        return Report(ERROR, "No disk tells its temperature: start hddtemp, or load the module drivetemp")
+        return Report(ERROR, "No disk reports its temperature: start hddtemp, or load the module drivetemp")
     return Report(level if warns else OK, _HEAT[level] if warns else "OK", values)
 
 
 def parsed_hddtemp(answer: str) -> list[DiskHeat]:
-    """The disks that the daemon of hddtemp tells of, such as `|/dev/sda|WDC 10|41|C|`.
+    """The disks in an answer of the hddtemp daemon, such as `|/dev/sda|WDC 10|41|C|`.
 
     Raises:
         BadReading: it is something else.
@@ -134,7 +134,7 @@ class DiskSpace:
 
 
 def space_report(disks: Iterable[DiskSpace]) -> Report:
-    """How much room disks have; small ones are left out."""
+    """The free space of disks; small ones are left out."""
     level, values = OK, [("Disk Space Reading", "OK")]
     large = [disk for disk in disks if disk.size >= SMALL_DISK]
     for number, disk in enumerate(large, 1):
@@ -183,7 +183,7 @@ def _is_above(value: float, limit: float | None) -> bool:
 
 
 def ntp_report(offset_us: float, tolerance_us: float, error_us: float) -> Report:
-    """How far a server's clock is from this one, in microseconds."""
+    """The offset of a server's clock from this one, in microseconds."""
     values = [
         ("Offset (us)", f"{offset_us:.0f}"),
         ("Offset tolerance (us)", f"{tolerance_us:g}"),
@@ -195,7 +195,7 @@ def ntp_report(offset_us: float, tolerance_us: float, error_us: float) -> Report
 
 
 def ntp_failure(reason: str, tolerance_us: float, error_us: float) -> Report:
-    """The report when a server did not answer, or not as it should."""
+    """The report when a server did not answer correctly."""
     values = [
         ("Offset (us)", "N/A"),
         ("Offset tolerance (us)", f"{tolerance_us:g}"),

@@ -1,4 +1,4 @@
-"""The questions and answers of SNTP (RFC 4330), which tell how far a clock is off. Bytes in, values out."""
+"""The requests and answers of SNTP (RFC 4330), which measure the offset of a clock. Bytes in, values out."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SERVER = 4
 
 
 def question(now_s: float) -> bytes:
-    """The packet that asks, sent at `now_s` of the time since 1970."""
+    """The request, sent at `now_s`, the time since 1970."""
     seconds, fraction = _stamp(now_s)
     return struct.pack(">B39xII", 4 << 3 | 3, seconds, fraction)
 
@@ -27,7 +27,7 @@ def offset_s(answer: bytes, asked: bytes, sent_s: float, received_s: float) -> f
         asked: the packet that was sent, at `sent_s`.
 
     Raises:
-        BadReading: it is not an answer to that question, or the server does not know the time.
+        BadReading: it is not an answer to that request, or the server does not know the time.
     """
     if len(answer) < _ANSWER.size:
         raise BadReading(f"an answer must have {_ANSWER.size} bytes, got {len(answer)}")

@@ -1,4 +1,4 @@
-"""How old the stamps of messages are when they come."""
+"""The age of message stamps on arrival."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ class StampDelays:
         self.forget()
 
     def forget(self) -> None:
-        """Begins anew, as after each report."""
+        """Resets the delays, as after each report."""
         self.least = self.greatest = 0.0
         self.has_zero = False
         self.has_any = False
 
     def add(self, stamp: float, now: float) -> None:
-        """Counts a stamp. One of zero was not set."""
+        """Counts a stamp. A zero stamp was not set."""
         if stamp == 0:
             self.has_zero = True
             return

@@ -1,4 +1,4 @@
-"""Levels with messages, and how several become one."""
+"""Merges levels with messages."""
 
 from __future__ import annotations
 

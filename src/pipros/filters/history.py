@@ -15,7 +15,7 @@ class History:
         self.stamps: list[Any] = []
 
     def add(self, stamp: Any, message: Any) -> None:
-        """Takes a message; the one that arrived first goes where there are more than `size`."""
+        """Adds a message; of more than `size`, the one that arrived first is dropped."""
         self.stamps.append(stamp)
         self.messages.append(message)
         if len(self.messages) > self.size:
@@ -49,7 +49,7 @@ class Sequencer:
     """Messages in the order of their stamps, each held back for a while, so that earlier ones may still come.
 
     Stamps, the delay and the time are nanoseconds. A message that is older than one passed on already is
-    dropped; of more than `queue_size` the oldest is.
+    dropped; so is the oldest of more than `queue_size`.
     """
 
     def __init__(self, delay: int, queue_size: int) -> None:
@@ -60,7 +60,7 @@ class Sequencer:
         self._passed_on: int | None = None
 
     def add(self, stamp: int, message: Any) -> None:
-        """Takes a message."""
+        """Adds a message."""
         if self._passed_on is not None and stamp < self._passed_on:
             return
         self._arrived += 1

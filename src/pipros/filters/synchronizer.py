@@ -75,7 +75,7 @@ class ApproximateSynchronizer(ExactSynchronizer):
     def went_back(self, now: int, simulated_now: int | None, index: int | None) -> bool:
         """Whether the clock, simulated or not, went back since the last message.
 
-        All queues are emptied then, and the message that is told so is to be dropped, as Noetic's does.
+        All queues are emptied then, and the new message is to be dropped, as in Noetic.
         """
         is_before, self._newest_time = now < self._newest_time, now
         if is_before:

@@ -20,7 +20,7 @@ def levels_of(master: MasterClient, node: str) -> dict[str, str]:
     """The level of each logger of a node, as it writes them: rospy in capitals, roscpp not.
 
     Raises:
-        GraphError: nobody of that name answers.
+        GraphError: no node of that name answers.
     """
     answer = _call(master, node, "get_loggers", "roscpp/GetLoggers")
     return {str(logger.name): str(logger.level) for logger in answer.loggers}
@@ -30,7 +30,7 @@ def set_level(master: MasterClient, node: str, logger: str, level: str) -> None:
     """Sets the level of one logger of a node, if it is another one now.
 
     Raises:
-        GraphError: nobody of that name answers, or it has no such logger.
+        GraphError: no node of that name answers, or it does not have the logger.
     """
     levels = levels_of(master, node)
     if logger not in levels:

@@ -1,4 +1,4 @@
-"""Calling a service with YAML values."""
+"""Calls services with YAML values."""
 
 from __future__ import annotations
 

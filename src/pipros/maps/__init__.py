@@ -1,4 +1,4 @@
-"""Occupancy grids in files: a picture, and a YAML file that says what its greys mean.
+"""Files of occupancy grids: a picture, and a YAML file that says how to interpret its greys.
 
 Begin with `map_file.py`.
 """

@@ -1,4 +1,4 @@
-"""What can be wrong with the files of a map."""
+"""The errors of map files."""
 
 from __future__ import annotations
 

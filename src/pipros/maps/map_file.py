@@ -1,4 +1,4 @@
-"""The YAML file of a map, and what its picture says of each cell: http://wiki.ros.org/map_server#Map_format.
+"""The YAML file of a map, and the cells that its picture defines: http://wiki.ros.org/map_server#Map_format.
 
 Cells are numbers: 0 free, 100 occupied, -1 unknown, other values between, row by row from the lowest y.
 """
@@ -22,7 +22,7 @@ MODES = ("trinary", "scale", "raw")
 
 @dataclass(frozen=True, slots=True)
 class MapDescription:
-    """What the YAML file says.
+    """The contents of the YAML file.
 
     Attributes:
         image: the path of the picture.
@@ -53,7 +53,7 @@ class Grid:
 
 
 def read_map(file: str) -> Grid:
-    """The map that a YAML file and its picture make.
+    """The map in a YAML file and its picture.
 
     Raises:
         MapError: NoMapFile, BadMapDescription or BadMapImage.
@@ -63,7 +63,7 @@ def read_map(file: str) -> Grid:
 
 
 def read_description(file: str) -> MapDescription:
-    """What a YAML file says. A relative path of the picture is below the folder of the file.
+    """The contents of a YAML file. A relative path of the picture is relative to the folder of the file.
 
     Raises:
         NoMapFile: it cannot be opened.
@@ -119,7 +119,7 @@ def _number(file: str, key: str, value: Any) -> float:
 def make_grid(description: MapDescription, picture: Picture) -> Grid:
     """The cells of a picture. Colours count by their mean, in `trinary` with the alpha channel, as in Noetic.
 
-    In `scale`, what is transparent and neither free nor occupied is unknown.
+    In `scale`, cells that are transparent and neither free nor occupied are unknown.
     """
     channels = picture.colors
     if picture.alpha is not None and description.mode == "trinary":

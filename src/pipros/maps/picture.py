@@ -1,4 +1,4 @@
-"""Reads the picture of a map: PGM by itself, all else by Pillow."""
+"""Reads the picture of a map: PGM without a library, all others by Pillow."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Picture:
 
     Attributes:
         colors: one grey channel, or red, green and blue.
-        alpha: 0 where the picture is transparent; None where it has no such channel.
+        alpha: 0 where the picture is transparent; None without an alpha channel.
     """
 
     width: int

@@ -1,1 +1,1 @@
-"""Interactive markers: what a server shows, and the changes that wait. No topics, no clock."""
+"""Interactive markers: the markers of a server, and pending changes. No topics, no clock."""

@@ -29,7 +29,7 @@ CONFLICT_S = 1.0
 
 
 class _Callbacks:
-    """What is called with the feedback of a marker: for a type of event, or for all others."""
+    """The callbacks for the feedback of a marker: by type of event, and one for all others."""
 
     def __init__(self) -> None:
         self.default_feedback_cb: Callback | None = None
@@ -48,7 +48,7 @@ class _Callbacks:
 
 
 class MarkerContext(_Callbacks):
-    """A marker that viewers know."""
+    """A marker that viewers have."""
 
     def __init__(self, int_marker: Any = None) -> None:
         super().__init__()
@@ -58,7 +58,7 @@ class MarkerContext(_Callbacks):
 
 
 class UpdateContext(_Callbacks):
-    """A change that waits. Of `int_marker`, POSE_UPDATE has pose and header only, and ERASE nothing."""
+    """A pending change. For POSE_UPDATE, `int_marker` has only pose and header; for ERASE it has nothing."""
 
     FULL_UPDATE = 0
     POSE_UPDATE = 1
@@ -72,7 +72,7 @@ class UpdateContext(_Callbacks):
 
 @dataclass(slots=True)
 class Changes:
-    """What viewers must be told: new or replaced markers, markers that moved, names that are gone."""
+    """The update for viewers: new or replaced markers, moved markers, and names of erased ones."""
 
     inserted: list[Any] = field(default_factory=list)
     moved: list[Any] = field(default_factory=list)
@@ -83,7 +83,7 @@ class Markers:
     """The markers of one server.
 
     Args:
-        new_marker: makes an empty marker, for a pose that waits.
+        new_marker: makes an empty marker, for a pending pose.
     """
 
     def __init__(self, new_marker: Callable[[], Any]) -> None:
@@ -92,12 +92,12 @@ class Markers:
         self.pending: dict[str, UpdateContext] = {}
 
     def insert(self, marker: Any) -> None:
-        """The marker is to be shown, in place of one with its name."""
+        """Adds a marker, or replaces the one with its name."""
         update = self.pending.setdefault(marker.name, UpdateContext())
         update.update_type, update.int_marker = UpdateContext.FULL_UPDATE, marker
 
     def set_pose(self, name: str, pose: Any, header: Any) -> bool:
-        """The marker is to be moved. False if it does not exist, or waits to be inserted.
+        """Moves a marker. False if it does not exist, or its insertion is pending.
 
         An empty frame in the header leaves the header as it is.
         """
@@ -108,7 +108,7 @@ class Markers:
         return True
 
     def erase(self, name: str) -> bool:
-        """The marker is to go. False if it does not exist."""
+        """Erases a marker. False if it does not exist."""
         if name not in self.pending:
             if name not in self.contexts:
                 return False
@@ -117,15 +117,15 @@ class Markers:
         return True
 
     def clear(self) -> None:
-        """All markers are to go, and no other change waits."""
+        """Erases all markers, and drops all other pending changes."""
         self.pending.clear()
         for name in self.contexts:
             self.erase(name)
 
     def set_callback(self, name: str, callback: Callback | None, event_type: int | None) -> bool:
-        """Call `callback` with feedback of this type, or without a type, with all that has none of its own.
+        """Sets the callback for feedback of a type; without a type, for all types without their own.
 
-        It counts at once. False if the marker does not exist.
+        Takes effect at once. False if the marker does not exist.
         """
         found = [entry for entry in (self.contexts.get(name), self.pending.get(name)) if entry is not None]
         for entry in found:
@@ -133,7 +133,7 @@ class Markers:
         return bool(found)
 
     def get(self, name: str) -> Any:
-        """The marker as it will be when the changes are applied; None if it does not exist then."""
+        """The marker as it will be after `apply`; None if it will not exist."""
         update, context = self.pending.get(name), self.contexts.get(name)
         if update is None:
             return context.int_marker if context else None
@@ -145,7 +145,7 @@ class Markers:
         return context.int_marker
 
     def apply(self) -> Changes | None:
-        """Make the changes that wait, in the order of their names' first mention; None if nothing waits."""
+        """Applies the pending changes in the order of their names' first occurrence; None without changes."""
         if not self.pending:
             return None
         changes, pending, self.pending = Changes(), self.pending, {}
@@ -170,10 +170,10 @@ class Markers:
         return changes
 
     def take_feedback(self, feedback: Any, is_move: bool, now_s: float) -> Callback | None:
-        """Take note of what a viewer did; where it moved the marker, that is a change that waits.
+        """Handles the feedback of a viewer; moving the marker becomes a pending change.
 
         Returns:
-            What to call with it. None also where another viewer was active less than `CONFLICT_S` ago.
+            The callback to call with it. None also if another viewer was active less than `CONFLICT_S` ago.
         """
         context = self.contexts.get(feedback.marker_name)
         if context is None:

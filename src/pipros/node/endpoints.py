@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 
 TOPICS_LISTED = 50
-"""How many topics a subscriber is told of that asks for another one."""
+"""How many topics the error names when a subscriber asks for an unknown one."""
 
 
 class TypeConflict(PiprosError):

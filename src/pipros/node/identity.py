@@ -19,10 +19,10 @@ class Identity:
 
     Attributes:
         name: the full name: `/robot/talker`.
-        namespace: where it stands, with a slash at the end: `/robot/`.
+        namespace: of the node, with a slash at the end: `/robot/`.
         arguments: the command line, sorted.
         remappings: what the command line renames, as global names.
-        environment: the surroundings, with what `__master:=` and its kind change.
+        environment: the variables, with the changes of `__master:=` and the like.
     """
 
     name: str
@@ -60,7 +60,7 @@ class Identity:
 
     @classmethod
     def unnamed(cls, *, argv: Sequence[str], environment: Environment) -> Identity:
-        """What a process goes by before its node has a name.
+        """The identity of a process before its node has a name.
 
         Names resolve without remappings, as in rospy: they may mention the node's name. The topics
         made at that time are an exception, see `resolve_topic_without_name`.

@@ -21,10 +21,10 @@ def log_program(logname: str, level: int, filename: str | None, environment: Env
         filename: in place of that name. It may have folders, which `latest` will lead to.
 
     Returns:
-        The file; None when its folder cannot be made, which is said on stderr.
+        The file; None when its folder cannot be made, which is reported on stderr.
 
     Raises:
-        PiprosError: a file is in the place of the folder, or `ROS_PYTHON_LOG_CONFIG_FILE` cannot be used.
+        PiprosError: a file has the name of the folder, or `ROS_PYTHON_LOG_CONFIG_FILE` cannot be used.
     """
     path = environment.log_dir / (filename or f"{logname or 'unknown'}-{os.getpid()}.log")
     folder = path.parent

@@ -1,4 +1,4 @@
-"""What a node has from its start to its end: an event loop, its ports, and its entries at the master."""
+"""The parts of a node that exist from start to shutdown: its ports, and its entries at the master."""
 
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ class RunningNode:
 
         Args:
             methods: what the slave API answers.
-            host: what peers are told to connect to.
-            bind_host: the address that the ports belong to.
+            host: the host that peers connect to.
+            bind_host: the address to listen on.
             ports: those of the slave API and of TCPROS; 0 takes a free one.
             limits: what peers may cost.
 

@@ -38,7 +38,7 @@ _LARGEST_CHUNK_BYTES = 4 * 1024 * 1024
 
 
 class ServiceFailed(PiprosError):
-    """A service call brought no response: nobody there, refused, answered with an error, or broken."""
+    """A service call brought no response: no server, refused, answered with an error, or broken."""
 
 
 class CallTimeout(ServiceFailed):
@@ -110,7 +110,7 @@ class ServiceClient:
             service: the global name.
             service_class: its class.
             master: the master to ask where the service is.
-            calls: what to be interrupted with.
+            calls: the open calls to be interrupted together.
             persistent: keeps one connection for all calls.
             headers: reach the handler in the connection header.
             limits: what the server may cost; by default those of the process.
@@ -236,8 +236,8 @@ class ServiceLink:
             persistent: tells the server that several calls will come.
             probe: tells the server that none will come.
             extra: further fields for the connection header.
-            poller: what has been learnt about the server.
-            calls: what the link can be interrupted with, from the beginning until it is closed.
+            poller: decides whether to busy-poll, and learns from it.
+            calls: the open calls that the link belongs to until it is closed.
             limits: what the server may cost; by default those of the process.
 
         Raises:

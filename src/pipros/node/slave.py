@@ -1,4 +1,4 @@
-"""The slave API: what the master and other nodes may ask of a node by XML-RPC.
+"""The slave API: the XML-RPC calls of the master and other nodes to a node.
 
 Every answer is `[code, text, value]`. Sources: http://wiki.ros.org/ROS/Slave_API and, where it is
 silent, genuine rospy. Methods are looked up in a table, so that nothing else can be called.

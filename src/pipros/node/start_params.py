@@ -1,4 +1,4 @@
-"""What the command line and the parameters of the system say about how a node starts."""
+"""Command-line arguments and parameters that decide how a node starts."""
 
 from __future__ import annotations
 

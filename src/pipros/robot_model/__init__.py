@@ -1,4 +1,4 @@
-"""Robots as URDF describes them: links, joints, and where a joint's position puts a link.
+"""Robots described by URDF: links, joints, and the poses of links for positions of joints.
 
 Begin with `urdf.py`.
 """

@@ -1,4 +1,4 @@
-"""Poses of links in their parents, from positions of joints; what robot_state_publisher sends when."""
+"""Poses of links in their parents, from positions of joints, and when robot_state_publisher sends them."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class JointFrames:
         self._sent: dict[str, int] = {}
 
     def forget_times(self) -> None:
-        """Sends each joint at its next position: the clock went back."""
+        """Makes each joint due at its next position, because the clock went back."""
         self._sent.clear()
 
     def due(self, names: Iterable[str], positions: Iterable[float], stamp: int) -> list[tuple[Joint, Pose]]:
@@ -69,7 +69,7 @@ class JointFrames:
 
     def _with_mimics(self, known: Mapping[str, float]) -> dict[str, float]:
         values = dict(known)
-        # What the message says of a joint itself wins; in this order genuine's finds chains of them.
+        # A position in the message itself wins. Genuine finds chains of mimic joints in this order.
         for _, joint in sorted(self.moving.items()):
             mimic = joint.mimic
             if mimic is not None and mimic.joint in values:

@@ -1,4 +1,4 @@
-"""What joint_state_publisher says of joints: defaults, values from sources, joints that follow others.
+"""The values that joint_state_publisher publishes: defaults, values from sources, joints that mimic others.
 
 Rules: http://wiki.ros.org/joint_state_publisher.
 """
@@ -15,7 +15,7 @@ from pipros.robot_model.urdf import Joint, Robot
 
 
 class MimicCircle(PiprosError, ValueError):
-    """A joint follows itself, by way of others."""
+    """Joints mimic each other in a circle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class JointChoices:
         dependent: joints that follow others: `parent`, and perhaps `factor` and `offset`.
         mimic_tags: whether `<mimic>` of the URDF counts, too.
         smallest_limits: whether the limits of safety controllers narrow the range.
-        positions, velocities, efforts: whether there are values before a source tells some.
+        positions, velocities, efforts: whether there are values before a source has sent any.
     """
 
     zeros: Mapping[str, float]
@@ -40,10 +40,10 @@ class JointChoices:
 
 
 class JointValues:
-    """The joints of a robot that move, with what is known of each.
+    """The moving joints of a robot, with their known values.
 
     Attributes:
-        names: all joints that are told, in the order of the URDF.
+        names: all published joints, in the order of the URDF.
         free: the values of those that follow no other: `min`, `max`, `zero`, and what is known of `position`,
             `velocity`, `effort`; as programs on top of joint_state_publisher read and write them.
         dependent: those that follow another.
@@ -95,7 +95,7 @@ class JointValues:
         self.free[name] = values
 
     def update(self, names: Sequence[str], **columns: Sequence[float]) -> None:
-        """Takes what a source says: `position`, `velocity` and `effort`, each empty or as long as `names`."""
+        """Takes values of a source: `position`, `velocity`, `effort`, each empty or as long as `names`."""
         for number, name in enumerate(names):
             joint = self.free.get(name)
             if joint is None:
@@ -139,7 +139,7 @@ class JointValues:
         return (position, joint.get("velocity", 0.0) * factor, joint.get("effort", 0.0))
 
     def _root_of(self, name: str) -> tuple[str, float, float]:
-        """The free joint that a dependent one follows in the end, with factor and offset."""
+        """The free joint that a dependent one finally follows, with factor and offset."""
         factor, offset = 1.0, 0.0
         seen: list[str] = []
         while name in self.dependent:

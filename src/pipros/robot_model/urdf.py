@@ -1,7 +1,4 @@
-"""Reads what a URDF says of links and joints: http://wiki.ros.org/urdf/XML/joint.
-
-Shapes, masses and transmissions are left alone.
-"""
+"""Reads the links and joints of a URDF: http://wiki.ros.org/urdf/XML/joint. All else is ignored."""
 
 from __future__ import annotations
 
@@ -23,7 +20,7 @@ class UrdfError(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """A joint that follows another one: `multiplier` times its position, plus `offset`."""
+    """A joint that mimics another one: `multiplier` times its position, plus `offset`."""
 
     joint: str
     multiplier: float = 1.0
@@ -38,7 +35,7 @@ class Joint:
         type: one of JOINT_TYPES.
         origin: the pose of the child in the parent at position 0.
         axis: of length one, in the frame of the child; about or along which it moves.
-        limits: the lowest and highest position, in radians or metres; None where there are none.
+        limits: the lowest and highest position, in radians or metres; None without limits.
         soft_limits: those of its safety controller; None for each that is not set.
     """
 
@@ -140,7 +137,7 @@ def _check_tree(links: tuple[str, ...], joints: tuple[Joint, ...]) -> None:
     for what, names in (("link", links), ("joint", [joint.name for joint in joints])):
         if len(set(names)) < len(names):
             twice = next(name for name in names if list(names).count(name) > 1)
-            raise UrdfError(f"the {what} {twice} is there more than once")
+            raise UrdfError(f"the {what} {twice} is defined more than once")
     known, parent_of = set(links), dict[str, str]()
     for joint in joints:
         for role, link in (("parent", joint.parent), ("child", joint.child)):

@@ -1,4 +1,4 @@
-"""What `transform` and `relay_field` compute from a message, without running Python code."""
+"""The expressions of `transform` and `relay_field` over messages, evaluated without running Python code."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipros.topic_tools.modules import ARRAY, Names, module_for
 
 
 class NotAMapping(PiprosError, ValueError):
-    """What `relay_field` is to fill in is not a mapping of fields."""
+    """The template of `relay_field` is not a mapping of fields."""
 
 
 def part_of(value: Any, name: str) -> Any:

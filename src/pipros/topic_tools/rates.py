@@ -1,4 +1,4 @@
-"""Which messages of a topic pass: as many a second, as many bytes a second, or some of each few.
+"""Which messages of a topic pass: by rate, by bandwidth, or by count.
 
 Each rule is asked once for every message, in order. Times are in nanoseconds, of any clock.
 """
@@ -13,7 +13,7 @@ _SECOND = 1_000_000_000
 
 
 class Rule(Protocol):
-    """Says whether the next message passes."""
+    """Decides whether the next message passes."""
 
     def passes(self, now_ns: int, size_bytes: int) -> bool: ...
 

@@ -1,4 +1,4 @@
-"""Messages that go on as they came: the class for a type that is known from a connection header only."""
+"""Messages that are passed on as bytes: the class for a type known only from a connection header."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class Selection:
         self._topics.append(topic)
 
     def delete(self, topic: str) -> None:
-        """Takes a topic away.
+        """Removes a topic.
 
         Raises:
             Refused: it is not one of the topics, or the selected one.

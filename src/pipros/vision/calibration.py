@@ -1,7 +1,7 @@
 """Calibrations of cameras as text: YAML, and the INI format of Videre Design.
 
-Both are the formats of camera_calibration_parsers, which also has their oddities: matrices may have more
-values than they need, and a name that is missing is `unknown`.
+Both formats, and their oddities, are those of camera_calibration_parsers: matrices may have more values than
+they need, and a missing name is `unknown`.
 """
 
 from __future__ import annotations
@@ -46,19 +46,20 @@ class Calibration:
 
 
 def parse(text: str, file: str) -> Calibration:
-    """The calibration in the text of a file; the file's ending says in which format.
+    """The calibration in the text of a file, whose suffix names the format.
 
     Raises:
-        CalibrationError: the ending is not .yaml, .yml or .ini, or the text is malformed.
+        CalibrationError: the suffix is not .yaml, .yml or .ini, or the text is malformed.
     """
     return {"yaml": parse_yaml, "ini": parse_ini}[_format(file)](text, file)
 
 
 def formatted(calibration: Calibration, file: str) -> str:
-    """The text for a file; its ending says in which format.
+    """The text for a file, whose suffix names the format.
 
     Raises:
-        CalibrationError: the ending is not .yaml, .yml or .ini, or the format has not the model of the lens.
+        CalibrationError: the suffix is not .yaml, .yml or .ini, or the format does not support the lens
+            model.
     """
     return {"yaml": format_yaml, "ini": format_ini}[_format(file)](calibration)
 
@@ -96,7 +97,7 @@ def parse_yaml(text: str, file: str = "<string>") -> Calibration:
 
 
 class _Reading:
-    """The values of a mapping, or errors that name them."""
+    """Reads the values of a mapping; errors name them."""
 
     def __init__(self, file: str, values: dict[Any, Any]) -> None:
         self._file = file
@@ -136,7 +137,7 @@ class _Reading:
 
     def _number(self, name: str, value: Any) -> float:
         try:
-            # 1e-3 is a number for those who wrote such files, and a text in YAML 1.1.
+            # Writers of such files mean 1e-3 as a number; in YAML 1.1 it is a string.
             if not isinstance(value, bool | dict | list):
                 return float(value)
         except (TypeError, ValueError, OverflowError):
@@ -216,7 +217,7 @@ def format_ini(calibration: Calibration) -> str:
     """The calibration as a text of Videre's INI format, with five digits after the point.
 
     Raises:
-        CalibrationError: its lens is not described by plumb bob's five coefficients.
+        CalibrationError: the lens model is not plumb bob with five coefficients.
     """
     if calibration.model != PLUMB_BOB or len(calibration.d) != 5:
         raise CalibrationError(

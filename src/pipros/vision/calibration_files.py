@@ -28,11 +28,11 @@ def load(path: str) -> Calibration:
 
 
 def save(path: str, calibration: Calibration) -> None:
-    """Write a calibration to a file, whole or not at all; its folders are made.
+    """Writes a calibration to a file, atomically; its folders are created.
 
     Raises:
         OSError: it cannot be written.
-        CalibrationError: the file's ending names a format that cannot have it.
+        CalibrationError: the format that the suffix names cannot hold it.
     """
     text = formatted(calibration, path)
     os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
@@ -48,9 +48,9 @@ def save(path: str, calibration: Calibration) -> None:
 
 
 def resolved(url: str, camera_name: str, environment: Mapping[str, str]) -> tuple[str, list[str]]:
-    """A URL with ${NAME} and ${ROS_HOME} replaced; and the names of variables that there are not.
+    """A URL with ${NAME} and ${ROS_HOME} replaced, and the names of unset variables.
 
-    ${ROS_HOME} is the environment's, or .ros in the user's folder.
+    ${ROS_HOME} defaults to .ros in the user's folder.
     """
     unknown = []
 

@@ -1,4 +1,4 @@
-"""Colours of images in another arrangement, with the whole-number arithmetic of OpenCV's cvtColor."""
+"""Conversion between colour arrangements, with the integer arithmetic of OpenCV's cvtColor."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _BAYER = {
 
 
 def is_supported(color: Color, target: Color) -> bool:
-    """Whether images of `color` can be made ones of `target`."""
+    """Whether images of `color` can be converted to `target`."""
     if color is target:
         return True
     if color in _BAYER:
@@ -41,15 +41,15 @@ def is_supported(color: Color, target: Color) -> bool:
 
 
 def converted(image: Any, color: Color, target: Color) -> Any:
-    """An image (height, width[, channels]) of 8 or 16 bits without sign in another arrangement of colours.
+    """An image (height, width[, channels]) of 8 or 16 unsigned bits in another arrangement of colours.
 
     Raises:
-        ValueError: `is_supported` denies it.
+        ValueError: `is_supported` is False.
     """
     if color is target:
         return image
     if not is_supported(color, target):
-        raise ValueError(f"images of {color.value} cannot be made ones of {target.value}")
+        raise ValueError(f"images of {color.value} cannot be converted to {target.value}")
     if color in _BAYER:
         return _from_bayer(image, color, target)
     if color is Color.YUV422:
@@ -97,7 +97,7 @@ def _from_yuv(image: Any, target: Color) -> Any:
 
 
 def _from_bayer(image: Any, color: Color, target: Color) -> Any:
-    """Bilinear; the outermost pixels are copies of their neighbours, as OpenCV leaves them."""
+    """Bilinear; the outermost pixels are copies of their neighbours, as in OpenCV."""
     height, width = image.shape
     channels = 1 if target is Color.GRAY else 3
     result = np.zeros((height, width, channels), image.dtype)
@@ -137,6 +137,6 @@ def _demosaiced(image: Any, red_at: tuple[int, int], gray: bool) -> Any:
             colors[place, row::2, column::2] = part
     if not gray:
         return _descaled(colors, 2)
-    # OpenCV cuts digits off where it works on many pixels at once, so its values are at most 1 less.
+    # OpenCV truncates where it works on many pixels at once, so its values are at most 1 less.
     total = sum(weight * part for weight, part in zip(_BAYER_GRAY, colors, strict=True))
     return _descaled(total, _BAYER_GRAY_SHIFT + 2)[np.newaxis]

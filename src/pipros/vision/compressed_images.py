@@ -1,8 +1,8 @@
-"""What `sensor_msgs/CompressedImage` messages hold, as compressed_image_transport writes and reads them.
+"""The contents of `sensor_msgs/CompressedImage`, as compressed_image_transport writes and reads them.
 
-The format says how the image was encoded, and in which order the picture has its colours: `rgb8; jpeg
-compressed bgr8`. Depth images of compressed_depth_image_transport begin with a header of 12 octets: a number,
-and two float32 that map depths to 16 bits.
+The format names the encoding of the image, and the order of colours in the picture: `rgb8; jpeg compressed
+bgr8`. Depth images of compressed_depth_image_transport begin with a header of 12 octets: a number, and two
+float32 that map depths to 16 bits.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _JPEG_TO_16_BITS = 256
 
 
 class CompressionError(PiprosError, ValueError):
-    """An image cannot be compressed, or what was compressed cannot be read."""
+    """An image cannot be compressed or decompressed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Settings:
     Attributes:
         kind: `jpeg` or `png`.
         jpeg_quality: from 1 to 100.
-        png_level: from 1, quick, to 9, small.
+        png_level: from 1 (fast) to 9 (small).
     """
 
     kind: str = "jpeg"
@@ -55,7 +55,7 @@ def compressed(image: Any, encoding_name: str, settings: Settings, codec: Codec)
     """The format and the data of a CompressedImage for an image of this encoding.
 
     Raises:
-        CompressionError: the encoding is unknown or not of 8 or 16 bits, or the codec cannot have it.
+        CompressionError: the encoding is unknown or not of 8 or 16 bits, or the codec does not support it.
     """
     try:
         bits = encoding(encoding_name).bits
@@ -78,7 +78,7 @@ def decompressed(format_text: str, data: bytes, codec: Codec) -> tuple[Any, str]
     """The image of a CompressedImage, and its encoding.
 
     Raises:
-        CompressionError: the data is not a picture, or not one that the format tells of.
+        CompressionError: the data is not a picture, or not the one that the format describes.
     """
     name, semicolon, how = format_text.partition(";")
     try:
@@ -86,7 +86,7 @@ def decompressed(format_text: str, data: bytes, codec: Codec) -> tuple[Any, str]
             return _depth(name, data, codec), name
         image = codec.decode(data)
         if not semicolon:
-            # Without an encoding it is what the picture shows.
+            # Without an encoding, that of the picture.
             return image, _encoding_of_picture(image)
         if "jpeg" in how and encoding(name).bits == 16 and image.dtype == np.uint8:
             image = image.astype(np.uint16) * _JPEG_TO_16_BITS
@@ -105,7 +105,7 @@ def _encoding_of_picture(image: Any) -> str:
 
 
 def _depth(name: str, data: bytes, codec: Codec) -> Any:
-    """Depths: of 16UC1 as they are, of 32FC1 from their inverse in steps; 0 is an unknown depth."""
+    """Depths: 16UC1 unchanged, 32FC1 from quantised inverses; 0 is an unknown depth."""
     if len(data) < _DEPTH_HEADER.size:
         raise CompressionError(f"a compressed depth image must have more than 12 bytes, got {len(data)}")
     _, quotient, offset = _DEPTH_HEADER.unpack_from(data)

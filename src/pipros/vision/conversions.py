@@ -1,4 +1,4 @@
-"""Images of one encoding as images of another: what `cv_bridge` converts, on numpy alone."""
+"""Conversion of images between encodings, as `cv_bridge` does it, on numpy alone."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipros.vision.label_colors import color_of_label
 
 
 class ConversionError(RuntimeError):
-    """An image cannot become one of that encoding, or its array does not have the type of its own."""
+    """An image cannot be converted to that encoding, or its array does not have the type of its own."""
 
 
 def convert(image: Any, encoding_in: str, encoding_out: str) -> Any:
@@ -23,8 +23,8 @@ def convert(image: Any, encoding_in: str, encoding_out: str) -> Any:
     stays white. An empty `encoding_out` stands for `encoding_in`.
 
     Raises:
-        ConversionError: an encoding is unknown, the two do not go together, or the array does not have
-            the type of `encoding_in`.
+        ConversionError: an encoding is unknown, there is no conversion between the two, or the array does not
+            have the type of `encoding_in`.
     """
     if not _is_image(image):
         raise ConversionError(f"the image must be an array of two or three dimensions, got {_kind(image)}")
@@ -74,7 +74,7 @@ def _colors(source: Encoding, target: Encoding) -> tuple[Color, Color] | None:
 
 
 _WITH_DEPTHS = (Color.GRAY, Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
-"""Of these there are images of 8 and of 16 bits that become each other."""
+"""Colours with images of 8 and of 16 bits, which can be converted to each other."""
 
 
 def _is_image(image: Any) -> bool:
@@ -108,17 +108,17 @@ def convert_for_display(
     min_image_value: float = 0.0,
     max_image_value: float = 0.0,
 ) -> Any:
-    """An image that a screen can show: of 8 bits, grey or in colours.
+    """An image that a screen can show: 8 bits, grey or coloured.
 
     Args:
-        encoding_out: bgr8 where it is empty.
-        do_dynamic_scaling: let the least value of the image be black and the greatest white.
-        min_image_value, max_image_value: the values for black and white, where they differ.
+        encoding_out: empty for bgr8.
+        do_dynamic_scaling: maps the least value of the image to black and the greatest to white.
+        min_image_value, max_image_value: the values for black and white, if they differ.
 
     Images of 32SC1 in bgr8 are labels, each with a colour of its own; negative ones are black.
 
     Raises:
-        ConversionError: as `convert` does, and for more channels than one that are to be scaled.
+        ConversionError: as `convert`, and for scaling more than one channel.
     """
     target = _display_encoding(encoding_in, encoding_out)
     kind = _named(encoding_in)

@@ -1,4 +1,4 @@
-"""Values of pixels in another type, rounded and limited as OpenCV does it."""
+"""Pixel values in another type, rounded and limited as in OpenCV."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _INT32 = np.iinfo(np.int32)
 def saturated(values: Any, dtype: str) -> Any:
     """`values` as `dtype`: rounded half to even, and limited to what the type holds.
 
-    What is not a number, or beyond 32 bits, becomes the least whole number of 32 bits first, as with OpenCV.
+    NaN and values beyond 32 bits first become the least integer of 32 bits, as in OpenCV.
     """
     target = np.dtype(dtype)
     if target.kind == "f":
@@ -39,7 +39,7 @@ def scaled(values: Any, dtype: str, factor: float) -> Any:
 
 def with_depth(image: Any, bits: int, target_bits: int, dtype: str) -> Any:
     """An image of `bits` per value as one of `target_bits`; between 8 and 16, white stays white."""
-    # The usual kinds in whole numbers, which is quicker; nothing lies between two values.
+    # The usual types with integers, which is faster and exact.
     if image.dtype == np.uint8 and dtype == "uint16":
         return image.astype(np.uint16) * np.uint16(_WHITE_RATIO)
     if image.dtype == np.uint16 and dtype == "uint8":

@@ -1,4 +1,4 @@
-"""What lenses do to points, undone."""
+"""Removes the distortion of lenses from points."""
 
 from __future__ import annotations
 
@@ -8,24 +8,25 @@ from typing import Any
 from pipros.vision.extras import numpy as np
 
 COUNTS = (4, 5, 8, 12, 14)
-"""How many coefficients there may be: plumb bob has 5, rational polynomial 8; then thin prisms, a tilt."""
+"""The allowed numbers of coefficients: plumb bob has 5, rational polynomial 8; then thin prisms and a
+tilt."""
 
-_ROUNDS = 5  # as many as OpenCV's undistortPoints goes through, whatever the result
+_ROUNDS = 5  # the number of iterations of OpenCV's undistortPoints
 
 
 def undistorted(
     point: Sequence[float], camera: Any, coefficients: Sequence[float] | None, rotation: Any, projection: Any
 ) -> Any:
-    """Where a pixel (u, v) of a raw image is in the rectified one, as OpenCV's `undistortPoints` has it.
+    """The place of a pixel (u, v) of a raw image in the rectified one, like OpenCV's `undistortPoints`.
 
     Args:
         camera: the 3x3 matrix of the camera (K).
-        coefficients: of the distortion, as many as `COUNTS` has; None for a lens without.
+        coefficients: of the distortion, as many as `COUNTS` allows; None for a lens without distortion.
         rotation: the 3x3 matrix of the rectification (R).
         projection: the 3x4 matrix of the rectified camera (P).
 
     Raises:
-        ValueError: there is another number of coefficients.
+        ValueError: the number of coefficients is not allowed.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         x = (point[0] - camera[0, 2]) / camera[0, 0]
@@ -37,7 +38,7 @@ def undistorted(
 
 
 def _without_distortion(x: float, y: float, coefficients: Sequence[float]) -> tuple[float, float]:
-    """The point on the plane at distance 1 that the lens shows at (x, y): a fixed point, approached."""
+    """The point on the plane at distance 1 that the lens shows at (x, y), by fixed-point iteration."""
     if len(coefficients) not in COUNTS:
         raise ValueError(f"a distortion must have {_listed(COUNTS)} coefficients, got {len(coefficients)}")
     k = [float(value) for value in coefficients] + [0.0] * (max(COUNTS) - len(coefficients))
@@ -50,7 +51,7 @@ def _without_distortion(x: float, y: float, coefficients: Sequence[float]) -> tu
         shrink = (1 + ((k[7] * square + k[6]) * square + k[5]) * square) / (
             1 + ((k[4] * square + k[1]) * square + k[0]) * square
         )
-        if shrink < 0:  # outside of what the model describes
+        if shrink < 0:  # outside of the range of the model
             return start
         aside_x = 2 * k[2] * x * y + k[3] * (square + 2 * x * x) + k[8] * square + k[9] * square * square
         aside_y = k[2] * (square + 2 * y * y) + 2 * k[3] * x * y + k[10] * square + k[11] * square * square
@@ -59,7 +60,7 @@ def _without_distortion(x: float, y: float, coefficients: Sequence[float]) -> tu
 
 
 def _without_tilt(x: float, y: float, about_x: float, about_y: float) -> tuple[float, float]:
-    """The point before the sensor was turned about its axes, by angles in radians."""
+    """The point before the sensor was tilted about its axes, by angles in radians."""
     sin_x, cos_x, sin_y, cos_y = np.sin(about_x), np.cos(about_x), np.sin(about_y), np.cos(about_y)
     turn = np.array([[cos_y, 0, -sin_y], [0, 1, 0], [sin_y, 0, cos_y]]) @ np.array(
         [[1, 0, 0], [0, cos_x, sin_x], [0, -sin_x, cos_x]]

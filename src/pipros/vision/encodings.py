@@ -1,4 +1,4 @@
-"""The encodings of `sensor_msgs/Image`: what their names say about channels and depth."""
+"""The encodings of `sensor_msgs/Image`: channels and depths by name."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from enum import Enum
 
 
 class UnknownEncoding(RuntimeError):
-    """No encoding of `sensor_msgs/Image` has this name. The text is the one that scripts know."""
+    """No encoding of `sensor_msgs/Image` has this name. The text is genuine's, which scripts compare."""
 
 
 class Color(Enum):
-    """How the channels of an image make a colour; images of a colour can be converted to another."""
+    """How the channels of an image form a colour. Images can be converted from one to another."""
 
     GRAY = "gray"
     RGB = "rgb"
@@ -32,8 +32,8 @@ class Encoding:
 
     Attributes:
         depth: the type of a value as OpenCV writes it: 8U, 8S, 16U, 16S, 32S, 32F or 64F.
-        channels: values of a pixel, 1 or more.
-        color: None for what says nothing about colours, such as 8UC3.
+        channels: values per pixel, 1 or more.
+        color: None for encodings that do not define colours, such as 8UC3.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Encoding:
 
     @property
     def bits(self) -> int:
-        """Bits of a value."""
+        """Bits per value."""
         return int(self.depth[:-1])
 
     @property
@@ -69,7 +69,7 @@ DTYPES = {
 """numpy's names of OpenCV's depths, in the order of OpenCV's numbers."""
 
 CHANNEL_STEP = 8
-"""What one more channel adds to the number of a type of OpenCV."""
+"""How much each further channel adds to the number of an OpenCV type."""
 
 _CHANNELS = {Color.GRAY: 1, Color.RGB: 3, Color.BGR: 3, Color.RGBA: 4, Color.BGRA: 4}
 _BAYER = (Color.BAYER_RGGB, Color.BAYER_BGGR, Color.BAYER_GBRG, Color.BAYER_GRBG)
@@ -89,7 +89,7 @@ def _named() -> dict[str, Encoding]:
 
 
 COLORS = _named()
-"""The encodings that say how channels make colours, by name."""
+"""The encodings that define colours, by name."""
 
 _ABSTRACT = re.compile(r"(8[US]|16[US]|32[SF]|64F)(?:C([0-9]+))?")
 _MOST_CHANNELS = 512  # OpenCV's limit

@@ -1,4 +1,4 @@
-"""What comes with the extras `numpy` and `vision`, or an error that names them."""
+"""Imports of the extras `numpy` and `vision`, with errors that name them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def opencv(purpose: str) -> Any:
     """The module `cv2`.
 
     Raises:
-        ImportError: OpenCV is not installed; the text says what it is needed for and how to get it.
+        ImportError: OpenCV is not installed; the text says what needs it and how to install it.
     """
     try:
         import cv2

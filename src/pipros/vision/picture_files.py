@@ -1,6 +1,6 @@
 """JPEG and PNG, by OpenCV where it is installed (`pipros[vision]`), else by Pillow (`pipros[pictures]`).
 
-Arrays are as OpenCV has them: (height, width) of grey values, or (height, width, channels) in the order blue,
+Arrays have OpenCV's layout: (height, width) of grey values, or (height, width, channels) in the order blue,
 green, red, alpha.
 """
 
@@ -14,7 +14,7 @@ from pipros.vision.extras import numpy as np
 
 
 class PictureError(PiprosError, ValueError):
-    """It is not a picture, or an array that a format cannot have."""
+    """Data is not a picture, or a format does not support an array."""
 
 
 class Codec(Protocol):
@@ -34,15 +34,15 @@ class Codec(Protocol):
             kind: `jpeg`, with the quality 0 to 100 as `level`, or `png`, with the compression 0 to 9.
 
         Raises:
-            PictureError: the format cannot have it.
+            PictureError: the format does not support it.
         """
 
 
 def codec() -> Codec:
-    """What is installed for pictures.
+    """The installed codec.
 
     Raises:
-        ImportError: neither OpenCV nor Pillow; the text says how to get one.
+        ImportError: neither OpenCV nor Pillow is installed; the text says how to install one.
     """
     try:
         import cv2
@@ -93,7 +93,7 @@ class OpenCVCodec:
 
 
 class PillowCodec:
-    """By Pillow, which has colours of 8 bits only.
+    """By Pillow, which supports only colours of 8 bits.
 
     Args:
         image_module: its module `PIL.Image`.

@@ -30,7 +30,7 @@ class Output(rospy.SubscribeListener):
     """A topic that is advertised when the first message has shown its type. Threads may share it."""
 
     def __init__(self, topic: str, on_subscriber: Callable[[], object] = lambda: None) -> None:
-        """Args: `on_subscriber` is called for each subscriber that comes."""
+        """`on_subscriber` is called for each new subscriber."""
         self.topic = topic
         self.has_subscriber = threading.Event()
         self._on_subscriber = on_subscriber

@@ -27,7 +27,7 @@ class Throttle:
     """Passes on the messages that a rule lets through."""
 
     def __init__(self, source: str, target: str, rule: Rule, *, lazy: bool, latch: bool | None) -> None:
-        """Args: `latch` is None to do as the input's publisher does."""
+        """`latch` is None to latch like the publisher of the input."""
         self._rule, self._lazy, self._latch = rule, lazy, latch
         self._wall_clock = bool(rospy.get_param("~wall_clock", False))
         self._turn = threading.Lock()

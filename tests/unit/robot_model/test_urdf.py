@@ -60,8 +60,8 @@ def joint(parent: str = "base", child: str = "hand", name: str = "j", more: str 
         (robot(LINKS + '<joint type="fixed"/>'), "line 1: <joint> must have the attribute name"),
         (robot(LINKS + joint(child="foot")), "the child of the joint j is the link foot, which does not"),
         (robot(LINKS + joint() + joint(name="k")), "hand has two parents; the second by the joint k"),
-        (robot(LINKS + joint() + joint()), "the joint j is there more than once"),
-        (robot(LINKS + '<link name="base"/>'), "the link base is there more than once"),
+        (robot(LINKS + joint() + joint()), "the joint j is defined more than once"),
+        (robot(LINKS + '<link name="base"/>'), "the link base is defined more than once"),
         (
             robot(
                 '<link name="a"/><link name="b"/><link name="c"/>'
