@@ -186,7 +186,7 @@ def test_a_large_parameter_of_many_subscribers(master: RunningMaster) -> None:
     value = [{"name": "x" * 10, "value": number} for number in range(60_000)]
     with master.answering_meanwhile():
         large.set_param("/large", value)
-        wait_until(lambda: listening.told and listening.told[-1][3] == value)
+        wait_until(lambda: listening.told and listening.told[-1][3] == value, 60)
     for slave in [*deaf, listening]:
         slave.stop()
 

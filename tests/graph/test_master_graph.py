@@ -104,7 +104,7 @@ def test_a_large_parameter_reaches_all_its_subscribers(master: Master) -> None:
     for large in ([{"number": number} for number in range(20_000)], "x" * 2_000_000):
         client(master, "/x").set_param("/w", large)
         for slave in slaves:
-            wait_until(lambda told=slave.told, value=large: told and told[-1][3] == value)
+            wait_until(lambda told=slave.told, value=large: told and told[-1][3] == value, 60)
     for slave in slaves:
         slave.stop()
 

@@ -53,14 +53,14 @@ def test_types_that_were_forgotten_are_not_resumed(tmp_path: Path) -> None:
         client.close()
 
 
-@pytest.mark.timeout(150)  # 18 MB of YAML take ten seconds of a processor that may be shared
+@pytest.mark.timeout(300)  # 18 MB of YAML take ten seconds of a processor that may be shared
 def test_all_the_parameters_that_were_accepted_can_be_read(ros: RosSystem) -> None:
     ros.pipros.start_master()
     client = MasterClient(ros.master_uri, "/honest")
     for number in range(18):
         client.set_param(f"/map{number}", "x" * 1_000_000)
     client.close()
-    ended = ros.pipros.run("rosparam", "dump", "all.yaml", timeout_s=120)
+    ended = ros.pipros.run("rosparam", "dump", "all.yaml", timeout_s=240)
     assert ended.returncode == 0, ended.output
     assert (ros.home / "all.yaml").stat().st_size > 18_000_000
 
