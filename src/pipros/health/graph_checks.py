@@ -281,7 +281,7 @@ def topics_without_publishers(system: SystemReport) -> Findings:
 def _needs_no_publisher(system: SystemReport, topic: str, subscribers: Sequence[str]) -> bool:
     """True for topics on which healthy systems wait for publishers."""
     publishers = system.state.publishers
-    if topic in ("/rosout", "/clock"):  # `clocks` says when somebody has to publish the latter
+    if topic in ("/rosout", "/clock"):  # `clocks` says when a node has to publish the latter
         return True
     if topic in ("/tf", "/tf_static"):  # listeners subscribe to both, and many systems need only one
         return bool(publishers.get("/tf") or publishers.get("/tf_static"))
