@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import repeat
+from itertools import islice, repeat
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +17,13 @@ from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.msg.base import Message
 from pipros.safe import yaml
 from pipros.safe.yaml import YamlError
+from rospy.session import session
 from rostopic.errors import ROSTopicException
 
 SUBSCRIBER_TIMEOUT = 5.0
-"""How long `wait_for_subscriber` is asked to wait before a single message, in seconds."""
+"""How long `wait_for_subscriber` is asked to wait before the documents of a file, in seconds."""
 
 ONCE_S = 3.0
-DOCUMENTS_RATE_HZ = 10.0
 POLL_PERIOD_S = 0.05
 
 Documents = Callable[[], Iterator[list[Any]]]
@@ -60,7 +60,7 @@ def publish_message(
 
     Args:
         rate: in hertz; None to publish it once.
-        once: returns after some seconds.
+        once: returns at once. Otherwise it waits for the end of the node.
         verbose: prints the message.
         substitute_keywords: a time `now`, and a header `auto`, are the time of each publication.
 
@@ -71,11 +71,10 @@ def publish_message(
     message = make()
     if rate is None:
         shown = f"[{message}]" if verbose else "message"
-        print(f"publishing and latching {shown}" + (f" for {ONCE_S} seconds" if once else ""), flush=True)
+        end = f" for {ONCE_S} seconds" if once else ". Press ctrl-C to terminate"
+        print(f"publishing and latching {shown}{end}", flush=True)
         pub.publish(message)
-        if once:
-            rospy.rostime.wallsleep(ONCE_S)
-        else:
+        if not once:
             rospy.spin()
         return
     for _ in _beats(rate):
@@ -94,10 +93,10 @@ def argv_publish(
     verbose: bool,
     substitute_keywords: bool = False,
 ) -> None:
-    """As `publish_message`; a single message waits for a subscriber first."""
-    if once:
-        wait_for_subscriber(pub, SUBSCRIBER_TIMEOUT)
+    """As `publish_message`; a single message stays available for some seconds."""
     publish_message(pub, msg_class, pub_args, rate, once, verbose, substitute_keywords)
+    if once:
+        session.wait(ONCE_S)
 
 
 def stdin_publish(
@@ -108,18 +107,24 @@ def stdin_publish(
     filename: str | None,
     verbose: bool,
 ) -> None:
-    """Publishes a message for each YAML document of a file, or of standard input.
+    """Publishes a message for each YAML document of a file, or of standard input; with `once` for the first.
+
+    The only message of a file is repeated at the rate. Without a rate, the first stays until the node ends.
 
     Raises:
         ROSTopicException: the file does not exist, or values do not fit the type.
     """
-    documents = file_yaml_arg(filename)() if filename else stdin_yaml_arg()
+    documents = file_yaml_arg(filename) if filename else stdin_yaml_arg
+    repeats = filename is not None and rate is not None and len(list(islice(documents(), 2))) == 1
     wait_for_subscriber(pub, SUBSCRIBER_TIMEOUT)
-    for values, _ in zip(documents, _beats(rate or DOCUMENTS_RATE_HZ), strict=False):
-        if once:
-            publish_message(pub, msg_class, values, None, True, verbose)
+    for values, _ in zip(documents(), _beats(rate) if rate else repeat(None), strict=False):
+        if repeats:
+            print("Got one message and a rate, publishing repeatedly", flush=True)
+            publish_message(pub, msg_class, values, rate, once, verbose)
+        else:
+            publish_message(pub, msg_class, values, None, rate is not None or once, verbose)
+        if once or rospy.is_shutdown():
             return
-        _publish(pub, msg_class, values, verbose)
 
 
 def param_publish(
@@ -142,12 +147,9 @@ def param_publish_once(
 
 
 def wait_for_subscriber(pub: rospy.Publisher[Any], timeout: float) -> None:
-    """Waits until the topic has a subscriber, up to so many seconds; says on stderr if it has not."""
+    """Waits until the topic has a subscriber, up to so many seconds."""
     deadline = time.monotonic() + timeout
-    while pub.get_num_connections() == 0 and not rospy.is_shutdown():
-        if time.monotonic() > deadline:
-            sys.stderr.write(f"No subscribers to {pub.resolved_name}\n")
-            return
+    while pub.get_num_connections() == 0 and time.monotonic() < deadline and not rospy.is_shutdown():
         rospy.rostime.wallsleep(POLL_PERIOD_S)
 
 

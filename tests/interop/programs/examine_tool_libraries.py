@@ -83,6 +83,32 @@ def parameters():
     examine("deleted", lambda: rosparam.list_params("/q"))
 
 
+def publishing():
+    got = []
+    rospy.Subscriber("/said", String, lambda message: got.append(message.data))
+    publisher = rospy.Publisher("/said", String, queue_size=5, latch=True)
+    examine("wait", lambda: rostopic.wait_for_subscriber(publisher, 10))
+    lonely = rospy.Publisher("/lonely", String, queue_size=5)
+    examine("wait for nobody", lambda: rostopic.wait_for_subscriber(lonely, 0.1))
+    for number, text in enumerate(("data: one", "data: two\n---\ndata: three")):
+        with open(str(number), "w") as file:
+            file.write(text)
+    publish, publish_documents = rostopic.publish_message, rostopic.stdin_publish
+    for label, call in (
+        ("one message", lambda: publish(publisher, String, ["a"], once=True)),
+        ("verbosely", lambda: publish(publisher, String, [{"data": "b"}], once=True, verbose=True)),
+        ("two documents", lambda: publish_documents(publisher, String, 50.0, False, "1", True)),
+        ("the first", lambda: publish_documents(publisher, String, None, True, "1", False)),
+        ("the only one", lambda: publish_documents(publisher, String, None, True, "0", False)),
+        ("none", lambda: kind_of_error(publish_documents, publisher, String, None, True, "none", False)),
+        ("wrong", lambda: kind_of_error(publish, publisher, String, [{"none": 1}])),
+        ("for a while", lambda: rostopic.argv_publish(publisher, String, ["c"], None, True, False)),
+    ):
+        examine(label, lambda: printed(call))
+    wait_for(lambda: len(got) == 7)
+    examine("got", lambda: got)
+
+
 def commands():
     for main, tool, lines in ARGUMENTS:
         for line in lines:
@@ -111,7 +137,7 @@ def ends():
 
 def main():
     rospy.init_node("probe", disable_signals=True)
-    for part in (lists, parameters, commands, ends):
+    for part in (lists, parameters, publishing, commands, ends):
         begin(part.__name__)
         part()
 
