@@ -47,6 +47,15 @@ def shell(ros: RosSystem, script: str, **variables: str) -> Process:
     return ros.pipros.run("bash", "-c", script, **variables)
 
 
+@pytest.mark.parametrize("command", ["rosmsg list", "rosmsg show -r sensor_msgs/PointCloud2", "rospack list"])
+@pytest.mark.parametrize("is_buffered", ["", "1"])
+def test_a_reader_that_has_seen_enough_ends_a_command_quietly(
+    ros: RosSystem, command: str, is_buffered: str
+) -> None:
+    script = f"{command} 2>errors | head -n 1 >/dev/null; echo ${{PIPESTATUS[0]}}; cat errors"
+    assert shell(ros, script, PYTHONUNBUFFERED=is_buffered).stdout == ["0"]
+
+
 @pytest.mark.parametrize("is_buffered", ["", "1"])
 def test_a_command_without_a_standard_output_says_nothing_and_succeeds(
     ros: RosSystem, is_buffered: str

@@ -22,6 +22,7 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
 
 String: Any = load_message_class("std_msgs/String")
 Log: Any = load_message_class("rosgraph_msgs/Log")
@@ -119,6 +120,32 @@ def test_a_tool_goes_on_without_the_master_and_ends_by_ctrl_c(
     for tool in tools:
         assert tool.wait() == 0
         assert "Traceback" not in tool.output
+
+
+def test_tools_that_measure_and_publish_go_on_without_the_master(
+    ros: RosSystem, system: tuple[Master, Node]
+) -> None:
+    master, node = system
+    ticks = node.advertise("/ticks", String)
+    heard: list[Any] = []
+    node.subscribe("/spoken", String, heard.append)
+    with repeating(lambda: ticks.publish(String("x")), 0.02):
+        measuring = [ros.pipros.start("rostopic", name, "/ticks") for name in ("hz", "bw")]
+        speaking = ros.pipros.start("rostopic", "pub", "-r", "50", "/spoken", "std_msgs/String", "x")
+        for tool in measuring:
+            tool.wait_for("average", 60.0)
+        wait_until(lambda: heard, 60.0, "a message")
+        master.stop()
+        heard.clear()
+        seen = [tool.output.count("average") for tool in measuring]
+        for tool, count in zip(measuring, seen, strict=True):
+            wait_until(lambda tool=tool, count=count: tool.output.count("average") > count, 60.0, "measures")
+        wait_until(lambda: heard, 60.0, "a message")
+        for tool in (*measuring, speaking):
+            tool.press_ctrl_c()
+        for tool in (*measuring, speaking):
+            assert tool.wait() == 0
+            assert "Traceback" not in tool.output
 
 
 def test_a_background_job_ends_on_sigint(ros: RosSystem, system: tuple[Master, Node]) -> None:
