@@ -11,6 +11,7 @@ import pytest
 
 from tests.support.answers import ask
 from tests.support.ros import RosSystem, Side
+from tests.support.waiting import wait_until
 
 NODE = (
     "import rospy, std_msgs.msg as s, std_srvs.srv as v\n"
@@ -20,8 +21,32 @@ NODE = (
     "print('up', flush=True); rospy.spin()\n"
 )
 
-_LEFT_OUT = re.compile(r"rosdep|ROS Dep|pycrypto|paramiko|Debian packages|pip installed|core ROS Python")
-"""Rules about rosdep, pip and ssh libraries that pipros does without."""
+TRANSFORMS = """
+import math, sys, rospy
+from geometry_msgs.msg import TransformStamped
+from tf2_msgs.msg import TFMessage
+
+rospy.init_node(sys.argv[1])
+publisher = rospy.Publisher("/tf", TFMessage, queue_size=10)
+message = TFMessage()
+for parent, child, length in (("map", "odom", 1), ("world", "odom", 1), ("a", "b", 2), ("b", "a", 1)):
+    one = TransformStamped(child_frame_id=child)
+    one.header.frame_id = parent
+    one.transform.rotation.w = length
+    message.transforms.append(one)
+while not rospy.is_shutdown():
+    now = rospy.Time.now()
+    for one in message.transforms:
+        one.header.stamp = now
+    message.transforms[0].header.stamp = now - rospy.Duration(50)
+    publisher.publish(message)
+    rospy.sleep(0.02)
+"""
+
+_LEFT_OUT = re.compile(
+    r"Loaded plugin tf.tfwtf|rosdep|ROS Dep|pycrypto|paramiko|Debian packages|pip installed|core ROS Python"
+)
+"""Rules about rosdep, pip and ssh libraries, which pipros does without; the plugin that Debian's tf lacks."""
 
 
 @pytest.fixture
@@ -117,6 +142,29 @@ def test_both_find_the_same_in_a_sick_system(
     genuine, pipros = both(ros, environment, "--no-plugins")
     assert sorted(pipros) == sorted(genuine)
     assert "Found 4 error(s)." in pipros
+
+
+@pytest.mark.timeout(180)
+def test_both_find_the_same_in_contradicting_transforms(ros: RosSystem, environment: dict[str, str]) -> None:
+    rules = ros.home / "rules" / "tf_rules"  # Debian has the plugin, and no package that exports it
+    rules.mkdir(parents=True)
+    (rules / "manifest.xml").write_text(  # of a package.xml it would ask rosdep's database
+        "<package><description>d</description><author>m</author><license>x</license>"
+        "<depend package='roswtf'/><export><roswtf plugin='tf.tfwtf'/></export></package>"
+    )
+    ros.pipros.start_master()
+    for name in ("one", "other"):
+        ros.genuine.start("/usr/bin/python3", "-c", TRANSFORMS, name)
+    wait_until(lambda: len(ros.publishers("/tf")) == 2)
+    found = []
+    for side, path in ((ros.genuine, f"{rules.parent}:/usr/share"), (ros.pipros, str(ros.home / "src"))):
+        lines = findings(side, {**environment, "ROS_PACKAGE_PATH": path})
+        after = lines[lines.index("running tf checks, this will take a second...") :]
+        found.append({re.sub(r"by -5\d\.\d+s", "by -50 s", line) for line in after})
+    assert found[0] == found[1]
+    assert "ERROR TF cycle detection::" in found[1]
+    assert " * rotation from [a] to [b] is not unit length, 2.0" in found[1]
+    assert " * reparenting of [odom] to [world] by [/one]" in found[1]
 
 
 @pytest.mark.timeout(180)

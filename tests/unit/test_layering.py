@@ -80,7 +80,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "rospy": {"rosgraph"},  # rospy.names has functions of rosgraph.names
     "rosunit": {"roslaunch"},  # its monitor of processes is roslaunch's
     "rostest": {"rosgraph", "roslaunch", "rospy", "rosunit"},  # ROSTestLaunchParent is a launch; logs
-    "tf": {"rospy", "tf2_ros"},
+    "tf": {"rospy", "roswtf", "tf2_ros"},  # its rules for roswtf
     "tf2_geometry_msgs": {"tf2_ros"},  # registers its types there
     "tf2_kdl": {"tf2_geometry_msgs", "tf2_ros"},  # registers its types there
     "tf2_py": {"rospy"},  # gives rospy.Time

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -123,6 +124,9 @@ def _check_online(ctx: WtfContext, plugins: Sequence[Check]) -> None:
     graph.wtf_check_graph(ctx)
     print("... done running graph rules")
     roslaunchwtf.wtf_check_online(ctx)
+    if plugins:
+        # Plugins are programs of rospy, and find a node when they are called.
+        import_module("rospy").init_node("roswtf", anonymous=True)
     _run_plugins(plugins, ctx)
 
 

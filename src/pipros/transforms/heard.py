@@ -1,0 +1,104 @@
+"""What is wrong with transforms that were heard for a while: times, rotations, parents, senders. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from pipros.printable import listed
+
+TIME_TOLERANCE_S = 1.0
+LENGTH_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class HeardTransform:
+    """One transform of a message.
+
+    Attributes:
+        parent, child: its frames.
+        sender: the node that published it.
+        ahead_s: its stamp minus the time at which it arrived, in seconds.
+        rotation_length: of its quaternion; 1 for a rotation.
+    """
+
+    parent: str
+    child: str
+    sender: str
+    ahead_s: float
+    rotation_length: float
+
+
+def of_other_times(heard: Iterable[HeardTransform]) -> list[str]:
+    """Of each sender with stamps of another time, the one that is furthest away."""
+    furthest: dict[str, float] = {}
+    for one in heard:
+        if abs(one.ahead_s) > max(TIME_TOLERANCE_S, abs(furthest.get(one.sender, 0.0))):
+            furthest[one.sender] = one.ahead_s
+    return [
+        f"receiving transform from [{listed(sender)}] that differed from ROS time by {ahead_s}s"
+        for sender, ahead_s in furthest.items()
+    ]
+
+
+def not_normalized(heard: Iterable[HeardTransform]) -> list[str]:
+    """Rotations that are none, because their quaternions have another length than 1."""
+    return _each_once(
+        f"rotation from [{listed(one.parent)}] to [{listed(one.child)}] is not unit length, "
+        f"{one.rotation_length}"
+        for one in heard
+        if abs(one.rotation_length - 1) > LENGTH_TOLERANCE
+    )
+
+
+def reparented(heard: Iterable[HeardTransform]) -> list[str]:
+    """Frames that got another parent than before."""
+    parents: dict[str, str] = {}
+    found = []
+    for one in heard:
+        if parents.setdefault(one.child, one.parent) != one.parent:
+            found.append(
+                f"reparenting of [{listed(one.child)}] to [{listed(one.parent)}] by [{listed(one.sender)}]"
+            )
+            parents[one.child] = one.parent
+    return _each_once(found)
+
+
+def of_several_senders(heard: Iterable[HeardTransform]) -> list[str]:
+    """Frames whose transforms come from another node than before."""
+    senders: dict[str, str] = {}
+    found = []
+    for one in heard:
+        before = senders.setdefault(one.child, one.sender)
+        if before != one.sender:
+            found.append(
+                f"node [{listed(one.sender)}] publishing transform [{listed(one.child)}] with parent "
+                f"[{listed(one.parent)}] already published by node [{listed(before)}]"
+            )
+            senders[one.child] = one.sender
+    return _each_once(found)
+
+
+def loops(heard: Iterable[HeardTransform]) -> list[str]:
+    """Frames that are their own ancestors, by the latest parent of each."""
+    parents = {one.child: one.parent for one in heard}
+    found = []
+    for frame in parents:
+        path = _path_up(frame, parents)
+        if parents.get(path[-1]) == frame:
+            elements = " -> ".join(map(listed, path))
+            found.append(f"Frame {listed(frame)} is in a loop. It's loop has elements:\n{elements}")
+    return found
+
+
+def _path_up(frame: str, parents: dict[str, str]) -> Sequence[str]:
+    """The frame and its ancestors, each once."""
+    path = {frame: None}
+    while (above := parents.get(frame)) is not None and above not in path:
+        path[above] = None
+        frame = above
+    return list(path)
+
+
+def _each_once(texts: Iterable[str]) -> list[str]:
+    return list(dict.fromkeys(texts))

@@ -1,0 +1,105 @@
+"""tf's rules for roswtf: it listens to /tf for a second, and names transforms that contradict each other."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from tf2_msgs.msg import TFMessage
+
+import rospy
+from pipros.transforms import heard
+from pipros.transforms.heard import HeardTransform
+from roswtf.rules import error_rule, warning_rule
+
+_LISTEN_S = 1.0
+
+
+def _heard(ctx: Any) -> Sequence[HeardTransform]:
+    """What `roswtf_plugin_online` has heard."""
+    return getattr(ctx, "heard_transforms", ())
+
+
+def rostime_delta(ctx: Any) -> list[str]:
+    return heard.of_other_times(_heard(ctx))
+
+
+def reparenting(ctx: Any) -> list[str]:
+    return heard.reparented(_heard(ctx))
+
+
+def cycle_detection(ctx: Any) -> list[str]:
+    return heard.loops(_heard(ctx))
+
+
+def multiple_authority(ctx: Any) -> list[str]:
+    return heard.of_several_senders(_heard(ctx))
+
+
+def no_msgs(ctx: Any) -> bool:
+    return not _heard(ctx)
+
+
+def not_normalized(ctx: Any) -> list[str]:
+    return heard.not_normalized(_heard(ctx))
+
+
+Rule = tuple[Callable[[Any], Any], str]
+
+tf_warnings: list[Rule] = [
+    (no_msgs, "No tf messages"),
+    (rostime_delta, "Received out-of-date/future transforms:"),
+    (not_normalized, "Received non-normalized rotation in transforms:"),
+]
+tf_errors: list[Rule] = [
+    (reparenting, "TF re-parenting contention:"),
+    (cycle_detection, "TF cycle detection::"),
+    (multiple_authority, "TF multiple authority contention:"),
+]
+
+
+def is_tf_active() -> bool:
+    """True when somebody publishes /tf; False also without a master."""
+    try:
+        return any(topic == "/tf" for topic, _ in rospy.get_published_topics())
+    except OSError:
+        return False
+
+
+def roswtf_plugin_online(ctx: Any) -> None:
+    """Applies the rules, unless nobody publishes /tf. Takes a second; needs an initialised node."""
+    if not is_tf_active():
+        return
+    print("running tf checks, this will take a second...", flush=True)
+    ctx.heard_transforms = _listen()
+    print("... tf checks complete")
+    for function, text in tf_warnings:
+        warning_rule((function, text), function(ctx), ctx)
+    for function, text in tf_errors:
+        error_rule((function, text), function(ctx), ctx)
+
+
+def _listen() -> list[HeardTransform]:
+    found: list[HeardTransform] = []
+
+    def take(message: Any) -> None:
+        now, sender = rospy.get_rostime(), message._connection_header["callerid"]
+        found.extend(_as_heard(transform, now, sender) for transform in message.transforms)
+
+    subscriber = rospy.Subscriber("/tf", TFMessage, take)
+    time.sleep(_LISTEN_S)
+    subscriber.unregister()
+    return found
+
+
+def _as_heard(transform: Any, now: rospy.Time, sender: str) -> HeardTransform:
+    rotation = transform.transform.rotation
+    return HeardTransform(
+        transform.header.frame_id,
+        transform.child_frame_id,
+        sender,
+        (transform.header.stamp - now).to_sec(),
+        math.hypot(rotation.x, rotation.y, rotation.z, rotation.w),
+    )
