@@ -66,7 +66,7 @@ class CommStateMachine:
     """A goal that was sent: where it is, and whom to tell.
 
     Callbacks come one at a time, in the order of the states, and without a lock: they may do what they like.
-    News that come meanwhile, also by what the callback does, are told after it.
+    Changes that occur during the callback, also because of it, are reported after it.
     """
 
     def __init__(
@@ -111,7 +111,7 @@ class CommStateMachine:
         self._tell()
 
     def update_status(self, status_array: Any) -> None:
-        """The statuses that the server told."""
+        """The statuses that the server published."""
         with self.mutex:
             wanted = self.goal_id
             found = next((each for each in status_array.status_list if each.goal_id.id == wanted), None)
@@ -243,7 +243,7 @@ class GoalManager:
         return handle
 
     def update_statuses(self, status_array: Any) -> None:
-        """The statuses that the server told."""
+        """The statuses that the server published."""
         for machine in self._living():
             machine.update_status(status_array)
 
@@ -301,7 +301,7 @@ class ActionClient:
             part.unregister()
 
     def send_goal(self, goal: Any, transition_cb: Any = None, feedback_cb: Any = None) -> ClientGoalHandle:
-        """Sends a goal. Hold the handle: without it nothing more is heard of the goal.
+        """Sends a goal. Keep the handle: without it the goal is no longer tracked.
 
         Args:
             transition_cb: called with a handle at each new state.

@@ -222,7 +222,7 @@ class ActionServer:
                 self.publish_status()
 
     def publish_status(self) -> None:
-        """Sends the status of all goals. Those that ended are told for `status_list_timeout` more."""
+        """Sends the status of all goals. Goals that have ended stay in it for `status_list_timeout`."""
         with self.lock:
             now = rospy.Time.now()
             kept = []

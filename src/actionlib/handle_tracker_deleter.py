@@ -1,4 +1,4 @@
-"""Says when nobody holds a goal any more."""
+"""Reports when no handle of a goal is left."""
 
 from __future__ import annotations
 

@@ -146,7 +146,7 @@ class SimpleActionClient:
             handle.cancel()
 
     def stop_tracking_goal(self) -> None:
-        """Follows the goal no more; the server goes on with it."""
+        """Stops tracking the goal; the server continues with it."""
         with self.done_condition:
             self._number += 1
             self.gh = None
@@ -172,7 +172,7 @@ class SimpleActionClient:
         try:
             if done_cb:
                 done_cb(gh.get_goal_status(), gh.get_result())
-        finally:  # whatever the callback does, those who wait must go on
+        finally:  # waiting threads must continue even if the callback raises
             with self.done_condition:
                 if number == self._number:
                     self.simple_state = SimpleGoalState.DONE

@@ -33,7 +33,7 @@ def as_float_duration(duration: Seconds) -> float:
 
 
 class Timeout:
-    """Calls a function once when so much time has gone by since the last `reset`."""
+    """Calls a function once when the time since the last `reset` is over."""
 
     def __init__(self, duration: Seconds, on_timeout: Callable[[], object] | None = None) -> None:
         self.duration = as_ros_duration(duration)
@@ -41,7 +41,7 @@ class Timeout:
         self._timer: threading.Timer | None = None
 
     def reset(self) -> Timeout:
-        """Starts to count, or counts anew. Returns itself."""
+        """Starts the timer, or starts it again. Returns itself."""
         self.cancel()
         self._timer = threading.Timer(self.duration.to_sec(), self.on_timeout or (lambda: None))
         self._timer.daemon = True
@@ -58,12 +58,12 @@ class Timeout:
 class Bond:
     """One side of a bond: two processes that give the same topic and id hold it together.
 
-    It is formed when they have heard of each other, and broken when one of them breaks it or falls silent.
+    It is formed when they have heard from each other, and broken when one of them breaks it or falls silent.
     The callbacks are called without arguments, in a thread of the bond, and may use the bond.
 
     Attributes:
         topic, id: as given.
-        instance_id: this side; `sister_instance_id` is the other side, None before it is heard of.
+        instance_id: this side; `sister_instance_id` is the other side, None before its first message.
         sm: the state machine: `sm.getState().getName()`.
     """
 
@@ -211,11 +211,11 @@ class Bond:
             return self._life.state is State.DEAD
 
     def wait_until_formed(self, timeout: Seconds | None = None) -> bool:
-        """Waits until the bond is formed, or over. Returns whether it is, or the timeout is over instead."""
+        """Waits until the bond is formed or broken. Returns False if the timeout ended the wait."""
         return self._wait(lambda: self._life.state is not State.WAITING, timeout)
 
     def wait_until_broken(self, timeout: Seconds | None = None) -> bool:
-        """Waits until the bond is broken. Returns whether it is, or the timeout is over instead."""
+        """Waits until the bond is broken. Returns False if the timeout ended the wait."""
         return self._wait(lambda: self._life.state is State.DEAD, timeout)
 
     def _wait(self, is_over: Callable[[], bool], timeout: Seconds | None) -> bool:

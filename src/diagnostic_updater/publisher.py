@@ -22,7 +22,7 @@ class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
         self.freq.tick()
 
     def clear_window(self) -> None:
-        """Begins anew."""
+        """Resets the window."""
         self.freq.clear()
 
 

@@ -26,7 +26,7 @@ class DiagnosticStatusWrapper(DiagnosticStatus):
         self.summary(0, "")
 
     def mergeSummary(self, *args: Any) -> None:
-        """Adds a level and a message: the worse level counts, and messages of its kind are joined."""
+        """Adds a level and a message: the worse level counts; good messages, or bad ones, are joined."""
         level, message = _level_and_message(args)
         self.level, self.message = merged(self.level, self.message, level, message)
 

@@ -87,7 +87,7 @@ class FrequencyStatus(DiagnosticTask):
         self.clear()
 
     def clear(self) -> None:
-        """Begins anew."""
+        """Resets the counts."""
         with self.lock:
             self._window = EventWindow(self.params.window_size, rospy.get_time())
 

@@ -76,7 +76,7 @@ class Updater(DiagnosticTaskVector):
         self.hwid = hwid
 
     def update(self) -> None:
-        """Reports where the period is over."""
+        """Publishes the reports if the period is over."""
         now = rospy.Time.now()
         if now >= self.last_time_period_checked + rospy.Duration(_PERIOD_CHECK_S):
             self.period = rospy.get_param_cached("~diagnostic_period", 1)

@@ -1,6 +1,6 @@
 """`genmsg.template_tools`: made code of other languages from templates, which run as Python code.
 
-pipros needs no generated code, and runs no templates: these functions can be named, and say so when called.
+pipros needs no generated code, and runs no templates: these functions exist, and raise an error that says so.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ def isstring(s: object) -> bool:
 def get_message_class(message_type: str, reload_on_error: bool = False) -> Any:  # noqa: ARG001
     """The class of a message type, also of `time` and `duration`; None when there is none.
 
-    `reload_on_error` has no effect: definitions are looked for anew each time.
+    `reload_on_error` has no effect: definitions are looked up again each time.
 
     Raises:
         ValueError: when the package is missing, or there are too many parts.

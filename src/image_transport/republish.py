@@ -15,7 +15,7 @@ from pipros.topic_tools.raw import class_like
 
 USAGE = "Usage: {} in_transport in:=<in_base_topic> [out_transport] out:=<out_base_topic>"
 
-# An image that goes on as it came is not decoded.
+# An image that is passed on unchanged is not decoded.
 _RawImage: Any = class_like(
     {"type": Image._type, "md5sum": Image._md5sum, "message_definition": Image._full_text}
 )

@@ -29,7 +29,7 @@ class RobotStatePublisher:
     """Sends the frames of `robot` as long as the node runs.
 
     Args:
-        frequency: at most so many times a second, and so often for fixed joints without `use_tf_static`.
+        frequency: the highest rate of messages, and the rate of fixed joints without `use_tf_static`.
         ignore_timestamp: send at every message.
         tf_prefix: put in front of the names of all frames, with a slash.
     """

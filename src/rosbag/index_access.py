@@ -1,4 +1,4 @@
-"""What programs beside rosbag use of `Bag` without being asked to: rqt_bag, editors and mergers of bags.
+"""The private methods of `Bag` that other programs use: rqt_bag, editors and mergers of bags.
 
 Names and meanings are those of genuine rosbag; the index is read when one of them is asked for.
 """

@@ -54,7 +54,7 @@ def is_private(name: str) -> bool:
 
 
 def is_legal_name(name: str | None) -> bool:
-    """True for a name that may stand in the graph, also the empty one."""
+    """True for a legal graph name, also for the empty one."""
     return name is not None and _names.is_legal(name)
 
 
@@ -69,7 +69,7 @@ def canonicalize_name(name: str) -> str:
 
 
 def namespace(name: str | None) -> str:
-    """The namespace that a name stands in, with a trailing slash.
+    """The namespace of a name, with a trailing slash.
 
     Raises:
         ValueError: for None.

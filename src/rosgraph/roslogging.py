@@ -92,7 +92,7 @@ def makedirs_with_parent_perms(p: str) -> None:
 
 
 def renew_latest_logdir(logfile_dir: str) -> bool:
-    """Has the link `latest` beside a folder of logs lead to it; False when `latest` is not a link.
+    """Points the link `latest` beside a folder of logs to it; False when `latest` is not a link.
 
     Raises:
         OSError: the link cannot be made.

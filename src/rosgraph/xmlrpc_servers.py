@@ -1,6 +1,6 @@
 """XML-RPC servers of Python's standard library that answer several callers at once.
 
-`rosgraph.xmlrpc.XmlRpcNode` does not need them: it stands on the server that nodes and master of pipros have.
+`rosgraph.xmlrpc.XmlRpcNode` does not need them: it uses the server of pipros' nodes and master.
 """
 
 from __future__ import annotations

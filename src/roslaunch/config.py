@@ -78,7 +78,7 @@ def calculate_env_loader(env: Mapping[str, str] | None = None) -> str:
 class ROSLaunchConfig:
     """Nodes, tests, parameters and machines of launch files; the local machine has the name "".
 
-    `to_launch` gives what is in it as a value of pipros.
+    `to_launch` returns its contents as a value of pipros.
     """
 
     def __init__(self) -> None:

@@ -130,7 +130,7 @@ class ROSRemoteRunnerIF:
         """Called before nodes are started."""
 
     def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name
-        """To be told about the ends of processes on other machines."""
+        """Called at the ends of processes on other machines."""
 
     def launch_remote_nodes(self) -> tuple[list[str], list[str]]:
         """The names of the nodes that started, and of those that did not."""

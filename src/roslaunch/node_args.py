@@ -63,7 +63,7 @@ def print_node_args(node_name: str, roslaunch_files: Sequence[FileAndArguments])
 
 
 def print_node_filename(node_name: str, roslaunch_files: Sequence[FileAndArguments]) -> None:
-    """Prints the file that a node stands in; ends the process with 1 when files are wrong."""
+    """Prints the file that contains a node; ends the process with 1 when files are wrong."""
     config = _config_or_exit(roslaunch_files)
     name = full_node_name(node_name)
     found = [node for node in (*config.nodes, *config.tests) if _full_name(node) == name]

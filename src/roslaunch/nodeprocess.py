@@ -420,7 +420,7 @@ def create_master_process(
 
 
 def _program(name: str) -> str:
-    """The command of that name beside this Python, which need not be in the PATH."""
+    """The command of that name in the folder of this Python, which need not be in the PATH."""
     import sys
 
     beside = Path(sys.executable).with_name(name)

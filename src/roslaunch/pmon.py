@@ -167,7 +167,7 @@ class ProcessMonitor(threading.Thread):
     It watches the nodes of one launch, which `pipros.launch.run` starts, and what scripts `register`.
 
     Attributes:
-        listeners: are told about each end.
+        listeners: notified of each end.
         done: whether all processes were ended, and the thread is over.
         dead_list: what is kept of registered processes that ended.
     """

@@ -202,7 +202,7 @@ class ROSLaunchParentNode(ROSLaunchNode):
 
     Attributes:
         rosconfig: what is launched.
-        listeners: are told about the ends of processes on other machines.
+        listeners: notified of the ends of processes on other machines.
         child_processes: the launch children by their names.
     """
 

@@ -182,7 +182,7 @@ REGISTERED_TYPES: dict[str, MsgSpec] = {}
 
 
 def reinit() -> None:
-    """Registers the header, `time` and `duration` anew."""
+    """Registers the header, `time` and `duration` again."""
     REGISTERED_TYPES.clear()
     _, header = load_by_type("std_msgs/Header")
     for name in (HEADER, "std_msgs/Header", "roslib/Header"):

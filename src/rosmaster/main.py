@@ -29,7 +29,7 @@ def configure_logging() -> str | None:
 def rosmaster_main(
     argv: Sequence[str] | None = None, stdout: TextIO | None = None, env: Mapping[str, str] | None = None
 ) -> None:
-    """Runs a master until it is told to end. The first argument is the name of the program.
+    """Runs a master until it is shut down. The first argument is the name of the program.
 
     `stdout` and `env` are those of the process, whatever is given.
     """

@@ -81,8 +81,8 @@ class ParamDictionary:
         """Sets a parameter, or replaces a namespace.
 
         Args:
-            notify_task: called with what subscribers are to be told, if there are any.
-            caller_id: who sets it, and is not told.
+            notify_task: called with the notices for subscribers, if there are any.
+            caller_id: who sets it, and is not notified.
 
         Raises:
             TypeError: the root is set to something other than a dictionary.
@@ -155,9 +155,9 @@ class ParamDictionary:
 def compute_param_updates(
     subscribers: Registrations, param_key: str, param_value: Any, caller_id_to_ignore: str | None = None
 ) -> list[Update]:
-    """Who is to be told of the change of a parameter, and what; a deleted one has the value `{}`.
+    """The notices about the change of a parameter; a deleted one has the value `{}`.
 
-    A subscriber at or above the parameter is told its name and value; one below its own part of the value,
+    A subscriber at or above the parameter gets its name and value; one below its own part of the value,
     `{}` when there is none. `caller_id_to_ignore`, which made the change, is left out of the former.
     """
     changed = as_namespace(canonicalize_name(param_key))

@@ -147,7 +147,7 @@ class Registrations:
         self.enter(key, caller_id, caller_api, service_api)
 
     def enter(self, key: str, caller_id: str, caller_api: str, service_api: str | None) -> list[Notice]:
-        """As `register`; returns what other nodes are to be told. (Not in Noetic.)"""
+        """As `register`; returns the notices for other nodes. (Not in Noetic.)"""
         if (self._role is Role.SERVICE) != bool(service_api):
             raise InternalException(
                 f"a service API must be given for services only, got {service_api!r} for {key}"
@@ -196,7 +196,7 @@ class RegistrationManager:
     """All registrations of a master."""
 
     def __init__(self, thread_pool: ThreadPool | None, registry: Registry | None = None) -> None:
-        """`thread_pool` asks nodes to end whose name another one has taken; None asks nobody."""
+        """`thread_pool` shuts down nodes whose name another one has taken; None shuts down none."""
         self.thread_pool = thread_pool
         self._registry = Registry() if registry is None else registry
         self.publishers = Registrations(Registrations.TOPIC_PUBLICATIONS, self._registry)

@@ -27,4 +27,4 @@ def remove_server_proxy(uri: str) -> None:
 
 
 def close_half_closed_sockets() -> None:
-    """Does nothing: a proxy notices at its next call that the other side has closed, and connects anew."""
+    """Does nothing: a proxy notices at its next call that the other side has closed, and connects again."""

@@ -157,7 +157,7 @@ def load_str(
     default_namespace: str | None = None,
     verbose: bool = False,  # noqa: ARG001
 ) -> list[tuple[Any, str]]:
-    """As `load_file`, of a text; `filename` only stands in errors."""
+    """As `load_file`, for a text; `filename` is used only in errors."""
     with _graph() as graph:
         return _documents.read_text(str, filename, default_namespace or graph.resolve(""))
 

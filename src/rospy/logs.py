@@ -42,7 +42,7 @@ class Family(NamedTuple):
 
 
 class LoggingThrottle:
-    """Lets one line of each caller through every so many seconds.
+    """Passes one line of each caller per period.
 
     Attributes:
         last_logging_time_table: when each caller was let through last, in seconds of the node's clock.

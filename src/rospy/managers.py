@@ -191,7 +191,7 @@ class ServiceManager:
 
 
 class Managers:
-    """The managers of the process, and who is told of registrations."""
+    """The managers of the process, and the listeners for registrations."""
 
     def __init__(self) -> None:
         self.topics: Any = TopicManager()

@@ -90,7 +90,7 @@ def deserialize_messages(
 
     Args:
         b: messages as `serialize_message` writes them; written up to its position.
-        queue_size: so many of the newest are kept.
+        queue_size: how many of the newest messages are kept.
         max_msgs: no more than that are taken.
         start: where in the buffer to begin.
 

@@ -166,7 +166,7 @@ def load_mappings(argv: Sequence[str]) -> dict[str, str]:
 
 
 def namespace(name: str | None) -> str:
-    """The namespace that a name stands in; see `rosgraph.names.namespace`."""
+    """The namespace of a name; see `rosgraph.names.namespace`."""
     from rosgraph import names as graph_names
 
     return graph_names.namespace(name)

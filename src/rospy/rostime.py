@@ -104,7 +104,7 @@ def switch_to_wallclock() -> None:
 
 
 def wallsleep(duration: float | msg_time.Duration) -> None:
-    """Sleeps in wall time, whatever clock the node runs on."""
+    """Sleeps in wall time, even if the node uses simulated time."""
     time.sleep(max(0.0, in_seconds(duration)))
 
 

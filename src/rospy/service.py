@@ -192,7 +192,7 @@ class ServiceProxy:
         *,
         timeout: float | msg_time.Duration | None = None,
     ) -> None:
-        """Connects to nobody yet; works before init_node too.
+        """Does not connect yet; works before init_node too.
 
         Args:
             name: the service.

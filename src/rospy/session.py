@@ -39,7 +39,7 @@ Hook = Callable[..., object]
 
 
 class InitInterrupted(ROSInitException, ROSInterruptException):
-    """The process was told to end while init_node still waited for the master."""
+    """The process was shut down while init_node still waited for the master."""
 
 
 class Closable(Protocol):
@@ -155,7 +155,7 @@ class Session:
 
     @property
     def is_ending(self) -> bool:
-        """True as soon as the node has been told to shut down."""
+        """True as soon as the shutdown of the node was requested."""
         return self.is_shutdown or (self.node is not None and self.node.is_ending)
 
     @is_ending.setter

@@ -37,7 +37,7 @@ class Rate:
     """Keeps a loop at a rate in hertz; see `pipros.node.rate.Rate`."""
 
     def __init__(self, hz: float, reset: bool = False) -> None:
-        """`reset` starts anew when simulated time goes back, instead of raising.
+        """`reset` starts again when simulated time goes back, instead of raising.
 
         Raises:
             ROSInitException: before init_node.
@@ -60,7 +60,7 @@ class Rate:
         self._rate.last_ns = value.to_nsec()
 
     def remaining(self) -> Duration:
-        """What is left of the current cycle; negative when it is over."""
+        """The rest of the current cycle; negative when it is over."""
         return Duration(0, self._rate.remaining_ns())
 
     def sleep(self) -> None:
@@ -99,7 +99,7 @@ class Timer(rate.Timer):
             period: the time from call to call, on the node's clock. A longer call delays the next one.
             callback: called with a TimerEvent, one call at a time.
             oneshot: ends after one call.
-            reset: starts anew when simulated time goes back, instead of ending.
+            reset: starts again when simulated time goes back, instead of ending.
 
         Raises:
             ROSInitException: before init_node.

@@ -42,7 +42,7 @@ class SubscribeListener:
         """A subscriber has come: `topic_publish` sends to all, `peer_publish` to it alone."""
 
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
-        """A subscriber has gone; so many are left."""
+        """A subscriber has gone; `num_peers` are left."""
 
 
 class Topic(Generic[AnyMessage]):

@@ -49,7 +49,7 @@ _measuring: list[Any] = []
 
 
 def start_coverage(packages: Sequence[str]) -> None:
-    """Begins to measure coverage, adding to the data of earlier runs; says so when it cannot."""
+    """Begins to measure coverage, adding to the data of earlier runs; prints a message when it cannot."""
     _ = packages
     try:
         import coverage

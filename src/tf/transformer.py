@@ -155,7 +155,7 @@ class Transformer:
         time: Any,
         averaging_interval: Any,
     ) -> tuple[Vector, Vector]:
-        """As `lookupTwist`, told in `reference_frame` and for the origin of `reference_point_frame`."""
+        """As `lookupTwist`, expressed in `reference_frame`, for the origin of `reference_point_frame`."""
         latest = self.getLatestCommonTime(observation_frame, tracking_frame)
         target_time = time or latest
         end = min(target_time + rospy.Duration(0.5 * averaging_interval.to_sec()), latest)
@@ -174,7 +174,7 @@ class Transformer:
         linear = composed(turn, (*moved, *IDENTITY[3:]))[:3]
         angular = composed(turn, (*(part / seconds for part in turned_by), *IDENTITY[3:]))[:3]
         origin = tracked[:3]
-        # The point that the twist is told for turns with the frame.
+        # The reference point of the twist turns with the frame.
         moved_point = composed(point, (*origin, *IDENTITY[3:]))[:3]
         around = _cross(origin, angular)
         share = sum(a * (p - o) for a, p, o in zip(angular, moved_point, origin, strict=True))

@@ -25,7 +25,7 @@ _LATER = {"BufferClient": "tf2_ros.buffer_client", "BufferServer": "tf2_ros.buff
 
 
 def __getattr__(name: str) -> _Any:
-    """What stands on actionlib, which most programs do not need."""
+    """Names that need actionlib, which most programs do not use."""
     if name not in _LATER:
         raise AttributeError(f"module 'tf2_ros' has no attribute '{name}'")
     from importlib import import_module

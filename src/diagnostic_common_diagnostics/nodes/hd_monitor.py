@@ -81,7 +81,7 @@ def _is_below(folder: str, mount_point: str) -> bool:
 
 
 class Kept:
-    """A report that is read anew when it is too old; it says how old it is."""
+    """A report that is read again when it is too old; it contains its age."""
 
     def __init__(self, read: Callable[[], Report], period_s: float) -> None:
         self._read, self._period_s = read, period_s

@@ -21,7 +21,7 @@ class Examination:
     """What was examined, and what was found.
 
     Attributes:
-        master_uri: the master in question.
+        master_uri: the master that was examined.
         findings: those of the machine first.
         system: the running system; None when it was not examined, or no master answers.
     """

@@ -1,4 +1,4 @@
-"""What can be told about launch files without starting anything: nodes, arguments, parameters, commands."""
+"""Lists nodes, arguments, parameters and commands of launch files, without starting anything."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ class Backlog:
         return frames
 
     def drop_oldest(self, most_frames: int | None, most_bytes: int) -> int:
-        """Drops frames until at most so many frames and bytes are left, but never the newest frame.
+        """Drops the oldest frames until the limits hold, but never the newest frame.
 
         Returns the number of dropped frames.
         """

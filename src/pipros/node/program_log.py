@@ -73,7 +73,7 @@ def make_folders_as_parent(folder: Path) -> None:
 
 
 def link_latest(folder: Path) -> bool:
-    """Has the link `latest` beside the folder lead to it; False when there is a `latest` that is not a link.
+    """Points the link `latest` beside the folder to it; False when there is a `latest` that is not a link.
 
     Raises:
         OSError: the link cannot be made.

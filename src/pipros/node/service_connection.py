@@ -39,13 +39,13 @@ WAITING_THREADS = 8
 """How many connections of a node may have a thread that waits for a request."""
 
 PROGRESS_BYTES = 1024 * 1024
-"""A peer that sends or reads so much has `Limits.request_s` anew for the rest."""
+"""A peer that sends or reads this much gets another `Limits.request_s` for the rest."""
 
 _TURN_BYTES = 256 * 1024
 """The most that the event loop takes from one connection in one turn."""
 
 _FLOWING_BYTES = 4 * 1024
-"""A client that sends or takes so much at a time is worth waiting for."""
+"""A thread waits for a client that sends or takes at least this much at a time."""
 
 _PIECES = 8
 """How many smaller pieces of a request a thread waits for."""

@@ -17,7 +17,7 @@ SHARE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
 class ImportablePackages:
-    """Finds the folder of a package by name. `ROS_PACKAGE_PATH` is read anew at each call."""
+    """Finds the folder of a package by name. `ROS_PACKAGE_PATH` is read at each call."""
 
     def __init__(self) -> None:
         self._path = ""

@@ -300,7 +300,7 @@ class _Walk:
         return self._budget.charge(function(*arguments, **keywords))
 
     def _called(self, node: ast.expr) -> Function:
-        """What stands before the brackets of a call: the name of a function, or of a method of a value."""
+        """The called function: a function by its name, or a method of a value."""
         if isinstance(node, ast.Name):
             function = self._functions.get(node.id)
             if function is None:

@@ -185,12 +185,12 @@ class FrameBuffer:
         return first + second[1:] if first else second
 
     def frame_exists(self, name: str) -> bool:
-        """Whether the frame was heard of."""
+        """Whether the frame is known."""
         with self._lock:
             return name in self._frames
 
     def frame_names(self) -> list[str]:
-        """All frames, in the order in which they were heard of."""
+        """All frames, in the order in which they became known."""
         with self._lock:
             return list(self._frames)
 
@@ -222,7 +222,7 @@ class FrameBuffer:
             return edges(self._frames)
 
     def _require(self, name: str, what: str) -> None:
-        """Raises LookupException for a frame that was never heard of."""
+        """Raises LookupException for an unknown frame."""
         if name not in self._frames:
             _check(name, what)
             raise LookupException(f'"{name}" passed to {what} does not exist. ')

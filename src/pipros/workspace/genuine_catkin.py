@@ -25,7 +25,7 @@ class MissingTools(PiprosError):
 
 
 class NativeBuildFailed(PiprosError):
-    """CMake or make failed. What they print stands above this error in the terminal."""
+    """CMake or make failed. Their output is above this error in the terminal."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""`rospy.impl.paramserver`: a tree of parameters that were told by the master."""
+"""`rospy.impl.paramserver`: a tree of parameters that the master has sent."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class ParamServerCache:
         """Changes a value in a namespace that is there, and tells the notifier.
 
         Raises:
-            KeyError: the namespace that the parameter stands in is not there.
+            KeyError: the namespace of the parameter does not exist.
         """
         with self.lock:
             *above, last = _parts(key)

@@ -52,7 +52,7 @@ class TCPROSTransport(InternalOfRospy, Transport):
 
 
 def recv_buff(sock: socket.socket, b: io.BytesIO, buff_size: int) -> int:
-    """Receives up to so many bytes to the end of a buffer, and returns how many came.
+    """Appends up to a number of received bytes to a buffer, and returns how many came.
 
     Raises:
         TransportTerminated: the other side has closed the connection.

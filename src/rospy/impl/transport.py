@@ -18,7 +18,7 @@ _numbers = itertools.count(1)
 
 
 class Transport:
-    """A connection, as far as its kind does not matter.
+    """The common part of all connections.
 
     Attributes:
         transport_type: `TCPROS` for example.

@@ -1,4 +1,4 @@
-"""`rosrun topic_tools throttle`: passes so many messages, or bytes, of a topic a second."""
+"""`rosrun topic_tools throttle`: passes a number of messages, or bytes, of a topic per second."""
 
 from __future__ import annotations
 

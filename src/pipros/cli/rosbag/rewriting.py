@@ -1,4 +1,4 @@
-"""`rosbag compress`, `decompress` and `reindex`: bags written anew, the old ones kept beside them."""
+"""`rosbag compress`, `decompress` and `reindex`: rewrite bags, and keep the old ones beside them."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def reindex(argv: Sequence[str]) -> int:
 
 
 def bag_parser(name: str, description: str) -> OptionParser:
-    """The options that all subcommands have which write bags anew."""
+    """The options of all subcommands that rewrite bags."""
     parser = option_parser("rosbag", "", description)
     parser.usage = f"rosbag {name} [options] BAGFILE1 [BAGFILE2 ...]"
     parser.add_option("--output-dir", dest="output_dir", metavar="DIR", help="write to directory DIR")

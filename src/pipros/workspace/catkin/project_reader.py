@@ -1,7 +1,7 @@
 """Reads the `CMakeLists.txt` of a package.
 
 The file is carried out command by command, as CMake does it, as far as packages without compiled code need
-it. What only CMake itself can do is recorded with its place. What the commands mean stands in the tables of
+it. What only CMake itself can do is recorded with its place. The handlers of commands are in the tables of
 `*_commands.py`.
 """
 
