@@ -60,6 +60,8 @@ class _DeferredParser:
 
     def add_option(self, *names: str, **settings: Any) -> None:
         self._options.append((names, settings))
+        if self._complete is not None:
+            self._complete.add_option(*names, **settings)
 
     def parse_args(self, arguments: list[str]) -> tuple[Any, list[str]]:
         if any(argument.startswith("-") for argument in arguments):
