@@ -97,7 +97,7 @@ def get_service_headers(service_name: str, service_uri: str) -> Mapping[str, str
         ROSServiceIOException: the server does not answer.
     """
     try:
-        split_uri(service_uri, ["rosrpc"])
+        split_uri(service_uri or "", ["rosrpc"])
     except ValueError:
         raise ROSServiceException(
             f"service [{service_name}] has an invalid RPC URI [{service_uri}]"

@@ -111,6 +111,17 @@ few = wait_often(3)
 print(wait_often(20) < few + 10)
 """
 
+THROTTLED = """
+import logging
+said = []
+logging.getLogger("rosout").addFilter(lambda record: said.append(record.getMessage()) or True)
+for number in range(2):
+    rospy.loginfo_throttle(rospy.Duration(60), f"once {number}")
+    rospy.loginfo_throttle_identical(rospy.Duration(60), "the same")
+    rospy.loginfo_throttle(rospy.Duration(0), f"always {number}")
+print(said)
+"""
+
 
 @pytest.mark.parametrize(
     ("code", "parameters", "expected"),
@@ -124,8 +135,16 @@ print(wait_often(20) < few + 10)
         (STATISTICS, {"/enable_statistics": True}, ["/chat /node /node True 0", "True"]),
         (ROSOUT, {}, ["4 /node low 5 True say ['/rosout'] True", "False"]),
         (WAITING_AGAIN_AND_AGAIN, {}, ["True"]),
+        (THROTTLED, {}, ["['once 0', 'the same', 'always 0', 'always 1']"]),
     ],
-    ids=["numpy_msg", "SubscribeListener", "statistics", "rosout", "nothing is left of a wait"],
+    ids=[
+        "numpy_msg",
+        "SubscribeListener",
+        "statistics",
+        "rosout",
+        "nothing is left of a wait",
+        "throttled by durations",
+    ],
 )
 def test_it_does_what_noetic_does(
     processes: Processes,

@@ -138,6 +138,22 @@ def test_rospkg_finds_the_packages_that_ship_in_nodes(shell: Processes, tmp_path
     assert [line for line in launched.stdout if line in FOUND] == FOUND, launched.output
 
 
+def test_rospkg_finds_the_packages_that_ship_in_tests(shell: Processes, tmp_path: Path) -> None:
+    script = tmp_path / "src" / "mine" / "check.py"
+    script.write_text(
+        "#!/usr/bin/env python3\nimport unittest, rospkg, rosunit\n"
+        "class Check(unittest.TestCase):\n    def test_it(self):\n"
+        "        self.assertTrue(rospkg.RosPack().get_path('std_msgs').endswith('std_msgs'))\n"
+        "rosunit.unitrun('mine', 'check', Check)\n"
+    )
+    script.chmod(0o755)
+    (script.parent / "check.test").write_text(
+        '<launch><test test-name="check" pkg="mine" type="check.py"/></launch>'
+    )
+    ended = shell.run("rostest", "mine", "check.test", timeout_s=60.0)
+    assert ended.returncode == 0, ended.output
+
+
 def test_tools_are_programs_of_their_packages(shell: Processes, tmp_path: Path) -> None:
     for package in ("rostopic", "rosservice", "rosgraph", "rosnode", "rosparam", "rosmsg", "rosout"):
         assert shell.run("rospack", "find", package).returncode == 0

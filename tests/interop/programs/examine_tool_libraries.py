@@ -48,7 +48,7 @@ def lists():
     examine("find", lambda: rosservice.rosservice_find("std_srvs/SetBool"))
     examine("topics", lambda: rostopic.find_by_type("std_msgs/String"))
     examine("headers", lambda: header_of("/ns/z"))
-    for uri in ("http://127.0.0.1:1", "rosrpc://127.0.0.1:1", "nonsense"):
+    for uri in ("http://127.0.0.1:1", "rosrpc://127.0.0.1:1", "nonsense", None):
         examine(f"headers at {uri}", lambda: kind_of_error(rosservice.get_service_headers, "/ns/z", uri))
 
 
