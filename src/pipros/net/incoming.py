@@ -191,17 +191,16 @@ class IncomingLink:
     def _take(self, count: int) -> int:
         """Delivers the frames completed by `count` received bytes; returns how many they are."""
         if self.queue_size:
-            frames = self._accept(count, self._buffer.received(count))
+            accepted = self._accept(count, self._buffer.received(count))
             self._deliver_waiting()
-            return frames
+            return accepted
         statistics, turn, deliver, clock = self.statistics, self._turn, self._deliver, time.monotonic
-        is_wanted, frames = turn.is_wanted, 0
+        is_wanted, before = turn.is_wanted, statistics.frames
         statistics.bytes += count
         turn.acquire()
         try:
             end = clock() + TURN_S
             for frame in self._buffer.received(count):
-                frames += 1
                 statistics.frames += 1
                 deliver(frame)
                 if is_wanted() and clock() > end:
@@ -209,7 +208,7 @@ class IncomingLink:
                     end = clock() + TURN_S
         finally:
             turn.release()
-        return frames
+        return statistics.frames - before
 
     def _accept(self, count: int, frames: Iterable[memoryview]) -> int:
         """Queues the frames completed by `count` received bytes, as views of the buffer; returns how many."""
