@@ -1,0 +1,18 @@
+"""Hierarchical state machines, as robots' programs have them: states, containers, and states made of ROS."""
+
+from state_machines.containers import Concurrence, StateMachine
+from state_machines.introspection import IntrospectionServer
+from state_machines.ros_states import MonitorState, ServiceState, SimpleActionState
+from state_machines.states import InvalidTransition, State, UserData
+
+__all__ = [
+    "Concurrence",
+    "IntrospectionServer",
+    "InvalidTransition",
+    "MonitorState",
+    "ServiceState",
+    "SimpleActionState",
+    "State",
+    "StateMachine",
+    "UserData",
+]

@@ -1,0 +1,69 @@
+"""A state, and the data that it gets and leaves."""
+
+import threading
+
+
+class InvalidTransition(Exception):
+    """A state gave an outcome that it does not have, or that leads nowhere."""
+
+
+class UserData:
+    """Values that are attributes; one lock for all of them."""
+
+    def __init__(self, **values):
+        self.__dict__["_lock"] = threading.RLock()
+        self.__dict__["_values"] = dict(values)
+
+    def __getattr__(self, key):
+        with self._lock:
+            try:
+                return self._values[key]
+            except KeyError:
+                raise AttributeError(key) from None
+
+    def __setattr__(self, key, value):
+        with self._lock:
+            self._values[key] = value
+
+    def items(self):
+        with self._lock:
+            return sorted(self._values.items())
+
+
+class Remapped:
+    """What one state may see of its container's data, by its own names."""
+
+    def __init__(self, data, inputs, outputs, names):
+        self.__dict__.update(_data=data, _inputs=inputs, _outputs=outputs, _names=names)
+
+    def __getattr__(self, key):
+        if key not in self._inputs:
+            raise AttributeError(f"{key} is no input key")
+        return getattr(self._data, self._names.get(key, key))
+
+    def __setattr__(self, key, value):
+        if key not in self._outputs:
+            raise AttributeError(f"{key} is no output key")
+        setattr(self._data, self._names.get(key, key), value)
+
+
+class State:
+    """Something to do, which ends with one of its outcomes."""
+
+    def __init__(self, outcomes=(), input_keys=(), output_keys=()):
+        self.outcomes = set(outcomes)
+        self.input_keys = set(input_keys)
+        self.output_keys = set(output_keys)
+        self._preempted = threading.Event()
+
+    def execute(self, userdata):
+        raise NotImplementedError
+
+    def request_preempt(self):
+        self._preempted.set()
+
+    def service_preempt(self):
+        self._preempted.clear()
+
+    def preempt_requested(self):
+        return self._preempted.is_set()

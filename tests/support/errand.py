@@ -1,0 +1,25 @@
+"""A package as users have it, with state machines of actions and services; and what its run prints."""
+
+from __future__ import annotations
+
+from tests.support.patrol import PACKAGES
+
+SOURCES = PACKAGES / "state_machines" / "src"
+SAID = [
+    "/ERRAND: ASK",
+    "/ERRAND: DRIVE",
+    "/ERRAND/DRIVE: MOVE,WATCH",
+    "/ERRAND: ASK",
+    "/ERRAND: DRIVE",
+    "/ERRAND/DRIVE: MOVE,WATCH",
+    "/ERRAND: ASK",
+    "/ERRAND: DRIVE",
+    "/ERRAND/DRIVE: MOVE,WATCH",
+    "/ERRAND: COUNT",
+    "/ERRAND: ASK",
+    "/ERRAND: DRIVE",
+    "/ERRAND/DRIVE: MOVE,WATCH",
+    "/ERRAND: COUNT",
+    "/ERRAND: failed",
+    "failed after 2 tries, drive PREEMPTED",
+]
