@@ -58,11 +58,14 @@ def test_a_launched_robot_has_its_frames(ros: RosSystem, package: Path) -> None:
 def test_rosrun_xacro_expands_and_names_packages_that_are_unknown(ros: RosSystem, package: Path) -> None:
     file = package / "urdf" / "arm.urdf.xacro"
     expanded = ros.pipros.run("rosrun", "xacro", "xacro", "--inorder", file, "length:=8")
+    missing = ros.pipros.run("rosrun", "xacro", "xacro", "nothing.xacro")
     file.write_text(file.read_text().replace("find arm_description", "find leg_description"))
     failed = ros.pipros.run("rosrun", "xacro", "xacro", file)
 
     assert expanded.returncode == 0, expanded.output
     assert any('<origin rpy="0 0.7853' in line and 'xyz="0 0 4.0"' in line for line in expanded.stdout)
+    assert (missing.returncode, "No such file or directory" in missing.output) == (2, True)
+    assert "Traceback" not in missing.output
     assert failed.returncode != 0
     assert "there is no package leg_description. Is its folder on ROS_PACKAGE_PATH" in failed.output
 
