@@ -156,3 +156,24 @@ def test_the_tree_is_drawn(sides: dict[str, Side], plain_ros: RosSystem) -> None
     assert '"map" -> "hand"' in (plain_ros.home / "frames.gv").read_text()
     assert ">hand</text>" in (plain_ros.home / "frames.svg").read_text()
     assert (plain_ros.home / "frames.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.timeout(200)
+def test_both_sides_tell_of_the_same_moves(sides: dict[str, Side]) -> None:
+    sides["pipros"].run(
+        "rosparam", "set", "/notifier/frame_pairs", "[{source_frame: hand, target_frame: odom}]"
+    )
+    told = {}
+    for side in ("genuine", "pipros"):
+        notifier = sides[side].start(*program(side, "tf", "tf_change_notifier"), "__name:=notifier")
+        told[side] = sides["pipros"].run("python3", PROGRAMS / "move_frame.py", timeout_s=90).stdout
+        notifier.end()
+    assert told["pipros"] == told["genuine"]
+    assert len(told["pipros"]) == 8
+    assert [line.endswith("None") for line in told["pipros"][:5]] == [False, True, False, True, False]
+
+
+def test_a_wrong_pair_of_frames_is_named(sides: dict[str, Side]) -> None:
+    sides["pipros"].run("rosparam", "set", "/notifier/frame_pairs", "[{source_frame: hand}]")
+    ended = sides["pipros"].run("rosrun", "tf", "tf_change_notifier", "__name:=notifier")
+    assert (ended.returncode, "target_frame of a frame pair" in ended.output) == (1, True)

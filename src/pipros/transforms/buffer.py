@@ -47,9 +47,9 @@ class FrameBuffer:
         norm = a * a + b * b + c * c + d * d
         # One comparison passes what is right; NaN and infinity fail each comparison.
         if not (-NORM_TOLERANCE < norm - 1.0 < NORM_TOLERANCE and x == x and y == y and z == z):
-            return _mistakes(parent, child, pose, authority)
-        if parent == child or not parent or not child:
-            return _mistakes(parent, child, pose, authority)
+            return _mistakes(parent, child, pose, authority, stamp)
+        if parent == child or not parent or not child or stamp < 0:
+            return _mistakes(parent, child, pose, authority, stamp)
         with self._lock:
             frame = self._frames.get(child)
             if frame is None:
@@ -238,7 +238,7 @@ def _check(name: str, what: str) -> None:
         )
 
 
-def _mistakes(parent: str, child: str, pose: Pose, authority: str) -> list[str]:
+def _mistakes(parent: str, child: str, pose: Pose, authority: str, stamp: int) -> list[str]:
     """All that is wrong with a transform."""
     found = []
     if parent == child:
@@ -254,5 +254,9 @@ def _mistakes(parent: str, child: str, pose: Pose, authority: str) -> list[str]:
     if not abs(norm - 1.0) < NORM_TOLERANCE:
         found.append(
             f"TF_DENORMALIZED_QUATERNION: the rotation of {child!r} must have the length 1, got ({numbers})"
+        )
+    if stamp < 0:
+        found.append(
+            f"TF_NEGATIVE_TIME: the time of {child!r} must not be before zero, got {stamp / NS_PER_S:.9f}"
         )
     return [f'{mistake}; ignored, from authority "{authority}"' for mistake in found]

@@ -119,6 +119,14 @@ def test_what_makes_no_sense_is_refused(
     assert buffer.frame_names() == ["base", "map", "arm", "hand"]
 
 
+def test_a_time_before_zero_is_refused(buffer: FrameBuffer) -> None:
+    for is_static in (False, True):
+        (refused,) = buffer.insert("map", "x", -1, at(1), "me", is_static)
+        assert "TF_NEGATIVE_TIME: the time of 'x' must not be before zero" in refused
+    with pytest.raises(LookupException):
+        buffer.lookup("map", "x", 0)
+
+
 def test_old_and_repeated_stamps_are_refused(buffer: FrameBuffer) -> None:
     assert "TF_REPEATED_DATA" in buffer.insert("map", "base", 3 * S, at(9), "me")[0]
     buffer.insert("map", "base", 20 * S, at(9), "me")

@@ -1,0 +1,53 @@
+"""Moves a frame in steps, and prints which of them were told on tf_changes."""
+
+import threading
+
+from geometry_msgs.msg import TransformStamped
+from tf2_msgs.msg import TFMessage
+
+import rospy
+import tf2_ros
+from tf.transformations import quaternion_from_euler
+
+FAR = [(float(step), 0.0) for step in range(1, 4)]
+STEPS = [(0.0, 0.0), (0.09, 0.0), (0.3, 0.0), (0.3, 0.15), (0.3, 0.5), *FAR]
+
+
+class Mover:
+    def __init__(self):
+        self.broadcaster = tf2_ros.TransformBroadcaster()
+        self.told = threading.Semaphore(0)
+        self.told_last = None
+        rospy.Subscriber("tf_changes", TFMessage, self.on_change)
+
+    def on_change(self, message):
+        for transform in message.transforms:
+            found = transform.transform
+            names = transform.header.frame_id, transform.child_frame_id
+            self.told_last = names, round(found.translation.x, 3), round(found.rotation.z, 3)
+            self.told.release()
+
+    def send(self, x, yaw):
+        message = TransformStamped()
+        message.header.stamp = rospy.Time.now()
+        message.header.frame_id, message.child_frame_id = "odom", "hand"
+        message.transform.translation.x = x
+        rotation = message.transform.rotation
+        rotation.x, rotation.y, rotation.z, rotation.w = quaternion_from_euler(0, 0, yaw)
+        self.broadcaster.sendTransform(message)
+
+    def move(self, x, yaw):
+        """Sends the place until it was told, or until the listener has surely looked at it."""
+        for _ in range(40):
+            self.send(x, yaw)
+            if self.told.acquire(timeout=0.05):
+                return self.told_last
+        return None
+
+
+rospy.init_node("mover")
+mover = Mover()
+while mover.move(-1.0, 0.0) is None and not rospy.is_shutdown():
+    pass  # the notifier begins
+for place in STEPS:
+    print(place, mover.move(*place), flush=True)
