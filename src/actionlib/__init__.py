@@ -1,8 +1,15 @@
 """actionlib, as Noetic has it, on pipros: goals that take time, with feedback, results and cancellation."""
 
+from actionlib_msgs.msg import GoalID as GoalID
+from actionlib_msgs.msg import GoalStatus as GoalStatus
+from actionlib_msgs.msg import GoalStatusArray as GoalStatusArray
+from std_msgs.msg import Header as Header
+
 from actionlib.action_client import ActionClient as ActionClient
 from actionlib.action_client import ClientGoalHandle as ClientGoalHandle
 from actionlib.action_client import CommState as CommState
+from actionlib.action_client import CommStateMachine as CommStateMachine
+from actionlib.action_client import GoalManager as GoalManager
 from actionlib.action_client import TerminalState as TerminalState
 from actionlib.action_client import get_name_of_constant as get_name_of_constant
 from actionlib.action_server import ActionServer as ActionServer

@@ -22,14 +22,14 @@ Seconds = Any  # a rospy.Duration, or a number of seconds
 _EVENT_OF = {True: Event.SISTER_ALIVE, False: Event.SISTER_ENDS}
 
 
-def as_ros_duration(duration: Seconds) -> rospy.Duration:
+def as_ros_duration(d: Seconds) -> rospy.Duration:
     """A duration, from one or from a number of seconds."""
-    return duration if isinstance(duration, rospy.Duration) else rospy.Duration.from_sec(duration)
+    return d if isinstance(d, rospy.Duration) else rospy.Duration.from_sec(d)
 
 
-def as_float_duration(duration: Seconds) -> float:
+def as_float_duration(d: Seconds) -> float:
     """Seconds, from them or from a duration."""
-    return duration.to_sec() if isinstance(duration, rospy.Duration) else float(duration)
+    return d.to_sec() if isinstance(d, rospy.Duration) else float(d)
 
 
 class Timeout:

@@ -1,5 +1,9 @@
 """diagnostic_updater, as Noetic has it, on pipros: tasks that report on a device, sent on /diagnostics."""
 
+from diagnostic_msgs.msg import DiagnosticArray as DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticStatus as DiagnosticStatus
+from diagnostic_msgs.msg import KeyValue as KeyValue
+
 from diagnostic_updater.publisher import DiagnosedPublisher as DiagnosedPublisher
 from diagnostic_updater.publisher import HeaderlessTopicDiagnostic as HeaderlessTopicDiagnostic
 from diagnostic_updater.publisher import TopicDiagnostic as TopicDiagnostic

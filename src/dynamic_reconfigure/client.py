@@ -17,6 +17,7 @@ from dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
 from pipros.reconfigure.config import BadValue
 from pipros.reconfigure.config import converted as converted_value
 from pipros.reconfigure.generator import TYPES
+from rospy import ServiceException
 
 _SLICE_S = 0.1
 """How long a wait lasts before it looks for Ctrl-C and a shutdown."""
@@ -101,7 +102,7 @@ class Client:
         changes.update(converted)
         try:
             message = self._set_service(encode_config(converted)).config
-        except rospy.ServiceException as error:
+        except ServiceException as error:
             raise DynamicReconfigureCallbackException(f"service call failed: {error}") from error
         return decode_config(message, self.get_group_descriptions())
 

@@ -10,8 +10,13 @@ from pipros.bag.errors import BagError, BagFormatError, NotIndexed
 
 
 class ROSBagException(Exception):
-    """A bag cannot be read or written as asked."""
+    """A bag cannot be read or written as asked.
 
+    Attributes:
+        value: the text.
+    """
+
+    value: Any
     __module__ = "rosbag.bag"  # as in pickles of genuine ROS
 
     def __init__(self, value: Any = None) -> None:

@@ -4,13 +4,12 @@ Scripts that were written for genuine rospy run unchanged. The work is done in `
 here are the names, arguments and exceptions that ROS users know.
 """
 
-from typing import Any as _Any
-
 from pipros import interrupts as _interrupts
 
 _interrupts.install()  # before the other imports: they are where Python drops a Ctrl-C most often
 
 import pipros.startup as _startup  # noqa: F401 # the import hook, where pipros.pth did not run
+from pipros.lazy_names import lazy_names as _lazy_names
 from rospy import brought_along as _brought_along
 from rospy import client as client
 from rospy import core as core
@@ -102,11 +101,5 @@ from rospy.topics import Subscriber as Subscriber
 
 _brought_along.bring_along()
 
-
-def __getattr__(name: str) -> _Any:
-    """`rospy.Header`, which few use, and which would cost every start-up a message type."""
-    if name == "Header":
-        from pipros.msg import load_message_class
-
-        return load_message_class("std_msgs/Header")
-    raise AttributeError(f"module 'rospy' has no attribute '{name}'")
+# Few use it, and it would cost every start-up a message type.
+__getattr__, __dir__ = _lazy_names(__name__, {"Header": "std_msgs.msg"})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -85,21 +84,9 @@ def _listen() -> list[HeardTransform]:
     found: list[HeardTransform] = []
 
     def take(message: Any) -> None:
-        now, sender = rospy.get_rostime(), message._connection_header["callerid"]
-        found.extend(_as_heard(transform, now, sender) for transform in message.transforms)
+        found.extend(heard.heard_in(message, rospy.get_rostime()))
 
     subscriber = rospy.Subscriber("/tf", TFMessage, take)
     time.sleep(_LISTEN_S)
     subscriber.unregister()
     return found
-
-
-def _as_heard(transform: Any, now: rospy.Time, sender: str) -> HeardTransform:
-    rotation = transform.transform.rotation
-    return HeardTransform(
-        transform.header.frame_id,
-        transform.child_frame_id,
-        sender,
-        (transform.header.stamp - now).to_sec(),
-        math.hypot(rotation.x, rotation.y, rotation.z, rotation.w),
-    )

@@ -1,7 +1,6 @@
 """tf2_ros, as Noetic has it, on pipros: buffers of transforms with topics, services and actions."""
 
-from typing import Any as _Any
-
+from pipros.lazy_names import lazy_names as _lazy_names
 from tf2_py import BufferCore as BufferCore
 from tf2_py import ConnectivityException as ConnectivityException
 from tf2_py import ExtrapolationException as ExtrapolationException
@@ -9,6 +8,7 @@ from tf2_py import InvalidArgumentException as InvalidArgumentException
 from tf2_py import LookupException as LookupException
 from tf2_py import TimeoutException as TimeoutException
 from tf2_py import TransformException as TransformException
+from tf2_ros.buffer import DEFAULT_CAN_TRANSFORM_POLLING_SCALE as DEFAULT_CAN_TRANSFORM_POLLING_SCALE
 from tf2_ros.buffer import Buffer as Buffer
 from tf2_ros.buffer_interface import BufferInterface as BufferInterface
 from tf2_ros.buffer_interface import ConvertRegistration as ConvertRegistration
@@ -21,13 +21,19 @@ from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster as S
 from tf2_ros.transform_broadcaster import TransformBroadcaster as TransformBroadcaster
 from tf2_ros.transform_listener import TransformListener as TransformListener
 
-_LATER = {"BufferClient": "tf2_ros.buffer_client", "BufferServer": "tf2_ros.buffer_server"}
-
-
-def __getattr__(name: str) -> _Any:
-    """Names that need actionlib, which most programs do not use."""
-    if name not in _LATER:
-        raise AttributeError(f"module 'tf2_ros' has no attribute '{name}'")
-    from importlib import import_module
-
-    return getattr(import_module(_LATER[name]), name)
+# Names that need actionlib, and classes of messages: most programs do not use them, or not from here.
+__getattr__, __dir__ = _lazy_names(
+    __name__,
+    {
+        "BufferClient": "tf2_ros.buffer_client",
+        "BufferServer": "tf2_ros.buffer_server",
+        "FrameGraph": "tf2_msgs.srv",
+        "FrameGraphResponse": "tf2_msgs.srv",
+        "GoalStatus": "actionlib_msgs.msg",
+        "Header": "std_msgs.msg",
+        "LookupTransformAction": "tf2_msgs.msg",
+        "LookupTransformGoal": "tf2_msgs.msg",
+        "TFMessage": "tf2_msgs.msg",
+        "TransformStamped": "geometry_msgs.msg",
+    },
+)

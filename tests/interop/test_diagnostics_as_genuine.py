@@ -84,3 +84,31 @@ def test_a_node_sends_the_same_reports(plain_ros: RosSystem) -> None:
 
     assert ours.stdout == genuine.stdout, ours.output
     assert len(ours.stdout) == 9
+
+
+@pytest.mark.parametrize("arguments", [[], ["-l", "7"], ["--max"], ["-l", "1000"]])
+def test_sparse_csv_keeps_the_rows_that_genuine_keeps(plain_ros: RosSystem, arguments: list[str]) -> None:
+    rows = [f'{number},"a, ""b""",{number * 0.5}' for number in range(95)]
+    written = {}
+    for side in ("genuine", "pipros"):
+        folder = plain_ros.home / side
+        folder.mkdir()
+        file = folder / "log.csv"
+        file.write_text("\n".join(["time,text,value", *rows]) + "\n")
+        program = ["rosrun", "diagnostic_analysis", "sparse_csv.py"]
+        if side == "genuine":
+            program = ["python3", "/usr/lib/diagnostic_analysis/sparse_csv.py"]
+        ended = getattr(plain_ros, side).run(*program, *arguments, str(file))
+        assert ended.returncode == 0, ended.output
+        (made,) = set(folder.iterdir()) - {file}
+        assert ended.stdout[-1] == f"Created sparse CSV {made}"
+        written[side] = made.name, made.read_bytes()
+    assert written["pipros"] == written["genuine"]
+
+
+def test_sparse_csv_names_what_it_cannot_read(plain_ros: RosSystem) -> None:
+    program = ("rosrun", "diagnostic_analysis", "sparse_csv.py")
+    missing = plain_ros.pipros.run(*program, "nothing.csv")
+    assert (missing.returncode, "nothing.csv" in missing.output) == (1, True)
+    assert plain_ros.pipros.run(*program, "log.txt").stdout == ["File log.txt is not a CSV file. Aborting."]
+    assert "not by 0" in plain_ros.pipros.run(*program, "-s", "0", "log.csv").output

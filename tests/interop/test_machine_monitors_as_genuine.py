@@ -38,6 +38,55 @@ def test_names_and_keys_are_those_of_genuine(
             assert seen["pipros"][name][1] == keys
 
 
+SENDERS = [
+    ("one", "map", "base"),
+    ("two", "odom", "base"),
+    ("three", "left", "right"),
+    ("four", "right", "left"),
+]
+"""Nodes that send a transform each: two that give a frame different parents, two that make a circle."""
+
+
+def test_faulty_transforms_are_reported_as_by_genuine(plain_ros: RosSystem) -> None:
+    plain_ros.pipros.start_bare_master()
+    for name, parent, child in SENDERS:
+        numbers = ["0"] * 6
+        publisher = ["rosrun", "tf", "static_transform_publisher", *numbers, parent, child, "20"]
+        plain_ros.pipros.start(*publisher, f"__name:={name}")
+
+    seen = {side: faults_told(plain_ros, side) for side in ("genuine", "pipros")}
+
+    assert seen["pipros"] == seen["genuine"]
+
+
+def faults_told(ros: RosSystem, side: str) -> dict[str, tuple[int, str, frozenset[str]]]:
+    """Level, message and texts of each status of tf_monitor.py, once it has heard all nodes."""
+    came: dict[str, tuple[int, str, frozenset[str]]] = {}
+
+    def keep(array: Any) -> None:
+        for status in array.status:
+            texts = frozenset(pair.value for pair in status.values)
+            came[status.name] = (status.level, status.message, texts)
+
+    with Node(f"probe_{side}", environment=Environment(master_uri=ros.master_uri)) as node:
+        node.subscribe("/diagnostics", DiagnosticArray, keep)
+        started = getattr(ros, side).start("rosrun", "diagnostic_common_diagnostics", "tf_monitor.py")
+
+        def is_complete() -> bool:
+            counts = {name.rpartition(": ")[2]: len(texts) for name, (_, _, texts) in list(came.items())}
+            return counts == {
+                "Messaging status": 0,
+                "Time status": 0,
+                "Reparenting status": 2,
+                "Cycle status": 2,
+                "Multiple authority status": 2,
+            } and all(message != "Node starting up" for _, message, _ in list(came.values()))
+
+        wait_until(is_complete, 60, lambda: f"{came} {started.output}")
+        started.end()
+    return came
+
+
 def reported(
     ros: RosSystem, side: str, program: str, arguments: list[str], ends: list[str]
 ) -> Mapping[str, tuple[str, list[str]]]:

@@ -152,13 +152,14 @@ def space_report(disks: Iterable[DiskSpace]) -> Report:
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """A reading: `Temperature` in degrees Celsius or `Speed` of a fan in turns a minute."""
+    """A reading: `Temperature` in degrees Celsius, `Voltage`, or `Speed` of a fan in turns a minute."""
 
     name: str
     kind: str
     value: float
     high: float | None = None
     critical: float | None = None
+    low: float | None = None
 
 
 def sensors_report(sensors: Iterable[Sensor], *, ignore_fans: bool = False) -> Report:
@@ -171,6 +172,10 @@ def sensors_report(sensors: Iterable[Sensor], *, ignore_fans: bool = False) -> R
             found = ERROR, "Critical Temperature"
         elif sensor.kind == "Temperature" and _is_above(sensor.value, sensor.high):
             found = WARN, "High Temperature"
+        elif sensor.kind == "Voltage" and sensor.low is not None and sensor.value < sensor.low:
+            found = ERROR, "Low Voltage"
+        elif sensor.kind == "Voltage" and _is_above(sensor.value, sensor.high):
+            found = ERROR, "High Voltage"
         elif sensor.kind == "Speed" and not ignore_fans and sensor.value <= 0:
             found = ERROR, "No Fan Speed"
         if found[0] != OK:

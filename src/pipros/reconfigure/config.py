@@ -53,18 +53,18 @@ def group_dict(group: Any) -> Config:
     )
 
 
-def get_tree(message: Any, group: Any = None) -> Config:
+def get_tree(m: Any, group: Any = None) -> Config:
     """The groups of a message as a tree: the root, or the groups in `group`.
 
     Of groups with the same id the first counts."""
     placed = {0} if group is None else {0, group.id}
     if group is not None:
-        return _below(message, group, placed)
-    root = next((each for each in message.groups if each.id == 0), None)
+        return _below(m, group, placed)
+    root = next((each for each in m.groups if each.id == 0), None)
     if root is None:
         return Config()
     tree = group_dict(root)
-    tree["groups"] = _below(message, root, placed)
+    tree["groups"] = _below(m, root, placed)
     return tree
 
 
@@ -85,11 +85,11 @@ def values(message: Any) -> Config:
     return Config({each.name: each.value for each in (part for some in lists for part in some)})
 
 
-def decode_config(message: Any, description: Any = None) -> Config:
+def decode_config(msg: Any, description: Any = None) -> Config:
     """The configuration in a message; with a decoded description, groups contain their values, too."""
-    config = values(message)
-    if message.groups and description is not None:
-        config["groups"] = get_tree(message)
+    config = values(msg)
+    if msg.groups and description is not None:
+        config["groups"] = get_tree(msg)
         _fill_groups(config, config["groups"], description)
     return config
 
@@ -105,15 +105,15 @@ def _fill_groups(config: Config, group: Any, described: Any) -> None:
             _fill_groups(config, each, inner[each["name"]])
 
 
-def decode_description(message: Any) -> Config:
+def decode_description(msg: Any) -> Config:
     """The tree of groups with their parameters that a message describes.
 
     Raises:
         KeyError: bounds or a default are missing.
     """
-    low, high, standard = (values(part) for part in (message.min, message.max, message.dflt))
-    by_id = {group.id: group for group in message.groups}
-    tree = get_tree(message)
+    low, high, standard = (values(part) for part in (msg.min, msg.max, msg.dflt))
+    by_id = {group.id: group for group in msg.groups}
+    tree = get_tree(msg)
 
     def fill(group: Any) -> None:
         group["parameters"] = [

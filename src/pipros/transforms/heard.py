@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from pipros.printable import listed
 
@@ -29,6 +31,23 @@ class HeardTransform:
     rotation_length: float
 
 
+def heard_in(message: Any, now: Any) -> list[HeardTransform]:
+    """The transforms of a `tf2_msgs/TFMessage` that arrived at the time `now`."""
+    found = []
+    for transform in message.transforms:
+        rotation = transform.transform.rotation
+        found.append(
+            HeardTransform(
+                transform.header.frame_id,
+                transform.child_frame_id,
+                message._connection_header["callerid"],
+                (transform.header.stamp - now).to_sec(),
+                math.hypot(rotation.x, rotation.y, rotation.z, rotation.w),
+            )
+        )
+    return found
+
+
 def of_other_times(heard: Iterable[HeardTransform]) -> list[str]:
     """Of each sender with stamps of another time, the one that is furthest away."""
     furthest: dict[str, float] = {}
@@ -47,7 +66,7 @@ def not_normalized(heard: Iterable[HeardTransform]) -> list[str]:
         f"rotation from [{listed(one.parent)}] to [{listed(one.child)}] is not unit length, "
         f"{one.rotation_length}"
         for one in heard
-        if abs(one.rotation_length - 1) > LENGTH_TOLERANCE
+        if not abs(one.rotation_length - 1) <= LENGTH_TOLERANCE  # NaN, too
     )
 
 

@@ -7,18 +7,33 @@ Usage: dump_python_api.py PACKAGE…
 from __future__ import annotations
 
 import ast
+import contextlib
+import functools
 import importlib
 import inspect
 import json
 import pkgutil
 import sys
-import textwrap
 import types
 
 ROS = {
+    "actionlib",
+    "actionlib_tools",
+    "angles",
+    "bondpy",
+    "camera_calibration_parsers",
     "catkin",
+    "cv_bridge",
+    "diagnostic_analysis",
+    "diagnostic_updater",
+    "dynamic_reconfigure",
     "genmsg",
     "genpy",
+    "image_geometry",
+    "interactive_markers",
+    "laser_geometry",
+    "message_filters",
+    "rosbag",
     "rosclean",
     "rosgraph",
     "roslaunch",
@@ -32,6 +47,13 @@ ROS = {
     "rostest",
     "rostopic",
     "rosunit",
+    "smclib",
+    "tf",
+    "tf2_geometry_msgs",
+    "tf2_py",
+    "tf2_ros",
+    "tf2_sensor_msgs",
+    "tf_conversions",
 }
 """The packages of which classes are taken apart; what comes from elsewhere is no part of their API."""
 
@@ -52,11 +74,35 @@ def described_parameters(function):
     return found
 
 
+def is_message(thing):
+    """Whether it is the class of a message or service, which is made of a definition."""
+    return isinstance(thing, type) and hasattr(thing, "_md5sum") and hasattr(thing, "_type")
+
+
 def is_ours(thing):
-    """Whether a class or function was made in a package of ROS, or in pipros on its behalf."""
-    return str(getattr(thing, "__module__", "")).partition(".")[0] in ROS | {"pipros"}
+    """Whether a class or function was made in a package of ROS, or in pipros on its behalf, by hand."""
+    return not is_message(thing) and str(getattr(thing, "__module__", "")).partition(".")[0] in ROS | {
+        "pipros"
+    }
 
 
+@functools.cache
+def class_definitions(module):
+    """The syntax trees of a module's classes, by their qualified names; none where there is no source."""
+    found = {}
+
+    def add(node, prefix):
+        for one in node.body:
+            if isinstance(one, ast.ClassDef):
+                found[prefix + one.name] = one
+                add(one, f"{prefix}{one.name}.")
+
+    with contextlib.suppress(OSError, TypeError, KeyError):
+        add(ast.parse(inspect.getsource(sys.modules[module])), "")
+    return found
+
+
+@functools.cache
 def attributes_set(cls):
     """Public names that methods of the class assign to `self`, and those of its annotations."""
     found = set()
@@ -64,9 +110,8 @@ def attributes_set(cls):
         if not is_ours(base):
             continue
         found |= {name for name in getattr(base, "__annotations__", {}) if not name.startswith("_")}
-        try:
-            tree = ast.parse(textwrap.dedent(inspect.getsource(base)))
-        except (OSError, TypeError, SyntaxError):
+        tree = class_definitions(base.__module__).get(base.__qualname__)
+        if tree is None:
             continue
         for node in ast.walk(tree):
             if (
@@ -107,6 +152,8 @@ def described(value):
     """What a name of a module stands for; None for what is no part of its API."""
     if isinstance(value, types.ModuleType) or type(value).__name__ == "_Feature":
         return None
+    if is_message(value):
+        return {"kind": "message"}
     if isinstance(value, type):
         return described_class(value) if is_ours(value) else {"kind": "class", "foreign": True}
     if callable(value):
@@ -121,15 +168,24 @@ def described(value):
     return {"kind": "constant"}
 
 
+MADE = {"msg", "srv", "cfg"}
+"""Modules that are made of definitions, which other tests compare."""
+
+
+def is_public(module):
+    parts = module.split(".")
+    return not MADE & set(parts) and not any(part.startswith("_") for part in parts)
+
+
 def dumped(package):
-    """Every module of the package, with its public names."""
+    """Every public module of the package that was written by hand, with its public names."""
     modules, failed = {}, {}
     root = importlib.import_module(package)
     names = [package]
     names += [
         found.name for found in pkgutil.walk_packages(root.__path__, package + ".", onerror=lambda _: None)
     ]
-    for name in names:
+    for name in filter(is_public, names):
         try:
             module = importlib.import_module(name)
         except Exception as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,6 +16,7 @@ from pipros.diagnostics.machine import (
     BadReading,
     DiskHeat,
     DiskSpace,
+    Report,
     Sensor,
     cpu_report,
     heat_report,
@@ -137,6 +139,35 @@ def test_sensors() -> None:
         sensors_temperatures=lambda: {"acpi": [item]}, sensors_fans=lambda: {"thinkpad": [item]}
     )
     assert [sensor.name for sensor in sensors_monitor.readings(chips)] == ["acpi", "thinkpad"]
+
+
+def test_voltages(tmp_path: Path) -> None:
+    chip = tmp_path / "hwmon0"
+    chip.mkdir()
+    files = {
+        "name": "nct6775",
+        "in0_input": "1208",
+        "in0_label": "Vcore Voltage",
+        "in0_min": "900",
+        "in0_max": "1400",
+        "in1_input": "3000",
+        "in1_min": "3200",
+        "in2_input": "not a number",
+    }
+    for name, text in files.items():
+        (chip / name).write_text(f"{text}\n")
+
+    found = list(sensors_monitor.voltages(tmp_path))
+
+    assert found == [
+        Sensor("Vcore", "Voltage", 1.208, high=1.4, low=0.9),
+        Sensor("nct6775 in1", "Voltage", 3.0, low=3.2),
+    ]
+    assert sensors_report(found[:1]) == Report(OK, "OK", [("Vcore Voltage", "1.208")])
+    assert sensors_report(found).message == "Low Voltage"
+    high = sensors_report([Sensor("Vcore", "Voltage", 1.5, high=1.4)])
+    assert (high.level, high.message) == (ERROR, "High Voltage")
+    assert list(sensors_monitor.voltages(tmp_path / "nothing")) == []
 
 
 def test_clocks() -> None:

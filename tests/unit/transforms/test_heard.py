@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from pipros.transforms.heard import (
     HeardTransform,
     loops,
@@ -63,3 +65,8 @@ def test_each_frame_of_a_loop_is_named_and_those_below_it_are_not() -> None:
 def test_names_of_peers_cannot_forge_lines() -> None:
     (found,) = not_normalized([heard("a", "b\nERROR", rotation_length=2.0)])
     assert "\n" not in found
+
+
+def test_a_quaternion_with_nan_is_no_rotation() -> None:
+    (found,) = not_normalized([heard("a", "b", rotation_length=math.nan)])
+    assert found.endswith("is not unit length, nan")

@@ -1,0 +1,6 @@
+#!/usr/bin/env python3
+import sys
+
+from diagnostic_common_diagnostics.nodes.tf_monitor import main
+
+sys.exit(main())
