@@ -60,7 +60,7 @@ tf_errors: list[Rule] = [
 
 
 def is_tf_active() -> bool:
-    """True when somebody publishes /tf; False also without a master."""
+    """True when /tf has a publisher; False also without a master."""
     try:
         return any(topic == "/tf" for topic, _ in rospy.get_published_topics())
     except OSError:

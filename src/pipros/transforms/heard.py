@@ -51,9 +51,9 @@ def heard_in(message: Any, now: Any) -> list[HeardTransform]:
 def of_other_times(heard: Iterable[HeardTransform]) -> list[str]:
     """Of each sender with stamps of another time, the one that is furthest away."""
     furthest: dict[str, float] = {}
-    for one in heard:
-        if abs(one.ahead_s) > max(TIME_TOLERANCE_S, abs(furthest.get(one.sender, 0.0))):
-            furthest[one.sender] = one.ahead_s
+    for each in heard:
+        if abs(each.ahead_s) > max(TIME_TOLERANCE_S, abs(furthest.get(each.sender, 0.0))):
+            furthest[each.sender] = each.ahead_s
     return [
         f"receiving transform from [{listed(sender)}] that differed from ROS time by {ahead_s}s"
         for sender, ahead_s in furthest.items()
@@ -61,12 +61,12 @@ def of_other_times(heard: Iterable[HeardTransform]) -> list[str]:
 
 
 def not_normalized(heard: Iterable[HeardTransform]) -> list[str]:
-    """Rotations that are none, because their quaternions have another length than 1."""
+    """Quaternions whose length is not 1, so that they are not rotations."""
     return _each_once(
-        f"rotation from [{listed(one.parent)}] to [{listed(one.child)}] is not unit length, "
-        f"{one.rotation_length}"
-        for one in heard
-        if not abs(one.rotation_length - 1) <= LENGTH_TOLERANCE  # NaN, too
+        f"rotation from [{listed(each.parent)}] to [{listed(each.child)}] is not unit length, "
+        f"{each.rotation_length}"
+        for each in heard
+        if not abs(each.rotation_length - 1) <= LENGTH_TOLERANCE  # NaN, too
     )
 
 
@@ -74,12 +74,12 @@ def reparented(heard: Iterable[HeardTransform]) -> list[str]:
     """Frames that got another parent than before."""
     parents: dict[str, str] = {}
     found = []
-    for one in heard:
-        if parents.setdefault(one.child, one.parent) != one.parent:
+    for each in heard:
+        if parents.setdefault(each.child, each.parent) != each.parent:
             found.append(
-                f"reparenting of [{listed(one.child)}] to [{listed(one.parent)}] by [{listed(one.sender)}]"
+                f"reparenting of [{listed(each.child)}] to [{listed(each.parent)}] by [{listed(each.sender)}]"
             )
-            parents[one.child] = one.parent
+            parents[each.child] = each.parent
     return _each_once(found)
 
 
@@ -87,20 +87,20 @@ def of_several_senders(heard: Iterable[HeardTransform]) -> list[str]:
     """Frames whose transforms come from another node than before."""
     senders: dict[str, str] = {}
     found = []
-    for one in heard:
-        before = senders.setdefault(one.child, one.sender)
-        if before != one.sender:
+    for each in heard:
+        before = senders.setdefault(each.child, each.sender)
+        if before != each.sender:
             found.append(
-                f"node [{listed(one.sender)}] publishing transform [{listed(one.child)}] with parent "
-                f"[{listed(one.parent)}] already published by node [{listed(before)}]"
+                f"node [{listed(each.sender)}] publishing transform [{listed(each.child)}] with parent "
+                f"[{listed(each.parent)}] already published by node [{listed(before)}]"
             )
-            senders[one.child] = one.sender
+            senders[each.child] = each.sender
     return _each_once(found)
 
 
 def loops(heard: Iterable[HeardTransform]) -> list[str]:
     """Frames that are their own ancestors, by the latest parent of each."""
-    parents = {one.child: one.parent for one in heard}
+    parents = {each.child: each.parent for each in heard}
     found = []
     for frame in parents:
         path = _path_up(frame, parents)
