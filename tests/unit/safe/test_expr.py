@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-import time
 from typing import Any
 
 import pytest
@@ -197,11 +196,10 @@ def test_what_is_not_on_the_list_is_refused(text: str) -> None:
         f"len({{x: 0 for x in range(0, 90000 * {MODULUS}, {MODULUS})}})",
     ],
 )
-def test_what_would_run_away_is_refused_at_once(text: str) -> None:
-    started = time.process_time()
+def test_what_would_run_away_is_refused(text: str) -> None:
+    """Without a limit on its work each would compute beyond the time limit of a test, or fill the memory."""
     with pytest.raises(ExpressionError):
         evaluate(text, names=NAMES)
-    assert time.process_time() - started < 5
 
 
 def test_sets_and_dictionaries_are_as_large_as_other_results() -> None:
