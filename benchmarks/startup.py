@@ -167,7 +167,7 @@ def commands(world: World) -> dict[str, float]:
 
 def echo(world: World) -> dict[str, float]:
     """A message that is latched already: the whole time is that of the command."""
-    with world.master(), world.running("rostopic", "pub", "-l", "-r", "0.01", "/latched", *HELLO):
+    with world.master(), world.running("rostopic", "pub", "-l", "/latched", *HELLO):
         world.run("rostopic", "echo", "-n", "1", "/latched")  # when this ends, the publisher is there
         return {"rostopic echo -n 1, latched": world.run("rostopic", "echo", "-n", "1", "/latched")}
 
