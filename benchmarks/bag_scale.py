@@ -20,6 +20,8 @@ import time
 from io import BytesIO
 from pathlib import Path
 
+from table import heed_interrupts
+
 from pipros.bag import BagReader, BagWriter, merged
 from pipros.bag.connection import Connection, connection_record
 from pipros.bag.index import ENTRY, ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
@@ -210,6 +212,7 @@ def main():
     options = parser.parse_args()
     if options.merge:
         return merge(options.merge) == 0
+    heed_interrupts()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with tempfile.TemporaryDirectory(dir=options.dir) as name:
         folder = Path(name)

@@ -24,7 +24,7 @@ import tempfile
 import threading
 import time
 
-from table import TUNED, Row, markdown, write_json
+from table import TUNED, Row, heed_interrupts, markdown, write_json
 
 GENUINE_PYTHON = "/usr/bin/python3"
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -433,6 +433,7 @@ def main():
         role, *arguments = json.loads(options.worker)
         globals()[f"worker_{role}"](*arguments)
         return
+    heed_interrupts()
     worked, ticks = busy()
     time.sleep(1.0)
     worked_after, ticks_after = busy()

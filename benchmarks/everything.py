@@ -16,7 +16,7 @@ import sys
 import tempfile
 import time
 
-from table import Load, markdown, read_json
+from table import Load, heed_interrupts, markdown, read_json
 
 BEGIN, END = "<!-- script/bench begin -->", "<!-- script/bench end -->"
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -133,6 +133,7 @@ def main():
     parser.add_argument("--only", default=",".join(BENCHMARKS))
     parser.add_argument("--update", metavar="FILE", help="replace the table of docs/performance.md")
     options = parser.parse_args()
+    heed_interrupts()
     rows, loads, failed, began = [], {}, [], time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         for name in options.only.split(","):

@@ -19,6 +19,8 @@ import tempfile
 import time
 from pathlib import Path
 
+from table import heed_interrupts
+
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples" / "catkin_ws" / "src"
 OWN_PROGRAMS = str(Path(sys.executable).parent)
 SIDES = {"pipros": f"{OWN_PROGRAMS}:/usr/bin:/bin", "genuine": "/usr/bin:/bin"}
@@ -113,6 +115,7 @@ def build_modules(home: str) -> str:
 
 
 def main() -> None:
+    heed_interrupts()
     with tempfile.TemporaryDirectory() as home:
         compare(build_modules(home) if shutil.which("catkin_make", path=SIDES["genuine"]) else "")
 

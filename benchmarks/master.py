@@ -19,7 +19,7 @@ import tempfile
 import threading
 import time
 
-from table import Row, write_json
+from table import Row, heed_interrupts, write_json
 
 GENUINE_PYTHON = "/usr/bin/python3"
 START_UPS = 3
@@ -351,6 +351,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--crowd", type=int, default=1000, help="how many nodes are in the crowd")
     options = parser.parse_args()
+    heed_interrupts()
     chosen = options.only.split(",") if options.only else [*WORKLOADS, "start_up", "crowd", "endurance"]
     worlds = ["genuine", "pipros"] if os.path.exists("/usr/bin/rosmaster") else ["pipros"]
     results, taken = {world: {} for world in worlds}, {}

@@ -28,7 +28,7 @@ from pathlib import Path
 from typing import IO, cast
 from xmlrpc.client import ServerProxy
 
-from table import Row, write_json
+from table import Row, heed_interrupts, write_json
 
 EXAMPLE = Path(__file__).resolve().parents[1] / "examples" / "catkin_ws" / "src"
 READY_WITHIN_S = 30.0
@@ -265,6 +265,7 @@ def main() -> None:
     )
     parser.add_argument("--json", help="also write the rows to this file")
     arguments = parser.parse_args()
+    heed_interrupts()
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         worlds = [World("pipros", f"{arguments.python.absolute().parent}:/usr/bin:/bin", folder / "pipros")]

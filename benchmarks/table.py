@@ -5,6 +5,7 @@ Runs under the Python of genuine ROS as well, and imports nothing but the standa
 
 import json
 import os
+import signal
 import statistics
 import sys
 
@@ -13,6 +14,14 @@ TUNED = {"MALLOC_TOP_PAD_": str(64 << 20), "MALLOC_MMAP_THRESHOLD_": str(64 << 2
 
 #: In the order of the columns. The last one is measured against the others.
 WORLDS = ("genuine", "tuned", "pipros")
+
+
+def heed_interrupts():
+    """Lets SIGINT end the programs that a benchmark starts.
+
+    A shell makes its background jobs ignore SIGINT, and what they start inherits that.
+    """
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 class Row:
