@@ -63,6 +63,7 @@ BOUNDS = (
     ("import", "reading modules"),
     ("end after", "unregistering at the master"),
     ("talker", "the interpreter and its modules"),
+    ("rosrun talker: gone", "a genuine node misses Ctrl-C now and then, and is killed after 20 s"),
     ("master:", "reading and writing XML in Python"),
     ("bag:", "Python for each message; the compression where there is one"),
     ("serialize", "Python for each text, array and message in a message"),
