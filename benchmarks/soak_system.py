@@ -2,7 +2,7 @@
 
 Started by `benchmarks/soak.py --system`: roscore, a page that is looked at, a recorder of all topics, frames
 and their listener, an action server and its client, changes of parameters, service calls, and a launch with
-two nodes that end again and again and are started anew. Every ten seconds memory, threads and descriptors of
+two nodes that end again and again and are restarted. Every ten seconds memory, threads and descriptors of
 each process are noted. The verdict compares the last fifth of the time with the second one.
 """
 

@@ -45,7 +45,7 @@ class OnceEvent:
         self._release()
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Waits in slices until the event is set; False when the time is over first."""
+        """Waits in slices until the event is set; False when the time is up first."""
         return self._is_set or wait_in_slices(self._wait_once, timeout_s)
 
     def _wait_once(self, timeout_s: float) -> bool:
@@ -59,7 +59,7 @@ class OnceEvent:
 
 
 def wait_in_slices(wait_for: Callable[[float], bool], timeout_s: float | None = None) -> bool:
-    """Waits with `wait_for`, such as `event.wait`; False when the time is over."""
+    """Waits with `wait_for`, such as `event.wait`; False when the time is up."""
     if timeout_s is not None and timeout_s <= SLICE_S:
         return wait_for(max(timeout_s, 0))
     end = None if timeout_s is None else time.monotonic() + timeout_s

@@ -35,7 +35,7 @@ class Limits(NamedTuple):
         bodies_bytes: XML-RPC requests of one server that are not complete, together; the same for the service
             replies of a node that clients do not read.
         request_s: the time for an XML-RPC request to arrive, and for its sender to read the answer; the same
-            for service calls, where it begins anew with every MiB.
+            for service calls, where it starts over with every MiB.
         idle_s: how long an XML-RPC connection may stay open without a request.
         file_bytes: a file that is read whole: a launch file, a manifest, a definition, a `CMakeLists.txt`.
         cmake_steps: commands and rounds of loops that one package's `CMakeLists.txt` carries out.

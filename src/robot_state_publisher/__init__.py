@@ -82,7 +82,7 @@ class RobotStatePublisher:
         with self._lock:
             now = rospy.Time.now()
             if now < self._last_call:
-                rospy.logwarn("The clock went back: all joints are sent anew.")
+                rospy.logwarn("The clock went back: all joints are sent again.")
                 self._frames.forget_times()
             self._last_call = now
             age = (now - message.header.stamp).to_sec()

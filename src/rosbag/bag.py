@@ -300,7 +300,7 @@ class Bag(IndexAccess):
             self._opened().flush()
 
     def reindex(self) -> Iterator[int]:
-        """Makes the index of a bag opened with mode `a` and `allow_unindexed` anew; `close` writes it.
+        """Rebuilds the index of a bag opened with mode `a` and `allow_unindexed`; `close` writes it.
 
         Gives the positions of the chunks, for a display of progress.
 

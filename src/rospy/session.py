@@ -300,7 +300,7 @@ class Session:
         if self.is_shutdown:
             raise ROSInitException(
                 "init_node interrupted before it could complete: rospy has been shut down "
-                "(rospy.core._shutdown_flag = False has it begin anew)"
+                "(rospy.core._shutdown_flag = False lets it start over)"
             )
         if self.node is not None:
             self._forget_node()

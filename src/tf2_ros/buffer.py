@@ -122,7 +122,7 @@ class Buffer(BufferCore, BufferInterface):
         return answer if return_debug_tuple else answer[0]
 
     def _wait(self, ask: Callable[[], tuple[int, str]], timeout: Any) -> tuple[int, str]:
-        """The answer, asked for again with each transform that comes until it is yes or time is over.
+        """The answer, asked for again with each transform that comes until it is yes or time is up.
 
         A clock that goes back by more than 3 s ends the wait: a bag began again.
         """

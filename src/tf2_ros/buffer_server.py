@@ -58,7 +58,7 @@ class BufferServer:
         self._server.stop()
 
     def check(self) -> None:
-        """Answers the questions that can be answered by now, or whose time is over. A timer calls it."""
+        """Answers the questions that can be answered by now, or whose time is up. A timer calls it."""
         with self._lock:
             if not self._waiting:
                 return

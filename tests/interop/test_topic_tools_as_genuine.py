@@ -155,7 +155,7 @@ def test_the_first_of_every_few_messages_are_dropped(graph: Graph, side: str, ar
     graph.listen("/in_drop")
     program = graph.start(side, "drop", "/in", *arguments.split())
     graph.wait_for_link_to("/in")
-    for number in range(of):  # whatever of these arrives, counting begins anew after them
+    for number in range(of):  # whatever of these arrives, counting starts over after them
         publish(f"-{number}")
     graph.wait_for_link_from("/in_drop")
 

@@ -1,6 +1,6 @@
 """ros_comm#373, #557, #432, #1362: with five subscribers, or a queue_size, 100 Hz fell to 5 or 10.
 
-A queue that slept, a message serialised for each subscriber anew, and Nagle's algorithm (which keeps small
+A queue that slept, a message serialised again for each subscriber, and Nagle's algorithm (which keeps small
 messages back) were the reasons.
 """
 

@@ -164,7 +164,7 @@ def test_a_persistent_client_may_be_idle_for_longer_than_a_request_may_take(
     node.serve("set", SetBool, answer)
     patient = attacker.connect(node, {**SERVICE, "persistent": "1"})
     hasty = attacker.connect(node, SERVICE)
-    assert hasty.recv(1) == b""  # its time is over
+    assert hasty.recv(1) == b""  # its time is up
     for _ in range(2):
         patient.sendall(REQUEST)
         assert patient.recv(14, socket.MSG_WAITALL).endswith(b"done")

@@ -105,7 +105,7 @@ class Process:
         """Waits for a line in which the regular expression `pattern` is found.
 
         Raises:
-            AssertionError: with the whole output, when the program ends or the time is over without it.
+            AssertionError: with the whole output, when the program ends or the time is up without it.
         """
         looked_for = re.compile(pattern)
         deadline = time.monotonic() + timeout_s

@@ -15,7 +15,7 @@ _LOOK_EVERY_S = 0.01
 def wait_until(condition: Callable[[], T], timeout_s: float = 10.0, what: str | Callable[[], str] = "") -> T:
     """Returns the first true value of `condition`, looking at it again and again.
 
-    `what` is said when the time is over: what was waited for, or a function that tells the state
+    `what` is said when the time is up: what was waited for, or a function that tells the state
     that was found instead.
 
     Raises:

@@ -2,7 +2,7 @@
 
 Both sides periodically publish that they are alive. WAITING ends with the first message of the other side,
 the sister. ALIVE ends at once when the sister is silent for too long, or in agreement, when one side breaks
-the bond: it then publishes that it ends (ENDING) until the sister has answered, or its time is over.
+the bond: it then publishes that it ends (ENDING) until the sister has answered, or its time is up.
 """
 
 from __future__ import annotations

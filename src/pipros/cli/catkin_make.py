@@ -126,7 +126,7 @@ def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], MakeArgumen
     add("--use-ninja", action="store_true", help="Accepted for Noetic's sake; make is used")
     add("--use-nmake", action="store_true", help="Accepted for Noetic's sake; make is used")
     add("--use-gmake", action="store_true", help="Accepted for Noetic's sake; make is used")
-    add("--force-cmake", action="store_true", help="Build everything anew, even what has not changed")
+    add("--force-cmake", action="store_true", help="Build everything again, even what has not changed")
     add("--no-color", action="store_true", help="Disables colored output")
     add("--pkg", nargs="+", metavar="PKG", default=[], help="Build specific packages and what they need")
     add(

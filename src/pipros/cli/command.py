@@ -92,6 +92,11 @@ class _DeferredParser:
         return defaults
 
 
+def add_flag(parser: OptionParser, *names: str, help: str, dest: str | None = None) -> None:  # noqa: A002
+    """Adds an option without a value: False unless it is given."""
+    parser.add_option(*names, dest=dest, default=False, action="store_true", help=help)
+
+
 def single_argument(parser: OptionParser, arguments: Sequence[str], *, missing: str, several: str) -> str:
     """The one argument of a command line; without it, or with more, exits with the text given for that."""
     if not arguments:

@@ -24,8 +24,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="pipros doctor",
         description="Examine the setup of this machine and the running system: every registered node, topic "
-        "and service is asked. For each thing that is wrong it says what to do. Ends with 1 when it found an "
-        "error.",
+        "and service is asked. For each thing that is wrong it says what to do. Ends with 1 when it found "
+        "an error.",
     )
     parser.add_argument("--offline", action="store_true", help="examine the setup of this machine only")
     parser.add_argument(
@@ -90,8 +90,8 @@ def _test_itself(*, as_json: bool) -> int:
         if not outcome.findings:
             print(
                 f"A master, a talker and a listener ran in this process: {outcome.heard} messages were "
-                "heard, the "
-                f"first after {outcome.first_message_s * 1000:.0f} ms. Nothing is wrong with them."
+                f"heard, the first after {outcome.first_message_s * 1000:.0f} ms. Nothing is wrong with "
+                "them."
             )
     return 1 if outcome.findings else 0
 

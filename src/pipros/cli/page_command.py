@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from typing import Any
 
-from pipros.cli.command import CommandError, option_parser
+from pipros.cli.command import CommandError, add_flag, option_parser
 from pipros.names import is_legal_remapping
 
 
@@ -16,8 +16,8 @@ def page_parser(name: str, usage: str) -> OptionParser:
     parser.add_option("--bind", metavar="HOST[:PORT]", default="127.0.0.1", help="where to listen (loopback)")
     parser.add_option("--cert", metavar="FILE", help="a certificate: serve the page with TLS")
     parser.add_option("--key", metavar="FILE", help="its private key, when it is not in the same file")
-    parser.add_option("--control", action="store_true", help="let the page change the system")
-    parser.add_option("--no-browser", action="store_true", help="print the address only")
+    add_flag(parser, "--control", help="let the page change the system")
+    add_flag(parser, "--no-browser", help="print the address only")
     return parser
 
 

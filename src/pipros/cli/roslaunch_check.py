@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from pathlib import Path
 
-from pipros.cli.command import run
+from pipros.cli.command import add_flag, run
 from pipros.cli.streams import command
 from pipros.errors import NotFound
 from pipros.launch.check import mistakes
@@ -29,20 +29,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_option(
         *("-o", "--output-file"), dest="output_file", metavar="FILE", help="file to store test results in"
     )
-    parser.add_option(
-        *("-t", "--use-test-depends"),
-        action="store_true",
+    add_flag(
+        parser,
+        "-t",
+        "--use-test-depends",
         dest="test_depends",
-        default=False,
         help="Assuming packages listed in test_depends are also installed",
     )
-    parser.add_option(
-        *("-i", "--ignore-unset-args"),
-        action="store_true",
-        dest="ignore_unset_args",
-        default=False,
-        help="Ignore check for default value of <arg> parameters",
-    )
+    add_flag(parser, "-i", "--ignore-unset-args", help="Ignore check for default value of <arg> parameters")
     options, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     if not words:
         parser.error("please specify a file or directory for roslaunch files to test")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from pathlib import Path
 
+from pipros.cli.command import add_flag
 from pipros.cli.streams import command
 from pipros.errors import PiprosError
 from pipros.launch.check import needed_packages
@@ -21,10 +22,8 @@ from pipros.workspace.manifest import read_manifest
 def main(argv: Sequence[str] | None = None) -> int:
     """Prints the packages and returns the exit code: with `-w` 1 when some are not declared."""
     parser = OptionParser(usage="usage: %prog [options] <file(s)...>", prog="roslaunch-deps")
-    parser.add_option("-v", "--verbose", action="store_true", default=False, help="Verbose output")
-    parser.add_option(
-        "-w", "--warn", action="store_true", default=False, help="Warn about missing manifest dependencies"
-    )
+    add_flag(parser, "-v", "--verbose", help="Verbose output")
+    add_flag(parser, "-w", "--warn", help="Warn about missing manifest dependencies")
     options, files = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     if not files:
         parser.error("please specify a launch file")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from optparse import OptionParser, Values
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipros.cli.command import add_flag
 from pipros.launch.model import Output
 
 if TYPE_CHECKING:
@@ -24,101 +26,32 @@ USAGE = (
 def make_parser() -> OptionParser:
     """All options that genuine `roslaunch --help` lists, and those that only pipros has."""
     parser = OptionParser(usage=USAGE, prog="roslaunch")
-    add = parser.add_option
-    add(
-        "--files",
-        dest="file_list",
-        action="store_true",
-        default=False,
-        help="Print list files loaded by launch file, including launch file itself",
-    )
+    add, flag = parser.add_option, partial(add_flag, parser)
+    files = "Print list files loaded by launch file, including launch file itself"
+    flag("--files", dest="file_list", help=files)
     add("--args", dest="node_args", metavar="NODE_NAME", help="Print command-line arguments for node")
-    add(
-        "--nodes",
-        dest="node_list",
-        action="store_true",
-        default=False,
-        help="Print list of node names in launch file",
-    )
-    add("--find-node", dest="find_node", metavar="NODE_NAME", help="Find launch file that node is defined in")
-    add(
-        "-c",
-        "--child",
-        dest="child_name",
-        metavar="NAME",
-        help="Run as child service 'NAME'. Required with -u",
-    )
-    add("--local", dest="local_only", action="store_true", default=False, help="Do not launch remote nodes")
-    add(
-        "--screen",
-        dest="force_screen",
-        action="store_true",
-        default=False,
-        help="Force output of all local nodes to screen",
-    )
-    add(
-        "--required",
-        dest="force_required",
-        action="store_true",
-        default=False,
-        help="Force all nodes to be required",
-    )
-    add(
-        "--log",
-        dest="force_log",
-        action="store_true",
-        default=False,
-        help="Force output of all local nodes to log",
-    )
-    add("-u", "--server_uri", dest="server_uri", metavar="URI", help="URI of server. Required with -c")
-    add("--run_id", dest="run_id", metavar="RUN_ID", help="run_id of session. Required with -c")
-    add("--wait", action="store_true", default=False, help="wait for master to start before launching")
-    add("--core", action="store_true", default=False, help="Launch core services only")
+    flag("--nodes", dest="node_list", help="Print list of node names in launch file")
+    add("--find-node", metavar="NODE_NAME", help="Find launch file that node is defined in")
+    child = "Run as child service 'NAME'. Required with -u"
+    add("-c", "--child", dest="child_name", metavar="NAME", help=child)
+    flag("--local", dest="local_only", help="Do not launch remote nodes")
+    flag("--screen", dest="force_screen", help="Force output of all local nodes to screen")
+    flag("--required", dest="force_required", help="Force all nodes to be required")
+    flag("--log", dest="force_log", help="Force output of all local nodes to log")
+    add("-u", "--server_uri", metavar="URI", help="URI of server. Required with -c")
+    add("--run_id", metavar="RUN_ID", help="run_id of session. Required with -c")
+    flag("--wait", help="wait for master to start before launching")
+    flag("--core", help="Launch core services only")
     add_core_options(parser)
-    add("--no-summary", dest="no_summary", action="store_true", default=False, help="hide summary printing")
-    add(
-        "--dump-params",
-        dest="dump_params",
-        action="store_true",
-        default=False,
-        help="Dump parameters of all roslaunch files to stdout",
-    )
-    add(
-        "--skip-log-check",
-        dest="skip_log_check",
-        action="store_true",
-        default=False,
-        help="skip check size of log folder",
-    )
-    add(
-        "--ros-args",
-        dest="ros_args",
-        action="store_true",
-        default=False,
-        help="Display command-line arguments for this launch file",
-    )
-    add(
-        "--disable-title",
-        dest="disable_title",
-        action="store_true",
-        default=False,
-        help="Disable setting of terminal title",
-    )
-    add(
-        "--dry-run",
-        dest="dry_run",
-        action="store_true",
-        default=False,
-        help="Print what would be set and started, and start nothing",
-    )
-    add(
-        "--raw-output",
-        dest="raw_output",
-        action="store_true",
-        default=False,
-        help="Let nodes write to the terminal themselves, without their names before each line",
-    )
-    return parser  # fmt: skip
+    flag("--no-summary", help="hide summary printing")
+    flag("--dump-params", help="Dump parameters of all roslaunch files to stdout")
+    flag("--skip-log-check", help="skip check size of log folder")
+    flag("--ros-args", help="Display command-line arguments for this launch file")
+    flag("--disable-title", help="Disable setting of terminal title")
+    flag("--dry-run", help="Print what would be set and started, and start nothing")
+    raw_output = "Let nodes write to the terminal themselves, without their names before each line"
+    flag("--raw-output", help=raw_output)
+    return parser
 
 
 def add_core_options(parser: OptionParser) -> None:

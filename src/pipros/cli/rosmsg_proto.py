@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
 
-from pipros.cli.command import USAGE_ERROR, option_parser, run
+from pipros.cli.command import USAGE_ERROR, add_flag, option_parser, run
 from pipros.cli.streams import command
 from pipros.errors import PiprosError
 from pipros.graph.skeleton import skeleton
@@ -13,66 +15,15 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.msg.base import Message
 from pipros.workspace.type_catalogue import MESSAGES, SERVICES
 
+if TYPE_CHECKING:
+    from optparse import OptionParser
+
 FLOW_STYLES = {0: False, 1: True}
 
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = option_parser(
-        "rosmsg-proto",
-        "",
-        description="Produces output or a msg or service request, intended for tab completion support.",
-    )
-    parser.set_usage("usage: rosmsgproto msg/srv [options]")
-    add = parser.add_option
-    add(
-        "-f",
-        "--flow_style",
-        dest="flow_style",
-        type="int",
-        metavar="FLOW_STYLE",
-        help="if 1 always use brackets, if 0 never use brackets. Default is a heuristic mix.",
-    )
-    add(
-        "-e",
-        "--empty-arrays",
-        dest="empty_arrays",
-        action="store_true",
-        default=False,
-        help="if true flexible size arrays are not filled with default instance",
-    )
-    add(
-        "-s",
-        "--silent",
-        dest="silent",
-        action="store_true",
-        default=False,
-        help="if true suppresses all error messages",
-    )
-    add(
-        "-p",
-        "--prefix",
-        dest="prefix",
-        metavar="prefix",
-        default="",
-        help="prefix to print before each line, can be used for indent",
-    )
-    add(
-        "-H",
-        "--no-hyphens",
-        dest="no_hyphens",
-        action="store_true",
-        default=False,
-        help="if true output has no outer hyphens",
-    )
-    add(
-        "-x",
-        "--exclude-slots",
-        dest="exclude",
-        metavar="exclude_slots",
-        default="",
-        help="comma separated list of slot names not to print",
-    )
+    parser = _parser()
     options, arguments = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     if len(arguments) < 2 or arguments[0] not in ("msg", "srv"):
         sys.stderr.write("Insufficient arguments")
@@ -95,6 +46,24 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
 
     return run(body)
+
+
+def _parser() -> OptionParser:
+    description = "Produces output or a msg or service request, intended for tab completion support."
+    parser = option_parser("rosmsg-proto", "", description)
+    parser.set_usage("usage: rosmsgproto msg/srv [options]")
+    add, flag = parser.add_option, partial(add_flag, parser)
+    flow_style = "if 1 always use brackets, if 0 never use brackets. Default is a heuristic mix."
+    add("-f", "--flow_style", type="int", metavar="FLOW_STYLE", help=flow_style)
+    empty_arrays = "if true flexible size arrays are not filled with default instance"
+    flag("-e", "--empty-arrays", help=empty_arrays)
+    flag("-s", "--silent", help="if true suppresses all error messages")
+    prefix = "prefix to print before each line, can be used for indent"
+    add("-p", "--prefix", metavar="prefix", default="", help=prefix)
+    flag("-H", "--no-hyphens", help="if true output has no outer hyphens")
+    exclude = "comma separated list of slot names not to print"
+    add("-x", "--exclude-slots", dest="exclude", metavar="exclude_slots", default="", help=exclude)
+    return parser
 
 
 class UnknownType(PiprosError):

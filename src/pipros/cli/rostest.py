@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from optparse import OptionParser
 from pathlib import Path
 
+from pipros.cli.command import add_flag
 from pipros.cli.streams import command
 from pipros.env import Environment
 from pipros.errors import NotFound, PiprosError
@@ -177,9 +178,10 @@ def _parse(parser: OptionParser, words: Sequence[str]) -> Options:
 
 def _parser() -> OptionParser:
     parser = OptionParser(usage="%prog [options] [package] <filename>", prog="rostest")
-    parser.add_option(
-        *("-t", "--text"),
-        action="store_true",
+    add_flag(
+        parser,
+        "-t",
+        "--text",
         dest="text_mode",
         help="print the reports of the tests, and write no result files",
     )
@@ -193,15 +195,14 @@ def _parser() -> OptionParser:
         metavar="FOLDER",
         help="folder of the results, with one subfolder per package",
     )
-    parser.add_option(
-        *("-r", "--reuse-master"),
-        action="store_true",
+    add_flag(
+        parser,
+        "-r",
+        "--reuse-master",
         help="use the running ROS master instead of starting one on a free port",
     )
-    parser.add_option(
-        *("-c", "--clear"),
-        action="store_true",
-        help="clear the parameters of that master first (only with --reuse-master)",
+    add_flag(
+        parser, "-c", "--clear", help="clear the parameters of that master first (only with --reuse-master)"
     )
     return parser
 

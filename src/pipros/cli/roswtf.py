@@ -9,7 +9,7 @@ from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.command import run
+from pipros.cli.command import add_flag, run
 from pipros.cli.streams import command
 from pipros.errors import PiprosError
 from pipros.names import parse_arguments
@@ -31,23 +31,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         description="roswtf is a tool for verifying a ROS installation and running system. Checks provided "
         "launchfile if provided, else current stack or package.",
     )
-    parser.add_option(
-        "--all",
-        dest="all_packages",
-        default=False,
-        action="store_true",
-        help="run roswtf against all packages",
-    )
-    parser.add_option(
-        "--no-plugins",
-        dest="has_no_plugins",
-        default=False,
-        action="store_true",
-        help="disable roswtf plugins",
-    )
-    parser.add_option(
-        "--offline", dest="is_offline", default=False, action="store_true", help="only run offline tests"
-    )
+    add_flag(parser, "--all", dest="all_packages", help="run roswtf against all packages")
+    add_flag(parser, "--no-plugins", dest="has_no_plugins", help="disable roswtf plugins")
+    add_flag(parser, "--offline", dest="is_offline", help="only run offline tests")
     arguments = parse_arguments(list(sys.argv[1:] if argv is None else argv))
     options, files = parser.parse_args(list(arguments.rest))
     return run(lambda: _check(options, files, arguments.remappings))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.command import CommandError, run
+from pipros.cli.command import CommandError, add_flag, run
 from pipros.cli.page_command import page_parser, show, without_remappings
 from pipros.cli.streams import command
 
@@ -22,7 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _main(argv: Sequence[str]) -> int:
     parser = page_parser("rqt_graph", "[options]")
-    parser.add_option("--dot", action="store_true", help="print the graph for Graphviz and end")
+    add_flag(parser, "--dot", help="print the graph for Graphviz and end")
     parser.add_option("--svg", metavar="FILE", help="write the graph as SVG and end")
     parser.add_option("--png", metavar="FILE", help="write the graph as PNG and end (needs Pillow)")
     parser.add_option(
@@ -30,9 +30,7 @@ def _main(argv: Sequence[str]) -> int:
         default="active",
         help="nodes: nodes only; active (default): nodes and topics that are connected; all: all topics",
     )
-    parser.add_option(
-        "--all", action="store_true", help="hide nothing, such as /rosout and the nodes of tools"
-    )
+    add_flag(parser, "--all", help="hide nothing, such as /rosout and the nodes of tools")
     options, arguments = parser.parse_args(without_remappings(argv))
     if arguments:
         parser.error(f"unexpected argument: {arguments[0]}")

@@ -52,8 +52,8 @@ def _why_node(api: str, failure: Failure) -> tuple[str, str]:
         )
     if failure.is_refused:
         return "ghost-node", (
-            "The node has ended without unregistering: remove it with `rosnode cleanup`, and start it again "
-            "if it is needed."
+            "The node has ended without unregistering: remove it with `rosnode cleanup`, and start it "
+            "again if it is needed."
             + (
                 " If it runs on another machine, set ROS_IP there: the address that it registered is local "
                 "on every machine."
@@ -77,8 +77,8 @@ def nodes_of_other_masters(system: SystemReport) -> Findings:
                 "other-master",
                 f"Node [{listed(node)}] is registered here, but says that its master is "
                 f"[{listed(report.master_uri)}]",
-                "The registration is left over, or ports are forwarded: run `rosnode cleanup`, or "
-                "restart the node.",
+                "The registration is left over, or ports are forwarded: run `rosnode cleanup`, or restart "
+                "the node.",
                 node,
             )
 
@@ -105,8 +105,7 @@ def unreachable_publishers(system: SystemReport) -> Findings:
             "/etc/hosts."
             if failure.is_unknown_host
             else "A firewall, a container or a wrong ROS_IP is between: nodes choose any free port for "
-            "data, so all "
-            f"ports of [{host}] have to be open; in a container use the network of the host."
+            f"data, so all ports of [{host}] have to be open; in a container use the network of the host."
         )
         yield error(
             "unreachable-publisher",
@@ -132,8 +131,7 @@ def connections(system: SystemReport) -> Findings:
                 f"Only one side knows of the connection {pair}: {listed(one)} has it, {listed(other)} does "
                 "not",
                 "The network was cut, or a machine was switched off, in the middle: restart "
-                f"[{listed(other)}]; if it "
-                "happens again, check the network between their machines.",
+                f"[{listed(other)}]; if it happens again, check the network between their machines.",
                 *subjects,
             )
         elif _types_differ(system, topic, publisher, subscriber) is None:
@@ -142,8 +140,8 @@ def connections(system: SystemReport) -> Findings:
 
 def _not_connected(system: SystemReport, topic: str, publisher: str, subscriber: str) -> Finding:
     summary = (
-        f"[{listed(subscriber)}] does not receive [{listed(topic)}] from [{listed(publisher)}], though "
-        "both answer"
+        f"[{listed(subscriber)}] does not receive [{listed(topic)}] from [{listed(publisher)}], though both "
+        "answer"
     )
     subjects = topic, publisher, subscriber
     report = system.publishers.get((topic, publisher))
@@ -152,18 +150,15 @@ def _not_connected(system: SystemReport, topic: str, publisher: str, subscriber:
         return error(
             "md5-mismatch",
             f"{summary}. It connects to a publisher of any type, so their definitions of [{report.type}] "
-            "differ; that "
-            f"of the publisher has the md5 sum {report.md5sum}",
-            f"Compare `rosmsg md5 {report.type}` where both run, build both against the same definition "
-            "and restart "
-            "them.",
+            f"differ; that of the publisher has the md5 sum {report.md5sum}",
+            f"Compare `rosmsg md5 {report.type}` where both run, build both against the same definition and "
+            "restart them.",
             *subjects,
         )
     api = system.nodes[publisher].api
     reach = (
         f"The machine of [{listed(subscriber)}] does not reach [{listed(api)}]: try `rosnode ping "
-        f"{publisher}` there, "
-        "and set ROS_IP where the publisher runs to an address that everybody reaches."
+        f"{publisher}` there, and set ROS_IP where the publisher runs to an address that everybody reaches."
     )
     if (topic, subscriber) in system.tried_back:
         return error(
@@ -236,9 +231,8 @@ def definitions(system: SystemReport) -> Findings:
                 "unknown-type",
                 f"Type [{listed(type_name)}] of {', '.join(map(listed, topics))} is in no package that is "
                 "set up here",
-                f"source devel/setup.bash of the workspace with package [{listed(package)}], or install "
-                "it; programs "
-                "that publish, subscribe or decode the type need it.",
+                f"source devel/setup.bash of the workspace with package [{listed(package)}], or install it; "
+                "programs that publish, subscribe or decode the type need it.",
                 type_name,
                 *topics,
             )
@@ -248,9 +242,8 @@ def definitions(system: SystemReport) -> Findings:
             yield error(
                 "definition-differs",
                 f"[{listed(node)}] publishes [{listed(topic)}] with another definition of [{report.type}] "
-                "(md5 sum "
-                f"{report.md5sum}) than the one on this machine ({ours}): programs from here cannot "
-                "subscribe it",
+                f"(md5 sum {report.md5sum}) than the one on this machine ({ours}): programs from here "
+                "cannot subscribe it",
                 "Build both from the same source, restart the nodes, and source the setup file of that "
                 "workspace.",
                 topic,
@@ -299,8 +292,7 @@ def services(system: SystemReport) -> Findings:
             yield error(
                 "service-failed",
                 f"Service [{listed(service)}] of [{listed(report.node)}] does not answer at "
-                f"[{listed(report.uri)}]: "
-                f"{report.failure.reason}",
+                f"[{listed(report.uri)}]: {report.failure.reason}",
                 "Restart its node; if it runs on another machine, its ROS_IP or a firewall may be in the "
                 "way.",
                 service,
@@ -315,8 +307,7 @@ def clocks(system: SystemReport) -> Findings:
         yield error(
             "no-clock",
             "/use_sim_time is set, but nobody publishes /clock: time stands still for all nodes that were "
-            "started "
-            "since",
+            "started since",
             "Start the simulator or `rosbag play --clock`, or `rosparam set /use_sim_time false` and "
             "restart the nodes.",
             "/clock",
@@ -324,9 +315,8 @@ def clocks(system: SystemReport) -> Findings:
     if publishers and not system.is_time_simulated:
         yield warning(
             "clock-unused",
-            f"{', '.join(map(listed, publishers))} publishes /clock, but /use_sim_time is not set: nodes "
-            "go by the wall "
-            "clock",
+            f"{', '.join(map(listed, publishers))} publishes /clock, but /use_sim_time is not set: nodes go "
+            "by the wall clock",
             "rosparam set /use_sim_time true, before the nodes are started.",
             "/clock",
         )

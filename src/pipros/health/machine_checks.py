@@ -31,9 +31,8 @@ def mixed_programs(machine: Machine) -> Findings:
     yield warning(
         "mixed-programs",
         f"PATH finds programs of another ROS before those of pipros in {machine.own_programs}: {listing}",
-        f"Put pipros first: export PATH={machine.own_programs}:$PATH, or activate its environment anew; "
-        "open a "
-        "new terminal in which only one of the two is set up.",
+        f"Put pipros first: export PATH={machine.own_programs}:$PATH, or activate its environment again; "
+        "open a new terminal in which only one of the two is set up.",
         *sorted(foreign),
     )
 
@@ -49,8 +48,7 @@ def mixed_python(machine: Machine) -> Findings:
             "mixed-python",
             f"Python imports packages of another ROS instead of those of pipros: {listing}",
             "Take the folders of the other ROS out of PYTHONPATH: unset PYTHONPATH, or start from a "
-            "terminal in "
-            "which /opt/ros/…/setup.bash was not sourced.",
+            "terminal in which /opt/ros/…/setup.bash was not sourced.",
             *sorted(foreign),
         )
 
@@ -106,8 +104,7 @@ def missing_paths(machine: Machine) -> Findings:
                     "missing-path",
                     f"{name} names [{entry}], which {what}",
                     "Source the setup file of the workspace again, in a new terminal; if the workspace was "
-                    "moved or "
-                    "deleted, build it again first.",
+                    "moved or deleted, build it again first.",
                     name,
                     entry,
                 )
@@ -156,8 +153,7 @@ def _no_master(machine: Machine, uri: str, host: str, port: int) -> Finding:
             "stale-master-uri",
             f"{summary}. But one answers at {DEFAULT_MASTER_URI}",
             f"ROS_MASTER_URI is probably left over: export ROS_MASTER_URI={DEFAULT_MASTER_URI}, and look "
-            "for it in "
-            "~/.bashrc.",
+            "for it in ~/.bashrc.",
             "ROS_MASTER_URI",
         )
     is_here = is_loopback(host) or host in machine.own_hosts
@@ -166,8 +162,7 @@ def _no_master(machine: Machine, uri: str, host: str, port: int) -> Finding:
         f"Start it: {start}"
         if is_here
         else f"Start roscore on [{host}] so that it can be reached from here, check the way there (ping "
-        f"{host}), "
-        "or correct ROS_MASTER_URI."
+        f"{host}), or correct ROS_MASTER_URI."
     )
     return error("no-master", summary, cure, "ROS_MASTER_URI")
 
@@ -196,11 +191,9 @@ def own_address(machine: Machine) -> Findings:
         yield error(
             "loopback-advertised",
             "The master is on another machine, but programs of this one say that they are at "
-            f"[{advertised}], which "
-            "means every machine itself: nobody there can reach them",
+            f"[{advertised}], which means every machine itself: nobody there can reach them",
             f"export ROS_IP={machine.address_towards_master or 'ADDRESS'}, the address by which the others "
-            "reach "
-            "this machine, and unset ROS_HOSTNAME.",
+            "reach this machine, and unset ROS_HOSTNAME.",
             "ROS_HOSTNAME" if hostname else "ROS_IP",
         )
 
@@ -214,8 +207,7 @@ def _own_name(machine: Machine, what: str, name: str) -> Findings:
         yield error(
             "hostname-unknown",
             f"{what} [{name}] cannot be resolved to an address: other programs cannot reach those of this "
-            "machine "
-            "by it",
+            "machine by it",
             f"{cure} Or add a line 'ADDRESS {name}' to /etc/hosts on every machine.",
             what,
             name,
@@ -243,8 +235,7 @@ def _own_ip(machine: Machine, ip: str, *, is_master_here: bool) -> Findings:
         yield warning(
             "ip-of-another-network",
             f"ROS_IP [{ip}] is an address of this machine, but it reaches the master from [{good}]: the "
-            "others may "
-            "have no way to the network of ROS_IP",
+            "others may have no way to the network of ROS_IP",
             f"export ROS_IP={good}",
             "ROS_IP",
         )

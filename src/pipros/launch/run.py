@@ -197,7 +197,7 @@ class LaunchRun:
     def watch(self, process: NodeProcess, timeout_s: float | None = None) -> bool:
         """As `wait`, but until this process has ended and its end was reported.
 
-        False when the time is over before, or when it is time to stop.
+        False when the time is up before, or when it is time to stop.
         """
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         while any(managed.process is process for managed in self._managed):
@@ -293,7 +293,7 @@ class LaunchRun:
         return not self._stop_requests and not self._lost_required
 
     def _next_event(self, timeout_s: float | None) -> NodeProcess | _StopRequest | None:
-        """The next event; None when the time is over, a restart is due, or it is time to check processes."""
+        """The next event; None when the time is up, a restart is due, or it is time to check processes."""
         now = time.monotonic()
         due = [SLICE_S if timeout_s is None else timeout_s]
         due += [managed.restart_at - now for managed in self._managed if managed.restart_at is not None]
@@ -339,7 +339,7 @@ class LaunchRun:
     def _await(self, processes: Sequence[NodeProcess], timeout_s: float) -> list[NodeProcess]:
         """Waits for the ends of processes; returns those that are left.
 
-        Returns when all have ended, when the time is over, and when a stop is requested once more.
+        Returns when all have ended, when the time is up, and when a stop is requested once more.
         """
         deadline = time.monotonic() + timeout_s
         left = [process for process in processes if process.exit_code is None]

@@ -6,7 +6,7 @@ node has subscribed to, and a node that hung hears the current state afterwards.
 
 The queues take turns, one notice a turn and `TURNS_AT_A_TIME` at once, so that thousands of notices do not
 keep the loop from answering calls. A node that does not answer within `SLOW_S` no longer counts towards
-`TURNS_AT_A_TIME`; its turn goes on until it answers or its time is over, and delays no other node.
+`TURNS_AT_A_TIME`; its turn goes on until it answers or its time is up, and delays no other node.
 """
 
 from __future__ import annotations

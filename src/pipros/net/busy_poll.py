@@ -105,11 +105,11 @@ class PollingReceiver:
         """
         left_s = None if deadline is None else deadline - time.monotonic()
         if left_s is not None and left_s <= 0:
-            raise TimeoutError("the time is over")
+            raise TimeoutError("the time is up")
         if self._backoff.is_due() and (data := self._poll(sock.recv, most, _DONTWAIT)) is not None:
             return data
         if left_s is not None and not sockets.wait_readable(sock, left_s):
-            raise TimeoutError("the time is over")
+            raise TimeoutError("the time is up")
         return sock.recv(most)
 
     def _poll(self, receive: Callable[..., T], *args: Any) -> T | None:

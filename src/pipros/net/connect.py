@@ -39,7 +39,7 @@ class Connector:
 
         Raises:
             OSError: the name cannot be resolved, or no process answers at the address.
-            TimeoutError: the time is over.
+            TimeoutError: the time is up.
             Interrupted: `interrupt` was called.
         """
         found = (self._lookups or process_lookups()).find(

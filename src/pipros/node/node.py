@@ -243,7 +243,7 @@ class Node:
         return self._ending_thread is not None
 
     def wait_for_shutdown(self, timeout_s: float | None = None) -> bool:
-        """Waits until the node has been shut down; False when the time is over first."""
+        """Waits until the node has been shut down; False when the time is up first."""
         return self._ended.wait(timeout_s)
 
     def on_shutdown(self, hook: Callable[[], object]) -> None:

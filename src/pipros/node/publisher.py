@@ -194,7 +194,7 @@ class Publication:
     def _frame(self, message: Message) -> tuple[Frame, int]:
         """The message as it goes over the wire, and its length with the length field."""
         if self._has_header:
-            self._sequence = (self._sequence + 1) & 0xFFFFFFFF  # a uint32: it begins anew after the last one
+            self._sequence = (self._sequence + 1) & 0xFFFFFFFF  # a uint32: it starts over after the last one
             header: Any = message.header  # type: ignore[attr-defined]
             header.seq = self._sequence
             if header.frame_id is None:

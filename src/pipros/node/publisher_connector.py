@@ -70,7 +70,7 @@ class PublisherConnector:
         for uri in self._tasks.keys() - self._listed - self._linked:
             self._tasks.pop(uri).cancel()
         for uri in listed:
-            if uri in self._refused and uri in self._tasks:  # it may have registered anew, with another type
+            if uri in self._refused and uri in self._tasks:  # it may have registered again, with another type
                 self._tasks.pop(uri).cancel()
             if uri not in self._tasks:
                 task = self._tasks[uri] = asyncio.ensure_future(self._keep_linked(uri))

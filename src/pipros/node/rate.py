@@ -17,7 +17,7 @@ class Rate:
     """
 
     def __init__(self, clock: Clock, period_ns: int, *, reset: bool = False) -> None:
-        """`reset` starts anew when simulated time goes back, instead of raising."""
+        """`reset` starts over when simulated time goes back, instead of raising."""
         self.period_ns = period_ns
         self.last_ns = clock.now_ns()
         self._clock = clock

@@ -144,7 +144,7 @@ class ServiceClient:
             finally:
                 link.close()
         with self._turn:
-            if self._kept is None or self._kept.is_closed:  # broken by an earlier call: begin anew
+            if self._kept is None or self._kept.is_closed:  # broken by an earlier call: start over
                 self._kept = self._connect(deadline)
             link = self._kept
             body = link.call(self.service, request, deadline)
@@ -250,23 +250,16 @@ class ServiceLink:
         self._is_connected = False
         self._is_busy = True
         self.sock: socket.socket
-        self._limits = limits = limits or process_limits()
+        self._limits = limits or process_limits()
         host, port = split_service_uri(uri)
         self._calls.add(self)
         try:
-            self.sock = self._connector.connect(host, port, deadline, limits.handshake_s)
-            self._is_connected = True
-            if self._connector.is_interrupted:  # and `interrupt` may not have seen the socket
-                raise Interrupted("the call was interrupted")
-            sockets.prepare(self.sock)
+            self._connect(host, port, deadline)
             header = request_service_link(
                 service, caller_id, interface, persistent=persistent, probe=probe, extra=extra
             )
-            self.sock.settimeout(_remaining(deadline, limits.handshake_s))
-            self.sock.sendall(encode_header(header))
-            self.sock.settimeout(None)
-            self.fields, rest = self._read_header(deadline)
-            self._replies = ReplyReader(limits.frame_bytes)
+            self.fields, rest = self._exchange_headers(header, deadline)
+            self._replies = ReplyReader(self._limits.frame_bytes)
             self._replies.feed(rest)
             check_service_reply(self.fields, f"{host}:{port}")
         except Refused as error:
@@ -308,7 +301,20 @@ class ServiceLink:
             raise ServiceFailed(f"service [{service}] responded with an error: {reply!r}")
         return reply
 
-    def _read_header(self, deadline: float | None) -> tuple[Mapping[str, str], bytes]:
+    def _connect(self, host: str, port: int, deadline: float | None) -> None:
+        self.sock = self._connector.connect(host, port, deadline, self._limits.handshake_s)
+        self._is_connected = True
+        if self._connector.is_interrupted:  # and `interrupt` may not have seen the socket
+            raise Interrupted("the call was interrupted")
+        sockets.prepare(self.sock)
+
+    def _exchange_headers(
+        self, header: Mapping[str, str], deadline: float | None
+    ) -> tuple[Mapping[str, str], bytes]:
+        """Sends a connection header; returns that of the server, and what was received after it."""
+        self.sock.settimeout(_remaining(deadline, self._limits.handshake_s))
+        self.sock.sendall(encode_header(header))
+        self.sock.settimeout(None)
         reader = HeaderReader(self._limits.header_bytes)
         last = time.monotonic() + self._limits.handshake_s
         deadline = last if deadline is None else min(deadline, last)
@@ -376,5 +382,5 @@ def _remaining(deadline: float | None, longest_s: float | None = None) -> float 
         return longest_s
     remaining = deadline - time.monotonic()
     if remaining <= 0:
-        raise TimeoutError("the time is over")
+        raise TimeoutError("the time is up")
     return remaining if longest_s is None else min(remaining, longest_s)

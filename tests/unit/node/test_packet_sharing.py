@@ -83,7 +83,7 @@ def test_silence_ends_a_run_once() -> None:
     assert not messages.pace.in_burst
     assert not messages.pace.end_if_idle(messages.now_s + SILENCE_S)
     messages.send(RUN_LENGTH, CLOSE)
-    assert messages.pace.in_burst, "the next run begins anew"
+    assert messages.pace.in_burst, "the next run starts over"
 
 
 class Link:

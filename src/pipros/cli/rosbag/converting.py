@@ -9,7 +9,7 @@ from pathlib import Path
 from pipros.bag.errors import BagError
 from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.rewrite import copy_chosen, replaced_file
-from pipros.cli.command import option_parser
+from pipros.cli.command import add_flag, option_parser
 from pipros.cli.rosbag.progress import Progress
 
 _USAGE = """rosbag convert [options] IN OUT
@@ -20,8 +20,8 @@ def convert(argv: Sequence[str]) -> int:
     parser = option_parser("rosbag", "", "Convert bag files to MCAP, and MCAP files to bags.")
     parser.usage = _USAGE
     parser.add_option("--output-dir", dest="output_dir", metavar="DIR", help="write to directory DIR")
-    parser.add_option("-f", "--force", dest="force", action="store_true", help="overwrite existing files")
-    parser.add_option("-q", "--quiet", dest="quiet", action="store_true", help="show no progress")
+    add_flag(parser, "-f", "--force", help="overwrite existing files")
+    add_flag(parser, "-q", "--quiet", help="show no progress")
     parser.add_option(
         "--compression",
         dest="compression",

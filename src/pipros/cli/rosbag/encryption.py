@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from optparse import OptionParser
 
 from pipros.bag.reader import BagReader
-from pipros.cli.command import CommandError
+from pipros.cli.command import CommandError, add_flag
 from pipros.cli.rosbag.rewriting import bag_parser
 
 _CURE = "Use genuine rosbag with GnuPG for it, and keep the result on an encrypted disk or encrypt the file"
@@ -24,8 +24,8 @@ def encrypt(argv: Sequence[str]) -> int:
 
 
 def _refuse(parser: OptionParser, argv: Sequence[str], name: str) -> int:
-    parser.add_option("-j", "--bz2", action="store_true", dest="is_bz2", help="use BZ2 compression")
-    parser.add_option("--lz4", action="store_true", dest="is_lz4", help="use lz4 compression")
+    add_flag(parser, "-j", "--bz2", dest="is_bz2", help="use BZ2 compression")
+    add_flag(parser, "--lz4", dest="is_lz4", help="use lz4 compression")
     _, paths = parser.parse_args(list(argv))
     if not paths:
         parser.error("You must specify at least one bag file.")

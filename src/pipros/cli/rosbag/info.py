@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pipros.bag.errors import BagError, NotIndexed
 from pipros.bag.info import bag_info, info_text, info_value, info_yaml
 from pipros.bag.opening import open_bag
-from pipros.cli.command import option_parser
+from pipros.cli.command import add_flag, option_parser
 
 
 def info(argv: Sequence[str]) -> int:
@@ -18,13 +18,9 @@ def info(argv: Sequence[str]) -> int:
         "Summarize the contents of one or more bag files.",
     )
     parser.usage = "rosbag info [options] BAGFILE1 [BAGFILE2 BAGFILE3 ...]"
-    parser.add_option(
-        "-y", "--yaml", dest="yaml", action="store_true", help="print information in YAML format"
-    )
+    add_flag(parser, "-y", "--yaml", help="print information in YAML format")
     parser.add_option("-k", "--key", dest="key", help="print information on the given key")
-    parser.add_option(
-        "--freq", dest="freq", action="store_true", help="display topic message frequency statistics"
-    )
+    add_flag(parser, "--freq", help="display topic message frequency statistics")
     options, paths = parser.parse_args(list(argv))
     if not paths:
         parser.error("You must specify at least 1 bag file.")

@@ -11,7 +11,7 @@ from pipros.bag.migration_plugins import installed_rules, rules_of_files
 from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.reader import BagReader
 from pipros.bag.rewrite import replaced_file
-from pipros.cli.command import option_parser
+from pipros.cli.command import add_flag, option_parser
 from pipros.msg.class_finder import installed_class
 from pipros.workspace.index import PackageIndex
 
@@ -24,16 +24,8 @@ def check(argv: Sequence[str]) -> int:
     )
     parser.usage = "rosbag check BAG [-g RULEFILE] [EXTRARULES1 EXTRARULES2 ...]"
     parser.add_option("-g", "--genrules", dest="rulefile", help="generate a rulefile named RULEFILE")
-    parser.add_option(
-        "-a",
-        "--append",
-        dest="append",
-        action="store_true",
-        help="append to the end of an existing rulefile after loading it",
-    )
-    parser.add_option(
-        "-n", "--noplugins", dest="noplugins", action="store_true", help="do not load rulefiles via plugins"
-    )
+    add_flag(parser, "-a", "--append", help="append to the end of an existing rulefile after loading it")
+    add_flag(parser, "-n", "--noplugins", help="do not load rulefiles via plugins")
     options, arguments = parser.parse_args(list(argv))
     if not arguments:
         parser.error("You must specify a bag file to check.")
@@ -67,15 +59,8 @@ def fix(argv: Sequence[str]) -> int:
         "rosbag", "", "Repair the messages in a bag file so that it can be played in the current system."
     )
     parser.usage = "rosbag fix INBAG OUTBAG [EXTRARULES1 EXTRARULES2 ...]"
-    parser.add_option(
-        "-n", "--noplugins", dest="noplugins", action="store_true", help="do not load rulefiles via plugins"
-    )
-    parser.add_option(
-        "--force",
-        dest="force",
-        action="store_true",
-        help="proceed with migrations, even if not all rules defined",
-    )
+    add_flag(parser, "-n", "--noplugins", help="do not load rulefiles via plugins")
+    add_flag(parser, "--force", help="proceed with migrations, even if not all rules defined")
     options, arguments = parser.parse_args(list(argv))
     if not arguments:
         parser.error("You must pass input and output bag files.")

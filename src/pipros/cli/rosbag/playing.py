@@ -8,12 +8,13 @@ import select
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from optparse import OptionParser, OptionValueError, Values
 from typing import Any
 
 from pipros.bag.errors import BagError
 from pipros.bag.player import Player, PlayOptions, opened_bags
-from pipros.cli.command import CommandError, option_parser
+from pipros.cli.command import CommandError, add_flag, option_parser
 from pipros.cli.command_node import command_node
 from pipros.names import parse_arguments
 
@@ -84,8 +85,7 @@ def _parser() -> OptionParser:
     )
     parser.usage = "rosbag play BAGFILE1 [BAGFILE2 BAGFILE3 ...]"
 
-    def flag(*names: str, text: str) -> None:
-        parser.add_option(*names, default=False, action="store_true", help=text)
+    flag = partial(add_flag, parser)
 
     def number(*names: str, default: float | None, metavar: str, text: str) -> None:
         parser.add_option(*names, default=default, type="float", metavar=metavar, help=text)
@@ -95,9 +95,9 @@ def _parser() -> OptionParser:
         parser.add_option(name, dest=dest, default=[], action="callback", callback=_collect_words, help=text)
 
     parser.add_option("-p", "--prefix", default="", metavar="PREFIX", help="prefix all output topics")
-    flag("-q", "--quiet", text="suppress console output")
-    flag("-i", "--immediate", text="play back all messages without waiting")
-    flag("--pause", text="start in paused mode")
+    flag("-q", "--quiet", help="suppress console output")
+    flag("-i", "--immediate", help="play back all messages without waiting")
+    flag("--pause", help="start in paused mode")
     parser.add_option(
         "--queue",
         default=100,
@@ -105,7 +105,7 @@ def _parser() -> OptionParser:
         metavar="SIZE",
         help="use an outgoing queue of size SIZE (defaults to %default)",
     )
-    flag("--clock", text="publish the clock time")
+    flag("--clock", help="publish the clock time")
     number(
         "--hz",
         default=100.0,
@@ -128,22 +128,22 @@ def _parser() -> OptionParser:
         metavar="SEC",
         text="skip regions in the bag with no messages for more than SEC seconds",
     )
-    flag("-l", "--loop", text="loop playback")
+    flag("-l", "--loop", help="loop playback")
     flag(
         "-k",
         "--keep-alive",
-        text="keep alive past end of bag (useful for publishing latched topics)",
+        help="keep alive past end of bag (useful for publishing latched topics)",
     )
     flag(
         "--try-future-version",
-        text="still try to open a bag file, even if the version number is not known to the player",
+        help="still try to open a bag file, even if the version number is not known to the player",
     )
     several("--topics", "topics to play back")
     several("--pause-topics", "topics to pause on during playback")
     parser.add_option("--bags", default=[], action="append", help="bags files to play back from")
     flag(
         "--wait-for-subscribers",
-        text="wait for at least one subscriber on each topic before publishing",
+        help="wait for at least one subscriber on each topic before publishing",
     )
     parser.add_option(
         "--rate-control-topic",

@@ -6,12 +6,13 @@ import re
 import sys
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from optparse import OptionParser, Values
 
 from pipros.bag.compression import BZ2, LZ4, NONE, has_lz4
 from pipros.bag.record_files import FileOptions
 from pipros.bag.recorder import Recorder, RecordOptions
-from pipros.cli.command import CommandError, option_parser
+from pipros.cli.command import CommandError, add_flag, option_parser
 from pipros.cli.command_node import command_node
 from pipros.names import parse_arguments
 
@@ -64,115 +65,47 @@ def record(argv: Sequence[str]) -> int:
 def _parser() -> OptionParser:
     parser = option_parser("rosbag", "", "Record a bag file with the contents of specified topics.")
     parser.usage = "rosbag record TOPIC1 [TOPIC2 TOPIC3 ...]"
-    add = parser.add_option
-
-    def flag(*names: str, dest: str, text: str) -> None:
-        add(*names, dest=dest, default=False, action="store_true", help=text)
-
-    flag("-a", "--all", dest="all", text="record all topics")
-    flag("-e", "--regex", dest="regex", text="match topics using regular expressions")
-    flag("-p", "--publish", dest="publish", text="publish a msg when the record begin")
-    add(
-        "-x",
-        "--exclude",
-        dest="exclude",
-        metavar="EXCLUDE_REGEX",
-        help="exclude topics matching the follow regular expression (subtracts from -a or regex)",
-    )
-    flag("-q", "--quiet", dest="quiet", text="suppress console output")
-    add(
-        "-o",
-        "--output-prefix",
-        dest="prefix",
-        metavar="PREFIX",
-        help="prepend PREFIX to beginning of bag name (name will always end with date stamp)",
-    )
+    add, flag = parser.add_option, partial(add_flag, parser)
+    number = partial(add, type="int")
+    flag("-a", "--all", help="record all topics")
+    flag("-e", "--regex", help="match topics using regular expressions")
+    flag("-p", "--publish", help="publish a msg when the record begin")
+    exclude = "exclude topics matching the follow regular expression (subtracts from -a or regex)"
+    add("-x", "--exclude", metavar="EXCLUDE_REGEX", help=exclude)
+    flag("-q", "--quiet", help="suppress console output")
+    prefix = "prepend PREFIX to beginning of bag name (name will always end with date stamp)"
+    add("-o", "--output-prefix", dest="prefix", metavar="PREFIX", help=prefix)
     add("-O", "--output-name", dest="name", metavar="NAME", help="record to bag with name NAME.bag")
-    flag("--split", dest="split", text="split the bag when maximum size or duration is reached")
-    add(
-        "--max-splits",
-        dest="max_splits",
-        type="int",
-        metavar="MAX_SPLITS",
-        help="Keep a maximum of N bag files, when reaching the maximum erase the oldest one to keep a"
-        " constant number of files.",
+    flag("--split", help="split the bag when maximum size or duration is reached")
+    max_splits = (
+        "Keep a maximum of N bag files, when reaching the maximum erase the oldest one to keep a constant"
+        " number of files."
     )
-    add(
-        "--size",
-        dest="size",
-        type="int",
-        metavar="SIZE",
-        help="record a bag of maximum size SIZE MB. (Default: infinite)",
-    )
-    add(
-        "--duration",
-        dest="duration",
-        metavar="DURATION",
-        help="record a bag of maximum duration DURATION in seconds, unless 'm', or 'h' is appended.",
-    )
-    add(
-        "-b",
-        "--buffsize",
-        dest="buffsize",
-        default=256,
-        type="int",
-        metavar="SIZE",
-        help="use an internal buffer of SIZE MB (Default: %default, 0 = infinite)",
-    )
-    add(
-        "--chunksize",
-        dest="chunksize",
-        default=768,
-        type="int",
-        metavar="SIZE",
-        help="Advanced. Record to chunks of SIZE KB (Default: %default)",
-    )
-    add(
-        "-l",
-        "--limit",
-        dest="num",
-        type="int",
-        metavar="NUM",
-        help="only record NUM messages on each topic",
-    )
-    add(
-        "-L",
-        "--min-space",
-        dest="min_space",
-        default="1G",
-        metavar="SPACE",
-        help="minimum allowed space on the recording device (use G, M, k; default: %default)",
-    )
+    number("--max-splits", metavar="MAX_SPLITS", help=max_splits)
+    number("--size", metavar="SIZE", help="record a bag of maximum size SIZE MB. (Default: infinite)")
+    duration = "record a bag of maximum duration DURATION in seconds, unless 'm', or 'h' is appended."
+    add("--duration", metavar="DURATION", help=duration)
+    buffsize = "use an internal buffer of SIZE MB (Default: %default, 0 = infinite)"
+    number("-b", "--buffsize", default=256, metavar="SIZE", help=buffsize)
+    chunksize = "Advanced. Record to chunks of SIZE KB (Default: %default)"
+    number("--chunksize", default=768, metavar="SIZE", help=chunksize)
+    number("-l", "--limit", dest="num", metavar="NUM", help="only record NUM messages on each topic")
+    min_space = "minimum allowed space on the recording device (use G, M, k; default: %default)"
+    add("-L", "--min-space", default="1G", metavar="SPACE", help=min_space)
     add("--topic", dest="topics", action="append", default=[], metavar="TOPIC", help="topic to record")
-    add("--node", dest="node", metavar="NODE", help="record all topics subscribed to by a specific node")
-    add(
-        "-j",
-        "--bz2",
-        dest="compression",
-        default=NONE,
-        action="store_const",
-        const=BZ2,
-        help="use BZ2 compression",
+    add("--node", metavar="NODE", help="record all topics subscribed to by a specific node")
+    compression = partial(add, dest="compression", default=NONE, action="store_const")
+    compression("-j", "--bz2", const=BZ2, help="use BZ2 compression")
+    compression("--lz4", const=LZ4, help="use LZ4 compression")
+    flag("--tcpnodelay", help="Use the TCP_NODELAY transport hint when subscribing to topics.")
+    flag("--udp", help="Use the UDP transport hint when subscribing to topics.")
+    flag("--repeat-latched", help="Repeat latched msgs at the start of each new bag file.")
+    snapshot = (
+        "keep the last messages in memory, and write them to a file when a std_msgs/Empty comes on"
+        " snapshot_trigger or the service ~trigger_snapshot is called. --buffsize and --duration bound what"
+        " is kept."
     )
-    add("--lz4", dest="compression", action="store_const", const=LZ4, help="use LZ4 compression")
-    flag(
-        "--tcpnodelay",
-        dest="tcpnodelay",
-        text="Use the TCP_NODELAY transport hint when subscribing to topics.",
-    )
-    flag("--udp", dest="udp", text="Use the UDP transport hint when subscribing to topics.")
-    flag(
-        "--repeat-latched",
-        dest="repeat_latched",
-        text="Repeat latched msgs at the start of each new bag file.",
-    )
-    flag(
-        "--snapshot",
-        dest="snapshot",
-        text="keep the last messages in memory, and write them to a file when a std_msgs/Empty comes on"
-        " snapshot_trigger or the service ~trigger_snapshot is called. --buffsize and --duration bound"
-        " what is kept.",
-    )
+    flag("--snapshot", help=snapshot)
     return parser
 
 

@@ -14,7 +14,7 @@ from pipros.bag.opening import is_mcap
 from pipros.bag.reader import BagReader
 from pipros.bag.repair import reindex as reindex_file
 from pipros.bag.rewrite import recompress, replaced_file
-from pipros.cli.command import option_parser
+from pipros.cli.command import add_flag, option_parser
 from pipros.cli.rosbag.progress import Progress
 from pipros.limits import process_limits
 
@@ -54,16 +54,8 @@ def bag_parser(name: str, description: str) -> OptionParser:
     parser = option_parser("rosbag", "", description)
     parser.usage = f"rosbag {name} [options] BAGFILE1 [BAGFILE2 ...]"
     parser.add_option("--output-dir", dest="output_dir", metavar="DIR", help="write to directory DIR")
-    parser.add_option(
-        "-f",
-        "--force",
-        dest="force",
-        action="store_true",
-        help="force overwriting of backup file if it exists",
-    )
-    parser.add_option(
-        "-q", "--quiet", dest="quiet", action="store_true", help="suppress noncritical messages"
-    )
+    add_flag(parser, "-f", "--force", help="force overwriting of backup file if it exists")
+    add_flag(parser, "-q", "--quiet", help="suppress noncritical messages")
     return parser
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.command import USAGE_ERROR, option_parser, single_argument
+from pipros.cli.command import USAGE_ERROR, add_flag, option_parser, single_argument
 from pipros.errors import NotFound
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.type_catalogue import TypeCatalogue
@@ -21,13 +21,7 @@ def list_types(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) 
 
 def list_packages(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) -> int:
     parser = option_parser(interfaces.command, subcommand)
-    parser.add_option(
-        "-s",
-        action="store_true",
-        dest="is_one_line",
-        default=False,
-        help="list all packages on a single line",
-    )
+    add_flag(parser, "-s", dest="is_one_line", help="list all packages on a single line")
     options, _ = parser.parse_args(list(argv))
     print((" " if options.is_one_line else "\n").join(interfaces.packages()))
     return 0
@@ -35,9 +29,7 @@ def list_packages(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str
 
 def list_package(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) -> int:
     parser = option_parser(interfaces.command, f"{subcommand} <package>")
-    parser.add_option(
-        "-s", action="store_true", dest="is_one_line", default=False, help="list all msgs on a single line"
-    )
+    add_flag(parser, "-s", dest="is_one_line", help="list all msgs on a single line")
     options, arguments = parser.parse_args(list(argv))
     if not arguments and sys.stdin is not None and not sys.stdin.isatty():
         arguments = sys.stdin.read().split()

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from pathlib import Path
 
-from pipros.cli.command import USAGE_ERROR, option_parser
+from pipros.cli.command import USAGE_ERROR, add_flag, option_parser
 from pipros.cli.rosmsg.bag import bag_definitions
 from pipros.errors import NotFound
 from pipros.msg.language.full_text import specs_from_text
@@ -17,9 +17,7 @@ from pipros.workspace.type_catalogue import TypeCatalogue, expanded
 
 def show(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) -> int:
     parser = option_parser(interfaces.command, f"{subcommand} [options] <{interfaces.noun} type>")
-    parser.add_option(
-        "-r", "--raw", action="store_true", default=False, help="show raw message text, including comments"
-    )
+    add_flag(parser, "-r", "--raw", help="show raw message text, including comments")
     parser.add_option("-b", "--bag", metavar="BAGFILE", help="show message from .bag file")
     options, arguments = parser.parse_args(list(argv))
     if options.bag is not None:

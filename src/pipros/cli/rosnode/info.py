@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipros.cli.command import option_parser
+from pipros.cli.command import add_flag, option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.node_info import report_node
 
 
 def show_info(argv: Sequence[str]) -> int:
     parser = option_parser("rosnode", "info [options] node1 [node2...]")
-    parser.add_option(
+    add_flag(
+        parser,
         "-q",
         "--quiet",
-        dest="quiet",
-        action="store_true",
         help="Prints only basic information such as pubs/subs and does not contact nodes"
         " for more information",
     )

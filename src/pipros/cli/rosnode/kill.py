@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.command import option_parser
+from pipros.cli.command import add_flag, option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import kill, node_names
 from pipros.graph.output import bullets
@@ -14,7 +14,7 @@ from pipros.printable import listed
 
 def kill_nodes(argv: Sequence[str]) -> int:
     parser = option_parser("rosnode", "kill [node]...")
-    parser.add_option("-a", "--all", dest="all", action="store_true", help="kill all nodes")
+    add_flag(parser, "-a", "--all", help="kill all nodes")
     options, arguments = parser.parse_args(list(argv))
     if options.all and arguments:
         parser.error("invalid arguments with kill all (-a) option")

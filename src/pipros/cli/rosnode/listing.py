@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipros.cli.command import option_parser
+from pipros.cli.command import add_flag, option_parser
 from pipros.cli.terminal import DIM, aligned, is_terminal
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import listing
@@ -12,8 +12,8 @@ from pipros.graph.nodes import listing
 
 def list_nodes(argv: Sequence[str]) -> int:
     parser = option_parser("rosnode", "list")
-    parser.add_option("-u", dest="uris", action="store_true", help="list XML-RPC URIs")
-    parser.add_option("-a", "--all", dest="all", action="store_true", help="list all information")
+    add_flag(parser, "-u", dest="uris", help="list XML-RPC URIs")
+    add_flag(parser, "-a", "--all", help="list all information")
     options, arguments = parser.parse_args(list(argv))
     if len(arguments) > 1:
         parser.error("invalid args: you may only specify one namespace")

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from optparse import OptionParser
 
-from pipros.cli.command import option_parser
+from pipros.cli.command import add_flag, option_parser
 from pipros.errors import PiprosError
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import node_names
@@ -17,7 +17,7 @@ from pipros.printable import listed
 
 def ping_nodes(argv: Sequence[str]) -> int:
     parser = option_parser("rosnode", "ping [options] <node>")
-    parser.add_option("-a", "--all", dest="all", action="store_true", help="ping all nodes")
+    add_flag(parser, "-a", "--all", help="ping all nodes")
     parser.add_option(
         "-c",
         dest="count",

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from pipros.cli.command import single_argument
+from pipros.cli.command import add_flag, single_argument
 
 if TYPE_CHECKING:
     from optparse import OptionParser, Values
 
 
 def add_verbose_option(parser: OptionParser) -> None:
-    parser.add_option("-v", dest="verbose", action="store_true", help="turn on verbose output")
+    add_flag(parser, "-v", dest="verbose", help="turn on verbose output")
 
 
 def parse_name(parser: OptionParser, argv: Sequence[str]) -> tuple[Values, str]:

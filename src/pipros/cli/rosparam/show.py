@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from pipros.cli.command import CommandError, option_parser
+from pipros.cli.command import CommandError, add_flag, option_parser
 from pipros.cli.rosparam.arguments import add_verbose_option, parse_name
 from pipros.graph.client import GraphClient
 from pipros.graph.param_text import as_document, as_pretty_text, as_shown
@@ -14,7 +14,7 @@ from pipros.printable import listed, printable_lines
 
 def get_parameter(argv: Sequence[str]) -> int:
     parser = option_parser("rosparam", "get [options] parameter")
-    parser.add_option("-p", dest="pretty", action="store_true", help="pretty print. WARNING: not YAML-safe")
+    add_flag(parser, "-p", dest="pretty", help="pretty print. WARNING: not YAML-safe")
     add_verbose_option(parser)
     options, name = parse_name(parser, argv)
     with GraphClient("rosparam") as graph:

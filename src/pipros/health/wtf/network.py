@@ -19,8 +19,7 @@ def ip_check(ctx: WtfContext) -> str | None:
     if found and not is_this_machine(name):
         return (
             f"Local hostname [{name}] resolves to [{found[0]}], which does not appear to be a local IP "
-            "address "
-            f"{list(own_addresses(name))}."
+            f"address {list(own_addresses(name))}."
         )
     return None
 

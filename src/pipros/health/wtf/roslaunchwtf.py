@@ -64,8 +64,7 @@ static_roslaunch_errors: list[Rule] = [
     (
         roslaunch_missing_node_check,
         "Several nodes in your launch file could not be located. These are either typed incorrectly or "
-        "need to be "
-        "built:",
+        "need to be built:",
     ),
     (roslaunch_machine_name_check, "Cannot resolve the following hostnames:"),
 ]

@@ -82,7 +82,7 @@ def number(node: Node, name: str, default: Any = _REQUIRED) -> float:
 
 
 def poll(node: Node, timeout_s: float, clock: Clock | None = None) -> Iterator[float]:
-    """Yields the elapsed seconds at intervals, at least twice, until the time is over.
+    """Yields the elapsed seconds at intervals, at least twice, until the time is up.
 
     Args:
         clock: measures the seconds; wall time by default.
