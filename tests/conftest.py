@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests.support import browser, pyright
+from tests.support import browser, passed, pyright
 from tests.support.environments import make_tool_folder
 from tests.support.examples import examples
 from tests.support.genuine import INSTALL, is_required, missing_packages
@@ -29,7 +29,12 @@ _INTEROP = Path(__file__).parent / "interop"
 _BROWSER = Path(__file__).parent / "browser"
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    passed.add_options(parser)
+
+
 def pytest_configure(config: pytest.Config) -> None:
+    passed.configure(config)
     # In a background job of a script SIGINT is ignored, and all that a test starts would inherit that.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -44,6 +49,10 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
         collection_path.is_relative_to(_BROWSER) and not is_required() and browser.missing()
     )
     return True if is_left_out else None
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    passed.leave_out(config, items)
 
 
 @pytest.hookimpl(tryfirst=True)
