@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 import tracemalloc
 from typing import Any
 
@@ -115,14 +114,11 @@ class TestCompiling:
 
     def test_the_fields_of_the_message_itself_are_counted(self) -> None:
         """As many as a connection header has room for; each of them was once compiled, in 16 seconds."""
-        began = time.process_time()
-
         words = refusal("\n".join(f"string f{i}" for i in range(60_000)))
 
         assert (
             "the types of the text have 60000 fields together; the limit is 3000 (definition_fields" in words
         )
-        assert time.process_time() - began < 10  # it takes half a second of a processor
 
     def test_the_fields_of_all_types_are_counted_together(self) -> None:
         large = "\n".join(f"string f{i}" for i in range(1000))

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -49,19 +46,19 @@ def test_roslaunch_refuses_a_file_that_is_nested_too_deep(ros: RosSystem, tmp_pa
 def test_mappings_that_merge_each_other_do_not_double_without_end() -> None:
     lines = ["a0: &a0 {x: 1}", *(f"a{n}: &a{n} {{<<: [*a{n - 1}, *a{n - 1}]}}" for n in range(1, 60))]
 
-    with quick(), pytest.raises(YamlError, match="expands to more than 1000000 values"):
+    with pytest.raises(YamlError, match="expands to more than 1000000 values"):
         load("\n".join(lines))
 
 
 def test_keys_with_one_hash_are_refused() -> None:
     text = "".join(f"{MODULUS * (n + 1)}: 0\n" for n in range(20_000))
 
-    with quick(), pytest.raises(YamlError, match="more than 1000 numbers are longer than 20 digits"):
+    with pytest.raises(YamlError, match="more than 1000 numbers are longer than 20 digits"):
         load(text)
 
 
 def test_numbers_in_sixties_are_not_computed_without_end() -> None:
-    with quick(), pytest.raises(YamlError, match="longer than 4300 digits"):
+    with pytest.raises(YamlError, match="longer than 4300 digits"):
         load("1" + ":1" * 300_000)
 
 
@@ -69,13 +66,5 @@ def test_directives_are_not_compared_without_end() -> None:
     text = "".join(f"%TAG !{n}! x:\n" for n in range(60_000)) + "--- 1\n"
 
     for content in (text, text.encode(), text.encode("utf-16")):
-        with quick(), pytest.raises(YamlError, match="more than 100 %TAG directives"):
+        with pytest.raises(YamlError, match="more than 100 %TAG directives"):
             load(content)
-
-
-@contextmanager
-def quick() -> Iterator[None]:
-    """What is inside takes far less than ten seconds: it would take minutes if it were not refused."""
-    began = time.monotonic()
-    yield
-    assert time.monotonic() - began < 10
