@@ -153,6 +153,21 @@ def test_a_call_for_which_there_is_no_thread_fails_at_once(
     assert lines == ["service [/set]: cannot serve a call: can't start new thread"]
 
 
+def test_a_call_while_the_interpreter_ends_fails_in_silence(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise RuntimeError("can't create new thread at interpreter shutdown")  # Python 3.12 and later
+
+    log, lines = listening_log()
+    server, client = make_node("server", log=log), make_node("client")
+    server.serve("set", SetBool, answer("done"))
+    monkeypatch.setattr(Workers, "run", refuse)
+    with pytest.raises(ServiceFailed):
+        client.client("set", SetBool).call(ON)
+    assert lines == []
+
+
 def test_the_end_of_a_node_ends_its_calls(make_node: MakeNode) -> None:
     server, client = make_node("server"), make_node("client")
     entered, gate = threading.Event(), threading.Event()

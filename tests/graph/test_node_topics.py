@@ -255,6 +255,27 @@ def test_a_subscriber_without_a_thread_for_a_publisher_tries_again(
     assert "can't start new thread" in lines[0]
 
 
+def test_a_link_that_comes_up_while_the_interpreter_ends_is_given_up_in_silence(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    refused = threading.Event()
+
+    def refuse(_: IncomingLink) -> None:
+        refused.set()
+        raise RuntimeError("can't create new thread at interpreter shutdown")  # Python 3.12 and later
+
+    monkeypatch.setattr(IncomingLink, "start", refuse)
+    log, lines = listening_log()
+    talker, listener = make_node("talker"), make_node("listener", log=log)
+    publisher = talker.advertise("chat", Int32)
+    subscriber = listener.subscribe("chat", Int32, Inbox())
+    assert refused.wait(10)
+    wait_until(lambda: publisher.connection_count == 0, what="the end of the link")
+    listener.shutdown("the end")
+    assert subscriber.connection_count == 0
+    assert lines == ["signal_shutdown [the end]"]
+
+
 def test_a_publisher_that_comes_while_a_subscriber_registers_is_heard(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:

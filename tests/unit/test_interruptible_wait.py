@@ -63,6 +63,7 @@ def interrupted_at(byte_code: int, event: OnceEvent) -> bool:
         return step
 
     before = sys.gettrace()
+    sys._getframe().f_trace_opcodes = True  # Python 3.12 looks for such a frame when tracing begins
     sys.settrace(trace)
     try:
         event.wait(1e-3)

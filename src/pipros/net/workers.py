@@ -12,7 +12,14 @@ from typing import Any
 KEPT_IDLE = 4
 """The number of idle threads that are kept; starting one takes longer than many service calls."""
 
+_AT_SHUTDOWN = "interpreter shutdown"
+
 Job = tuple[Callable[..., object], tuple[Any, ...]]
+
+
+def interpreter_ends(error: RuntimeError) -> bool:
+    """Whether a thread was refused because the interpreter is about to end, as Python 3.12 and later do."""
+    return _AT_SHUTDOWN in str(error)
 
 
 class Workers:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from pipros.net.held_bytes import HeldBytes
 from pipros.net.tcpros import TcprosConnection, refuse_connection
-from pipros.net.workers import Workers
+from pipros.net.workers import Workers, interpreter_ends
 from pipros.node.codec import decoder, encoder
 from pipros.node.context import NodeContext
 from pipros.node.service_connection import Reply, ServiceConnection, Slots
@@ -121,11 +121,12 @@ class ServiceServer:
     # -- for its connections ----------------------------------------------------------
 
     def run(self, serve: Callable[[], None]) -> bool:
-        """Calls `serve` in a worker thread; False, and a warning, when the system gives no thread."""
+        """Calls `serve` in a worker thread; False, and a logged error, when the system gives no thread."""
         try:
             self._workers.run(serve)
         except RuntimeError as error:  # rather no answer at all than one to wait for
-            self._context.log.error("service [%s]: cannot serve a call: %s", self.name, error)
+            if not interpreter_ends(error):
+                self._context.log.error("service [%s]: cannot serve a call: %s", self.name, error)
             return False
         return True
 

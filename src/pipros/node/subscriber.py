@@ -13,6 +13,7 @@ from pipros.errors import LimitExceeded, PiprosError, ProtocolError, Unreachable
 from pipros.net import tcpros
 from pipros.net.incoming import DeliveryLock, IncomingLink, ReceiveStatistics
 from pipros.net.rpc_async_client import call_async
+from pipros.net.workers import interpreter_ends
 from pipros.node.asyncio_support import MessageStream
 from pipros.node.codec import AnyMessage, decoder
 from pipros.node.context import NodeContext
@@ -211,6 +212,8 @@ class Subscription:
         except RuntimeError as error:  # no more threads: some may end before the next attempt
             connection.sock.close()
             self._remove_link(link)
+            if interpreter_ends(error):
+                raise asyncio.CancelledError from error
             raise ProtocolError(str(error)) from error
         return link
 
