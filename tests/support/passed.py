@@ -1,6 +1,7 @@
 """Tests that passed in one step of continuous integration, so that another step does not run them again.
 
-`--passed-to FILE` adds the ids of those that passed to a file, and `--but-passed FILE` leaves them out.
+`--passed-to=FILE` adds the ids of those that passed to a file, and `--but-passed=FILE` leaves them out.
+Both need the `=`: pytest takes a file that stands alone for a place of tests, and does not find them then.
 """
 
 from __future__ import annotations

@@ -40,8 +40,8 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["one process", "two workers"])
 def test_what_passed_is_not_run_again(folder: Path, workers: tuple[str, ...]) -> None:
-    before = _run(folder, "--passed-to", "passed", *workers)
-    after = _run(folder, "--but-passed", "passed", *workers)
+    before = _run(folder, "--passed-to=passed", *workers)
+    after = _run(folder, "--but-passed=passed", *workers)
 
     assert "1 failed, 3 passed, 1 skipped, 1 error" in before
     assert sorted((folder / "passed").read_text().splitlines()) == [
@@ -52,8 +52,8 @@ def test_what_passed_is_not_run_again(folder: Path, workers: tuple[str, ...]) ->
 
 
 def test_a_second_run_adds_to_the_file(folder: Path) -> None:
-    _run(folder, "--passed-to", "passed", "-k", "passes and 1")
-    _run(folder, "--passed-to", "passed", "-k", "passes and 2")
+    _run(folder, "--passed-to=passed", "-k", "passes and 1")
+    _run(folder, "--passed-to=passed", "-k", "passes and 2")
 
     assert len((folder / "passed").read_text().splitlines()) == 2
 
