@@ -19,6 +19,7 @@ from tests.support.ros import Side
 
 _INSTALLED = Path("/var/lib/dpkg/status")  # which packages there are, with their versions
 _HOME = "/the/home/of/the/test"
+_MASTER = "http://the.master.of.the.test:11311"
 _OF_A_RUN = ("PIPROS_TEST_RUN", "ROS_MASTER_URI")
 
 
@@ -41,7 +42,8 @@ def ask(
     """What a program prints that asks no master and changes no file; in the test's home, unless told.
 
     An answer of genuine ROS is kept for the same words, variables, files below the test's home and packages
-    of Debian. The address of the test's master is not looked at. In continuous integration nothing is kept.
+    of Debian. The address of the test's master may differ, and is put into the answer.
+    In continuous integration nothing is kept.
     """
     words, folder = [str(word) for word in argv], cwd or side.home
 
@@ -55,14 +57,21 @@ def ask(
     environment = {**side.environment, **more}
     variables = {name: value for name, value in environment.items() if name not in _OF_A_RUN or name in more}
     question = json.dumps([words, str(folder), variables, dict(_files(side.home))], sort_keys=True)
-    digest = hashlib.sha256(question.replace(str(side.home), _HOME).encode()).hexdigest()
+    own = {str(side.home): _HOME, side.environment.get("ROS_MASTER_URI", _MASTER): _MASTER}
+    digest = hashlib.sha256(_replaced(question, own).encode()).hexdigest()
     kept = _answers() / f"{digest}.json"
     if not kept.exists():
         text = json.dumps(asdict(run()))
         written = kept.with_suffix(f".{os.getpid()}")
-        written.write_text(text.replace(str(side.home), _HOME))
+        written.write_text(_replaced(text, own))
         written.replace(kept)
-    return Answer(**json.loads(kept.read_text().replace(_HOME, str(side.home))))
+    return Answer(**json.loads(_replaced(kept.read_text(), {common: ours for ours, common in own.items()})))
+
+
+def _replaced(text: str, changes: dict[str, str]) -> str:
+    for old, new in changes.items():
+        text = text.replace(old, new)
+    return text
 
 
 def _files(home: Path) -> Iterator[tuple[str, str]]:
@@ -76,4 +85,4 @@ def _files(home: Path) -> Iterator[tuple[str, str]]:
 
 @functools.cache
 def _answers() -> Path:
-    return make_once(machine_folder("answers", (_INSTALLED,)), lambda: None)
+    return make_once(machine_folder("answers", (_INSTALLED, Path(__file__))), lambda: None)
