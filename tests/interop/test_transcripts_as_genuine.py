@@ -39,11 +39,17 @@ OPEN = (
 )
 
 
-def screen(side: Side, command: str, is_up: Callable[[], object] | None = None) -> tuple[int, list[str]]:
-    """Exit code and screen of a command that ends by itself, or that Ctrl-C ends once it is up."""
+def screen(
+    side: Side, command: str, is_up: Callable[[], object] | None = None, last_line: str = ""
+) -> tuple[int, list[str]]:
+    """Exit code and screen of a command that ends by itself, or that Ctrl-C ends once it is up.
+
+    `last_line` is a pattern of what the command prints last before Ctrl-C.
+    """
     terminal = side.open_terminal()
     terminal.type(command)
     if is_up:
+        terminal.wait_for(last_line)
         wait_until(is_up, 30, what=lambda: f"{command} to be up: {terminal.output}")
         terminal.press_ctrl_c()
     return shown(terminal)
@@ -84,7 +90,11 @@ def test_roscore(ros: RosSystem) -> None:
     def is_up() -> object:
         return ros.publishers("/rosout_agg")
 
-    assert_same(screen(ros.pipros, command, is_up), screen(ros.genuine, command, is_up))
+    ours, theirs = (
+        screen(side, command, is_up, r"started core service \[/rosout\]")
+        for side in (ros.pipros, ros.genuine)
+    )
+    assert_same(ours, theirs)
 
 
 @pytest.mark.parametrize("options", ["", "--screen"])
