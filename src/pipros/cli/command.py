@@ -106,6 +106,15 @@ def single_argument(parser: OptionParser, arguments: Sequence[str], *, missing: 
     return arguments[0]
 
 
+def only_argument(tool: str, usage: str, argv: Sequence[str], *, missing: str, several: str) -> str:
+    """As `single_argument`, of a subcommand without options; remappings are left out."""
+    from pipros.names import parse_arguments
+
+    parser = option_parser(tool, usage)
+    _, arguments = parser.parse_args(list(parse_arguments(argv).rest))
+    return single_argument(parser, arguments, missing=missing, several=several)
+
+
 def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str, code: int) -> int:
     """Runs the subcommand that the first argument names; prints the overview when it names none.
 

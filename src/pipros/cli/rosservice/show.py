@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.command import option_parser, single_argument
+from pipros.cli.command import only_argument, option_parser
 from pipros.cli.terminal import CYAN, table
 from pipros.graph.client import GraphClient
 from pipros.graph.services import (
@@ -83,22 +83,20 @@ def show_args(argv: Sequence[str]) -> int:
 
 
 def _one_service(subcommand: str, argv: Sequence[str]) -> str:
-    parser = option_parser("rosservice", f"{subcommand} /service")
-    _, arguments = parser.parse_args(list(parse_arguments(argv).rest))
-    return single_argument(
-        parser,
-        arguments,
+    return only_argument(
+        "rosservice",
+        f"{subcommand} /service",
+        argv,
         missing="service must be specified",
         several="you may only specify one input service",
     )
 
 
 def show_info(argv: Sequence[str]) -> int:
-    parser = option_parser("rosservice", "info /service")
-    _, arguments = parser.parse_args(list(parse_arguments(argv).rest))
-    name = single_argument(
-        parser,
-        arguments,
+    name = only_argument(
+        "rosservice",
+        "info /service",
+        argv,
         missing="you must specify a service name",
         several="you may only specify one service",
     )
@@ -117,11 +115,10 @@ def show_info(argv: Sequence[str]) -> int:
 
 
 def find_services(argv: Sequence[str]) -> int:
-    parser = option_parser("rosservice", "find msg-type")
-    _, arguments = parser.parse_args(list(parse_arguments(argv).rest))
-    type_name = single_argument(
-        parser,
-        arguments,
+    type_name = only_argument(
+        "rosservice",
+        "find msg-type",
+        argv,
         missing="please specify a message type",
         several="you may only specify one message type",
     )

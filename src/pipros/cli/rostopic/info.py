@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.command import option_parser, single_argument
+from pipros.cli.command import only_argument
 from pipros.errors import NotFound
 from pipros.graph.client import GraphClient
 from pipros.graph.topics import describe_topic, field_type, topic_type, topics_of_type
@@ -14,11 +14,10 @@ from pipros.printable import listed
 
 
 def show_info(argv: Sequence[str]) -> int:
-    parser = option_parser("rostopic", "info /topic")
-    _, arguments = parser.parse_args(list(parse_arguments(argv).rest))
-    name = single_argument(
-        parser,
-        arguments,
+    name = only_argument(
+        "rostopic",
+        "info /topic",
+        argv,
         missing="you must specify a topic name",
         several="you may only specify one topic name",
     )
@@ -55,11 +54,10 @@ def _unknown_type(asked: str) -> int:
 
 
 def find_topics(argv: Sequence[str]) -> int:
-    parser = option_parser("rostopic", "find msg-type")
-    _, arguments = parser.parse_args(list(parse_arguments(argv).rest))
-    type_name = single_argument(
-        parser,
-        arguments,
+    type_name = only_argument(
+        "rostopic",
+        "find msg-type",
+        argv,
         missing="please specify a message type",
         several="you may only specify one message type",
     )
