@@ -12,6 +12,7 @@ from actionlib import SimpleActionClient, TerminalState
 from actionlib_tools.dynamic_action import DynamicAction
 from actionlib_tools.edit import edited
 from actionlib_tools.library import to_yaml, yaml_msg_str
+from actionlib_tools.prompt import Prompt
 
 USAGE = """Usage: axclient.py /action_name [action_type]
 
@@ -149,12 +150,8 @@ def _send_once(client: Client) -> int:
 
 def _talk(client: Client) -> int:
     print(f"{client.action.goal._type}:\n{_indented(client.goal)}\n{COMMANDS}")
-    while not rospy.is_shutdown():
-        try:
-            line = input("axclient> ").strip()
-        except EOFError:
-            print()
-            return 0
+    prompt = Prompt("axclient> ")
+    while (line := prompt.read()) is not None:
         word, _, rest = line.partition(" ")
         try:
             if word == "quit":

@@ -10,6 +10,7 @@ import rospy
 from actionlib import SimpleActionServer
 from actionlib_tools.dynamic_action import DynamicAction
 from actionlib_tools.library import to_yaml, yaml_msg_str
+from actionlib_tools.prompt import Prompt
 
 USAGE = """Usage: axserver.py /action_name action_type
 
@@ -72,9 +73,11 @@ def read_message(wanted: Any, text: str) -> Any:
         ValueError: it is not one of this type.
     """
     try:
-        return yaml_msg_str(wanted, text)
+        message = yaml_msg_str(wanted, text)
+        message._check_types()
     except Exception as error:  # of messages: genpy's and YAML's own
         raise ValueError(f"this is not a {wanted._type}: {error}") from None
+    return message
 
 
 def main() -> int:
@@ -86,17 +89,19 @@ def main() -> int:
     name, action_type = arguments
     if not action_type.endswith("Action"):
         action_type += "Action"
-    rospy.init_node("axserver", anonymous=True)
+    is_terminal = sys.stdin.isatty()
+    rospy.init_node("axserver", anonymous=True, disable_signals=is_terminal)
     action = DynamicAction(action_type)
     try:
-        if not sys.stdin.isatty():
+        if not is_terminal:
             server = Server(name, action, read_message(action.result, sys.stdin.read()))
             rospy.spin()
             return 0
         server = Server(name, action)
         print(COMMANDS)
-        while not rospy.is_shutdown():
-            word, _, text = input("axserver> ").strip().partition(" ")
+        prompt = Prompt("axserver> ")
+        while (line := prompt.read()) is not None:
+            word, _, text = line.partition(" ")
             if word == "quit":
                 return 0
             try:
@@ -106,8 +111,8 @@ def main() -> int:
     except ValueError as error:
         print(f"axserver.py: error: {error}", file=sys.stderr)
         return 2
-    except (EOFError, KeyboardInterrupt):
-        print()
+    except KeyboardInterrupt:
+        return 130
     return 0
 
 

@@ -73,6 +73,38 @@ def test_goals_are_set_edited_sent_and_cancelled_on_a_terminal(ros: RosSystem) -
     assert terminal.wait_for_prompt() == 0
 
 
+def test_goals_are_answered_on_a_terminal_until_ctrl_c_or_the_end_of_the_node(ros: RosSystem) -> None:
+    ros.pipros.start_bare_master()
+    terminal = ros.pipros.open_terminal()
+    command = "rosrun actionlib_tools axserver.py /test actionlib/Test"
+
+    def answer(line: str, expected: str) -> None:
+        terminal.answer(line)
+        terminal.wait_for(expected)
+
+    terminal.type(command)
+    terminal.wait_for("axserver> $")
+    answer("succeed result: 1", "there is no active goal")
+    (ros.home / "goal.yaml").write_text("goal: 5")
+    client = ros.pipros.start("bash", "-c", "rosrun actionlib_tools axclient.py /test <goal.yaml")
+    terminal.wait_for("  goal: 5")
+    answer("jump", "Commands: feedback")
+    answer("feedback feedback: many", "this is not a actionlib/TestFeedback")
+    terminal.answer("feedback feedback: 3")
+    client.wait_for("  feedback: 3")
+    terminal.answer("succeed result: 4")
+    client.wait_for("  result: 4")
+    assert client.wait() == 0
+    terminal.press_ctrl_c()
+    assert terminal.wait_for_prompt() == 130
+
+    terminal.type(command)
+    terminal.wait_for("axserver> $")
+    (node,) = [name for name in ros.pipros.run("rosnode", "list").stdout if "axserver" in name]
+    ros.pipros.run("rosnode", "kill", node)
+    assert terminal.wait_for_prompt() == 0
+
+
 def test_an_action_that_is_not_there_is_named(ros: RosSystem) -> None:
     ros.pipros.start_bare_master()
     ended = ros.pipros.run("rosrun", "actionlib_tools", "axclient.py", "/nothing")
