@@ -41,12 +41,12 @@ from rospy.logs import logwarn_throttle as logwarn_throttle
 from rospy.logs import logwarn_throttle_identical as logwarn_throttle_identical
 from rospy.names import *  # noqa: F403  # what others import from here
 from rospy.names import ParameterInvalid, ROSException, ROSInitException
-from rospy.session import session
+from rospy.session import THREAD_END_S, session
 from rospy.shared_names import share_names
 
 is_topic = below_root
 
-_TIMEOUT_SHUTDOWN_JOIN = 5.0
+_TIMEOUT_SHUTDOWN_JOIN = THREAD_END_S
 ROSRPC = "rosrpc://"
 MASTER_NAME = "master"
 
@@ -110,7 +110,7 @@ def check_hook(hook: object) -> None:
 
 
 def add_client_shutdown_hook(h: Callable[[], object]) -> None:
-    """Has `h` called when the node shuts down, while publishing still works.
+    """Has `h` called when the node shuts down, while publishing still works; at once if it has already.
 
     Raises:
         TypeError: it cannot be called.
@@ -211,8 +211,8 @@ class NullHandler(logging.NullHandler):
 
 
 def _add_shutdown_thread(t: threading.Thread) -> None:
-    """Has the end of the node wait for a thread, for some seconds at most."""
-    add_shutdown_hook(lambda _: t.join(_TIMEOUT_SHUTDOWN_JOIN))
+    """Has the end of the node wait for a thread that runs, for some seconds at most."""
+    session.join_at_the_end(t)
 
 
 share_names(
@@ -226,6 +226,7 @@ share_names(
         "_preshutdown_hooks": "preshutdown_hooks",
         "_shutdown_flag": "is_shutdown",
         "_shutdown_hooks": "shutdown_hooks",
+        "_shutdown_threads": "threads_to_join",
         "_uri": "node_uri",
     },
 )

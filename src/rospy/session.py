@@ -15,6 +15,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, Protocol
 from weakref import WeakSet
 
@@ -36,6 +37,9 @@ from pipros.node.start_params import is_on, set_private_params, window_limits
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 
 Hook = Callable[..., object]
+
+THREAD_END_S = 5.0
+"""How long the shutdown waits for each thread that asks for it."""
 
 
 class InitInterrupted(ROSInitException, ROSInterruptException):
@@ -75,6 +79,7 @@ class Session:
         self.client_hooks: list[Hook] = []
         self.preshutdown_hooks: list[Hook] = []
         self.shutdown_hooks: list[Hook] = []
+        self.threads_to_join: list[threading.Thread] = []
         self._is_over = False  # shut down without a node, or said to be
         self._remappings: dict[str, str] | None = None
         self._is_initialized: bool | None = None  # in place of what the node says
@@ -436,28 +441,40 @@ class Session:
     # -- the end --------------------------------------------------------------------
 
     def add_client_hook(self, hook: Hook) -> None:
-        self.client_hooks.append(hook)
+        self._add(self.client_hooks, hook)
 
     def add_preshutdown_hook(self, hook: Hook) -> None:
-        self.preshutdown_hooks.append(hook)
+        self._add(self.preshutdown_hooks, hook, "already shutdown")
 
     def add_shutdown_hook(self, hook: Hook) -> None:
-        self.shutdown_hooks.append(hook)
+        self._add(self.shutdown_hooks, hook, "already shutdown")
+
+    def join_at_the_end(self, thread: threading.Thread) -> None:
+        """Has the shutdown wait for a thread that runs then, for some seconds at most."""
+        if not self.is_shutdown:
+            self.threads_to_join = [*filter(threading.Thread.is_alive, self.threads_to_join), thread]
+
+    def _add(self, hooks: list[Hook], hook: Hook, *args: object) -> None:
+        """Adds a hook. After the shutdown, calls it at once, as Noetic does."""
+        if self.is_shutdown:
+            hook(*args)
+        else:
+            hooks.append(hook)
 
     def end(self, reason: str) -> None:
         """Shuts the node down; see `Node.shutdown`."""
         self._reason = reason
-        if self.node is None:
-            if not self._is_over:
-                self._call_client_hooks()
-                self._is_over = True
-            return
-        calls, shutdown_hooks = self.calls, self.shutdown_hooks
-        self.node.shutdown(reason)
+        calls, shutdown_hooks, threads = self.calls, self.shutdown_hooks, self.threads_to_join
+        if self.node is not None:
+            self.node.shutdown(reason)
+        elif not self._is_over:
+            self._call_client_hooks()
+            self._is_over = True
         calls.interrupt()
         hooks = list(shutdown_hooks)
         shutdown_hooks.clear()
         self._call(hooks, reason)
+        self._call([partial(thread.join, THREAD_END_S) for thread in threads if thread.is_alive()])
 
     def _call_client_hooks(self) -> None:
         self._call(self.client_hooks)

@@ -116,6 +116,51 @@ def test_ctrl_c_ends_a_node_that_waits_for_a_master(processes: Processes, tmp_pa
     )
 
 
+def test_the_end_does_not_join_a_thread_that_was_not_started(
+    processes: Processes, tmp_path: Path, master: Master
+) -> None:
+    end = (
+        "rospy.core._add_shutdown_thread(threading.Thread(target=print))\n"
+        "rospy.signal_shutdown('bye')\nprint('over')\n"
+    )
+    node = start(processes, tmp_path, master.uri, HEAD + end)
+    assert node.wait(10) == 0
+    assert "over" in node.output
+    assert "Traceback" not in node.output
+
+
+def test_the_end_joins_threads_that_run_and_those_before_are_forgotten(
+    processes: Processes, tmp_path: Path, master: Master
+) -> None:
+    end = (
+        "over = threading.Event()\n"
+        "rospy.core.add_shutdown_hook(lambda _: over.set())\n"
+        "def at_the_end(): over.wait(), print('joined')\n"
+        "for target in (int, int, at_the_end):\n"
+        "    thread = threading.Thread(target=target, daemon=True)\n"
+        "    rospy.core._add_shutdown_thread(thread)\n    thread.start()\n"
+        "    if target is int: thread.join()\n"
+        "print('kept', len(rospy.core._shutdown_threads))\n"
+        "rospy.signal_shutdown('bye')\nprint('over')\n"
+    )
+    node = start(processes, tmp_path, master.uri, HEAD + end)
+    assert node.wait(10) == 0
+    assert [line for line in node.output.split("\n") if line in ("kept 1", "joined", "over")] == [
+        *("kept 1", "joined", "over")
+    ]
+
+
+def test_hooks_are_called_without_a_node(processes: Processes, tmp_path: Path, master: Master) -> None:
+    program = (
+        "import rospy\nrospy.on_shutdown(lambda: print('client'))\n"
+        "rospy.core.add_preshutdown_hook(print)\nrospy.core.add_shutdown_hook(lambda _: print('last'))\n"
+        "rospy.signal_shutdown('reason')\nrospy.signal_shutdown('again')\n"
+    )
+    node = start(processes, tmp_path, master.uri, program)
+    assert node.wait(10) == 0
+    assert node.output.split() == ["client", "reason", "last"]
+
+
 def test_a_second_ctrl_c_ends_a_node_whose_hook_hangs(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:

@@ -11,6 +11,7 @@ from pipros.printable import listed
 
 TIME_TOLERANCE_S = 1.0
 LENGTH_TOLERANCE = 1e-6
+UNKNOWN_SENDER = "unknown_publisher"
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +41,7 @@ def heard_in(message: Any, now: Any) -> list[HeardTransform]:
             HeardTransform(
                 transform.header.frame_id,
                 transform.child_frame_id,
-                message._connection_header["callerid"],
+                message._connection_header.get("callerid", UNKNOWN_SENDER),
                 (transform.header.stamp - now).to_sec(),
                 math.hypot(rotation.x, rotation.y, rotation.z, rotation.w),
             )

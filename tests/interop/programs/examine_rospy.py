@@ -253,6 +253,11 @@ def the_end():
     rospy.signal_shutdown("done")
     rospy.signal_shutdown("again")
     examine("order", lambda: order)
+    late = []
+    rospy.on_shutdown(lambda: late.append("hook"))
+    rospy.core.add_preshutdown_hook(late.append)
+    rospy.core.add_shutdown_hook(late.append)
+    examine("late hooks", lambda: late)
     examine("is_shutdown", rospy.is_shutdown)
     examine("publish", lambda: publisher.publish("x"))
     examine("sleep", lambda: rospy.sleep(0.001))

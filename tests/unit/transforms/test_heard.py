@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import math
 
+from geometry_msgs.msg import TransformStamped
+from tf2_msgs.msg import TFMessage
+
+from genpy import Time
 from pipros.transforms.heard import (
     HeardTransform,
+    heard_in,
     loops,
     not_normalized,
     of_other_times,
@@ -18,6 +23,12 @@ def heard(
     parent: str, child: str, sender: str = "/base", *, ahead_s: float = 0.0, rotation_length: float = 1.0
 ) -> HeardTransform:
     return HeardTransform(parent, child, sender, ahead_s, rotation_length)
+
+
+def test_a_publisher_that_does_not_say_its_name_is_unknown() -> None:
+    message = TFMessage([TransformStamped()])
+    message._connection_header = {"type": TFMessage._type}
+    assert [each.sender for each in heard_in(message, Time())] == ["unknown_publisher"]
 
 
 HEALTHY = [heard("map", "odom", "/slam"), heard("odom", "base_link"), heard("map", "odom", "/slam")]
