@@ -24,6 +24,9 @@ from pipros.net.rpc_client import RpcClient
 from pipros.net.rpc_server import RpcServer
 from pipros.node import Node
 from pipros.node.endpoints import TypeConflict
+from pipros.node.publisher import Publication
+from pipros.node.service_server import ServiceServer
+from pipros.node.subscriber import Subscription
 from pipros.wire.header import HeaderReader, encode_header
 from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
 from tests.support.waiting import wait_until
@@ -410,6 +413,32 @@ def test_the_end_of_a_node_leaves_nothing_at_the_master(make_node: MakeNode) -> 
     ]
     node.shutdown("done")
     assert observer.master.get_system_state() == [[], [], []]
+
+
+@pytest.mark.parametrize("kind", ["publication", "subscription", "service"])
+def test_what_is_added_while_the_node_ends_does_not_disturb_it(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    node = make_node("busy")
+    node.advertise("/before", String)
+    node.subscribe("/before", String, lambda _: None)
+    node.serve("/before", Empty, lambda _: Empty._response_class())
+    add = {
+        "publication": lambda: node.advertise("/meanwhile", String),
+        "subscription": lambda: node.subscribe("/meanwhile", String, lambda _: None),
+        "service": lambda: node.serve("/meanwhile", Empty, lambda _: Empty._response_class()),
+    }[kind]
+    closed = {"publication": Publication, "subscription": Subscription, "service": ServiceServer}[kind]
+    close = closed.close
+
+    def close_and_add(endpoint: Any, *arguments: Any) -> None:
+        close(endpoint, *arguments)
+        add()
+
+    with monkeypatch.context() as patched:
+        patched.setattr(closed, "close", close_and_add)
+        node.shutdown()
+    assert node.is_shutdown
 
 
 def test_only_hooks_may_publish_while_the_node_ends(make_node: MakeNode) -> None:

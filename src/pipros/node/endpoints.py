@@ -303,13 +303,16 @@ class Endpoints:
         refuse_connection(connection.sock, reason)
 
     def close(self) -> None:
-        """Ends every link and every connection."""
+        """Ends every link and every connection.
+
+        What another thread adds meanwhile is not registered, and its ports are about to be closed.
+        """
         end = time.monotonic() + FAREWELL_S  # for all topics together
-        for publication, _ in self._publications.values():
+        for publication in self.publications:
             publication.close(end)
-        for subscription, _ in self._subscriptions.values():
+        for subscription in self.subscriptions:
             subscription.close()
-        for server, _ in self._services.values():
+        for server, _ in list(self._services.values()):
             server.close()
         self._workers.close()
 
