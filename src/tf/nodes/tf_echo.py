@@ -36,6 +36,15 @@ def _listed(numbers: Sequence[float]) -> str:
     return ", ".join(f"{number:.3f}" for number in numbers)
 
 
+def _echo(buffer: tf2_ros.Buffer, source: str, target: str) -> str:
+    try:
+        found = buffer.lookup_transform(source, target, rospy.Time())
+    except tf2_ros.TransformException as error:
+        return f"Failure at {rospy.get_time():.6f}\nException thrown:{error}"
+    t, q = found.transform.translation, found.transform.rotation
+    return text_of(found.header.stamp.to_sec(), (t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
+
+
 def main() -> int:
     """Prints until the node is ended. Returns the exit code."""
     arguments = rospy.myargv()[1:]
@@ -53,19 +62,13 @@ def main() -> int:
     rospy.init_node("tf_echo", anonymous=True)
     buffer = tf2_ros.Buffer(debug=False)
     listener = tf2_ros.TransformListener(buffer)
-    buffer.can_transform(source, target, rospy.Time(), rospy.Duration(1.0))
-    rate = rospy.Rate(hz)
-    while not rospy.is_shutdown():
-        try:
-            found = buffer.lookup_transform(source, target, rospy.Time())
-        except tf2_ros.TransformException as error:
-            print(f"Failure at {rospy.get_time():.6f}\nException thrown:{error}", flush=True)
-        else:
-            t, q = found.transform.translation, found.transform.rotation
-            print(text_of(found.header.stamp.to_sec(), (t.x, t.y, t.z), (q.x, q.y, q.z, q.w)), flush=True)
-        try:
+    try:
+        buffer.can_transform(source, target, rospy.Time(), rospy.Duration(1.0))
+        rate = rospy.Rate(hz)
+        while not rospy.is_shutdown():
+            print(_echo(buffer, source, target), flush=True)
             rate.sleep()
-        except rospy.ROSInterruptException:
-            break
+    except rospy.ROSInterruptException:
+        pass
     listener.unregister()
     return 0

@@ -75,18 +75,20 @@ def main() -> int:
     rospy.init_node("tf_monitor", anonymous=True)
     source, target = map(strip_leading_slash, arguments or ("", ""))
     watch = Watch((source, target) if arguments else None)
-    if arguments:
-        print(f"Waiting for transform chain to become available between {source} and {target} ", flush=True)
-        while not watch.buffer.can_transform(source, target, rospy.Time(), rospy.Duration(1.0)):
-            if rospy.is_shutdown():
-                return 0
-    pause = rospy.Rate(1.0 / PRINT_S)
-    while not rospy.is_shutdown():
-        try:
+    try:
+        if arguments:
+            print(
+                f"Waiting for transform chain to become available between {source} and {target} ", flush=True
+            )
+            while not watch.buffer.can_transform(source, target, rospy.Time(), rospy.Duration(1.0)):
+                pass
+        pause = rospy.Rate(1.0 / PRINT_S)
+        while not rospy.is_shutdown():
             pause.sleep()
-            print(watch.text(), flush=True)
-        except tf2_ros.TransformException as error:
-            print(f"Transform Exception {error}", flush=True)
-        except rospy.ROSInterruptException:
-            break
+            try:
+                print(watch.text(), flush=True)
+            except tf2_ros.TransformException as error:
+                print(f"Transform Exception {error}", flush=True)
+    except rospy.ROSInterruptException:
+        pass
     return 0

@@ -13,6 +13,7 @@ from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
 from pipros.graph.drawing.pdf import to_pdf
 from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import to_svg
+from rospy.session import session
 
 LISTEN_S = 5.0
 
@@ -27,15 +28,14 @@ def scene_of(edges: Sequence[tuple[str, str, str, float]]) -> Scene:
 def main() -> int:
     """Listens for five seconds, then writes frames.gv, frames.svg and frames.pdf.
 
-    Graphviz draws the PDF where it is installed.
+    Graphviz draws the PDF where it is installed. Returns the exit code: 130 when the node was ended before.
     """
     rospy.init_node("view_frames", anonymous=True)
     buffer = tf2_ros.Buffer(debug=False)
     listener = tf2_ros.TransformListener(buffer)
     print(f"Listening to tf data during {LISTEN_S:.0f} seconds...", flush=True)
-    try:
-        rospy.rostime.wallsleep(LISTEN_S)
-    except KeyboardInterrupt:
+    session.wait(LISTEN_S)
+    if rospy.is_shutdown():
         return 130
     listener.unregister()
     graph = Path("frames.gv")

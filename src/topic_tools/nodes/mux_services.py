@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import rospy
@@ -9,9 +10,15 @@ from pipros.msg import load_service_class
 
 
 def _call(name: str, kind: str, doing: str, *topic: str) -> Any:
-    """Waits for a service of the mux and calls it. Prints what it does, and what goes wrong."""
-    print(f'Waiting for service "{name}"', flush=True)
-    rospy.wait_for_service(name)
+    """Waits for a service of the mux and calls it. Prints what it does, and what goes wrong.
+
+    Ctrl-C ends the program: there is no node that would.
+    """
+    try:
+        print(f'Waiting for service "{name}"', flush=True)
+        rospy.wait_for_service(name)
+    except KeyboardInterrupt:
+        sys.exit(130)
     print(doing, flush=True)
     try:
         return rospy.ServiceProxy(name, load_service_class(f"topic_tools/Mux{kind}"))(*topic)
