@@ -32,7 +32,8 @@ Choice = Callable[[Connection, Callable[[], Any], Time], bool]
 def replaced_file(path: Path) -> Iterator[Any]:
     """A new file for reading and writing bytes, which replaces `path` at the end of the block.
 
-    If the block raises, the new file is removed, and `path` stays as it was.
+    If the block raises, the new file is removed, and `path` stays as it was. An OSError that names no file,
+    as of a full disk, gets the name of this one.
     """
     unfinished = path.with_name(path.name + ".active")
     try:
@@ -41,8 +42,10 @@ def replaced_file(path: Path) -> Iterator[Any]:
             file.flush()
             os.fsync(file.fileno())
         unfinished.replace(path)
-    except BaseException:
+    except BaseException as error:
         unfinished.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.filename is None:
+            error.filename = str(path)
         raise
 
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 import io
 import os
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 from std_msgs.msg import Header, Int32
 
 from pipros.bag import BagReader
+from pipros.bag.rewrite import replaced_file
 from pipros.cli.rosbag import main
 from pipros.cli.rosbag.progress import Progress
 from tests.support.bags import bag_bytes, old_bag_bytes, rows_of, some_rows, values
@@ -168,6 +170,30 @@ def test_filter_prints_and_leaves_nothing_after_an_error(
     assert os.listdir() == ["run.bag"]
     assert main(["filter", "none.bag", "out.bag", "True"]) == 2
     assert main(["filter", "run.bag", "run.bag", "True"]) == 3
+
+
+@pytest.mark.parametrize(
+    ("command", "error"),
+    [
+        ("filter run.bag run.bag/b True", "cannot filter: Not a directory: 'run.bag/b.active'"),
+        ("export run.bag run.bag/folder", "cannot export: Not a directory: 'run.bag/folder'"),
+    ],
+)
+def test_a_file_that_cannot_be_written_is_named(
+    command: str, error: str, bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(command.split()) == 1
+    assert capsys.readouterr().err == f"ERROR: {error}\n"
+    assert contents(bag) == values(ROWS)
+
+
+def test_a_full_disk_is_told_with_the_file_that_was_written(tmp_path: Path) -> None:
+    with (
+        pytest.raises(OSError, match=r"No space left on device: '.*new\.bag'"),
+        replaced_file(tmp_path / "new.bag"),
+    ):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert not list(tmp_path.iterdir())
 
 
 def test_filter_keeps_connection_headers_and_times(bag: Path) -> None:

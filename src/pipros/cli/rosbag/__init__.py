@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from functools import partial
 from importlib import import_module
 
-from pipros.cli.command import Subcommand, run
-from pipros.cli.streams import command
+from pipros.cli.command import CommandError, Subcommand, run
+from pipros.cli.streams import OutputFailed, command
 
 _DESCRIPTIONS = {
     "check": "Determine whether a bag is playable in the current system, or if it can be migrated.",
@@ -66,7 +66,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     if name not in _HOMES:
         print(f"Unknown command: '{name}'\n{_SUBCOMMANDS}", file=sys.stderr)
         return 0
-    return run(partial(_subcommand(name), arguments[1:]))
+    return run(partial(_run, name, arguments[1:]))
+
+
+def _run(name: str, arguments: Sequence[str]) -> int:
+    """Runs a subcommand. What the system refuses, a full disk for example, is a `CommandError`."""
+    try:
+        return _subcommand(name)(arguments)
+    except (OutputFailed, BrokenPipeError):
+        raise
+    except OSError as error:
+        path = error.filename2 or error.filename
+        where = f": '{path}'" if path else ""
+        raise CommandError(f"cannot {name}: {error.strerror or error}{where}") from error
 
 
 def _help(arguments: Sequence[str]) -> int:
