@@ -53,7 +53,7 @@ BOUNDS = (
     ("round trip", "four wakings of a thread by the system"),
     ("1 to 10 processes", "ten sends by one thread; two processors for eleven processes"),
     ("10 to 1 process", "one thread decodes at a time, and ten receive"),
-    ("subscriber of 25,000 Hz one", "polling for the next message, while nobody else wants the processor"),
+    ("subscriber of 25,000 Hz one", "a waking of a thread for each message"),
     ("subscriber of 25,000 Hz", "Python for each message, and the wakings of a thread"),
     ("subscriber of", "a waking of a thread for each message, and code that has left the caches"),
     ("Publisher()", "the call to the master, and the answer of its thread"),

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 from pipros.errors import ProtocolError
 from pipros.net import sockets
-from pipros.net.busy_poll import AdaptiveBackoff, PollingReceiver
+from pipros.net.busy_poll import AdaptiveBackoff, PollingReceiver, PublishCount
 from pipros.wire.frames import FrameBuffer
 
 SLOW_DELIVERY_S = 0.001
@@ -101,7 +101,8 @@ class IncomingLink:
 
     `turn` is held during each delivery: links that share one never deliver at the same time.
     The frame given to `deliver` is valid during the call only. `on_closed` is called once, from
-    the link's thread, with the reason when the link ended by an error.
+    the link's thread, with the reason when the link ended by an error. The link polls for the next frame
+    only when `published` has changed: see `pipros.net.busy_poll`.
     """
 
     def __init__(
@@ -113,6 +114,7 @@ class IncomingLink:
         turn: DeliveryLock,
         queue_size: int | None,
         on_closed: Callable[[IncomingLink, Exception | None], object],
+        published: PublishCount,
         limit_bytes: int | None = None,
         received: bytes = b"",
     ) -> None:
@@ -128,6 +130,8 @@ class IncomingLink:
         self._turn = turn
         self._on_closed = on_closed
         self._buffer = FrameBuffer(limit_bytes)
+        self._published = published
+        self._published_before = 0  # when this last waited for a frame
         self._between = PollingReceiver()  # waits for a frame to begin
         self._within = PollingReceiver()  # waits for the rest of one
         self._waiting: deque[memoryview | bytes] = deque()
@@ -179,6 +183,10 @@ class IncomingLink:
                 return count
             buffer.trim()
             space = buffer.space()
+        published = self._published.value
+        if published == self._published_before:
+            return self._sock.recv_into(space)
+        self._published_before = published
         return self._between.receive_into(self._sock, space)
 
     def _sleep_and_receive(self) -> int:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from pipros.limits import Limits
+from pipros.net.busy_poll import PublishCount
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.loop import BackgroundLoop
 from pipros.node.attempts import Attempts
@@ -24,6 +25,7 @@ class NodeContext:
         limits: what its peers may cost.
         connections: its TCPROS connections.
         attempts: its attempts to connect to publishers.
+        published: changes with each message that it publishes.
     """
 
     node_name: str
@@ -33,3 +35,4 @@ class NodeContext:
     limits: Limits
     connections: ConnectionTable
     attempts: Attempts
+    published: PublishCount

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pipros.errors import PiprosError
 from pipros.limits import Limits
 from pipros.net.address import uri
+from pipros.net.busy_poll import PublishCount
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.held_bytes import HeldBytes
 from pipros.net.loop import BackgroundLoop
@@ -73,7 +74,7 @@ class Endpoints:
         numbers = itertools.count(1)
         self.attempts = Attempts(limits.connection_attempts)
         self._context = NodeContext(
-            node_name, loop, log, lambda: next(numbers), limits, connections, self.attempts
+            node_name, loop, log, lambda: next(numbers), limits, connections, self.attempts, PublishCount()
         )
         self.service_uri = uri(host, port, "rosrpc")
         self._registrations = registrations

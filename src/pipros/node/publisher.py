@@ -75,6 +75,7 @@ class Publication:
         self.links_ended = 0
         self._sent = SendStatistics()  # by links that have ended
         self._context = context
+        self._published = context.published
         self._encode = encoder(message_class)
         self._has_header = bool(getattr(message_class, "_has_header", False))
         self._sequence = 0
@@ -101,6 +102,7 @@ class Publication:
             links = self.links
             if not links:
                 return
+            self._published.value += 1
             frame, size = self._frame(message)
             if size <= SHARED_BYTES and self._sharing.note(time.monotonic()):
                 self._sharing.apply()

@@ -201,6 +201,7 @@ class Subscription:
             turn=self._turn,
             queue_size=self.queue_size,
             on_closed=lambda link, error: self._detach(link, error, ended),
+            published=self._context.published,
             limit_bytes=self._context.limits.frame_bytes,
             received=connection.rest,
         )

@@ -1,4 +1,4 @@
-"""The links of one topic take turns."""
+"""The links of one topic take turns, and poll only for answers."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import threading
 import pytest
 
 from pipros.net import incoming
+from pipros.net.busy_poll import PollingReceiver, PublishCount
 from pipros.net.incoming import DeliveryLock, IncomingLink
 from tests.support.waiting import wait_until
 
@@ -37,6 +38,7 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(
             turn=turn,
             queue_size=queue_size,
             on_closed=lambda _, error: None,
+            published=PublishCount(),
             received=received,
         )
         return link, theirs
@@ -54,3 +56,40 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(
         assert order.index("quiet") == 1
     for link in (busy, quiet):
         link.join(10)
+
+
+def test_a_link_polls_for_the_next_frame_only_after_the_node_has_published(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    published, delivered, polled = PublishCount(), list[bytes](), list[int]()
+    receive = PollingReceiver.receive_into
+
+    def receive_and_note(receiver: PollingReceiver, sock: socket.socket, buffer: memoryview) -> int:
+        polled.append(len(delivered))
+        return receive(receiver, sock, buffer)
+
+    def deliver(frame: memoryview | bytes) -> None:
+        if frame == b"q":
+            published.value += 1
+        delivered.append(bytes(frame))
+
+    monkeypatch.setattr(PollingReceiver, "receive_into", receive_and_note)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        theirs = socket.create_connection(server.getsockname())
+        ours, _ = server.accept()
+    link = IncomingLink(
+        ours,
+        name="link",
+        deliver=deliver,
+        turn=DeliveryLock(),
+        queue_size=None,
+        on_closed=lambda _, error: None,
+        published=published,
+    )
+    link.start()
+    with theirs:
+        for number, text in enumerate((b"a", b"b", b"q", b"c", b"d")):
+            theirs.sendall(b"\x01\x00\x00\x00" + text)
+            wait_until(lambda: len(delivered) > number)  # noqa: B023 # waited for in this round
+    link.join(10)
+    assert polled == [3]

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from pipros.msg import load_message_class
+from pipros.net.busy_poll import PublishCount
 from pipros.node.publisher import Publication
 
 PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
@@ -13,7 +14,7 @@ PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
 
 def test_sequence_numbers_wrap_around() -> None:
     sent: list[int] = []
-    context: Any = SimpleNamespace(limits=SimpleNamespace(stall_s=2.0), loop=None)
+    context: Any = SimpleNamespace(limits=SimpleNamespace(stall_s=2.0), loop=None, published=PublishCount())
     publication = Publication("p", PointStamped, context)
     peer: Any = SimpleNamespace(link=SimpleNamespace(send=lambda frame, size: None, is_behind=False))
     publication.links = (peer,)

@@ -9,6 +9,7 @@ import pytest
 from pipros.errors import Refused, Unreachable
 from pipros.limits import Limits
 from pipros.net import unreachable
+from pipros.net.busy_poll import PublishCount
 from pipros.node.attempts import Attempts
 from pipros.node.context import NodeContext
 from pipros.node.publisher_connector import RETRY_FIRST_S, RETRY_LONGEST_S, LinkEnd, PublisherConnector
@@ -52,7 +53,9 @@ def following(publishers: Publishers, **limits: Any) -> tuple[PublisherConnector
     log, lines = listening_log()
     loop: Any = type("Loop", (), {"asyncio": asyncio.get_running_loop()})
     connections: Any = None
-    context = NodeContext("/node", loop, log, lambda: 1, Limits(**limits), connections, Attempts(100))
+    context = NodeContext(
+        "/node", loop, log, lambda: 1, Limits(**limits), connections, Attempts(100), PublishCount()
+    )
     return PublisherConnector("/chatter", context, publishers.connect), lines
 
 
