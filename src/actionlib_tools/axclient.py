@@ -118,16 +118,17 @@ def main() -> int:
         return 0 if arguments[:1] in (["-h"], ["--help"]) else 2
     name = arguments[0]
     is_terminal = sys.stdin.isatty()
-    # On a terminal a first Ctrl-C is for the goal, and so not for the node.
-    rospy.init_node("axclient", anonymous=True, disable_signals=True)
     try:
+        goal = "" if is_terminal else sys.stdin.read()  # before there is a node to end
+        # On a terminal a first Ctrl-C is for the goal, and so not for the node.
+        rospy.init_node("axclient", anonymous=True, disable_signals=True)
         action_type = arguments[1] if len(arguments) == 2 else type_of_action(name)
         if not action_type.endswith("Action"):
             raise WrongAction(f"the action type '{action_type}' doesn't end with the 'Action' suffix")
         client = Client(name, DynamicAction(action_type))
         if not client.wait_for_server():
             return 1
-        return _talk(client) if is_terminal else _send_once(client)
+        return _talk(client) if is_terminal else _send_once(client, goal)
     except (WrongAction, ValueError) as error:
         print(f"axclient.py: error: {error}", file=sys.stderr)
         return 2
@@ -137,8 +138,8 @@ def main() -> int:
         rospy.signal_shutdown("axclient ends")
 
 
-def _send_once(client: Client) -> int:
-    client.set_goal(sys.stdin.read())
+def _send_once(client: Client, goal: str) -> int:
+    client.set_goal(goal)
     client.send()
     try:
         status = client.wait()

@@ -90,11 +90,12 @@ def main() -> int:
     if not action_type.endswith("Action"):
         action_type += "Action"
     is_terminal = sys.stdin.isatty()
-    rospy.init_node("axserver", anonymous=True, disable_signals=is_terminal)
-    action = DynamicAction(action_type)
     try:
+        answer = "" if is_terminal else sys.stdin.read()  # before rospy handles Ctrl-C
+        rospy.init_node("axserver", anonymous=True, disable_signals=is_terminal)
+        action = DynamicAction(action_type)
         if not is_terminal:
-            server = Server(name, action, read_message(action.result, sys.stdin.read()))
+            server = Server(name, action, read_message(action.result, answer))
             rospy.spin()
             return 0
         server = Server(name, action)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import islice, repeat
+from itertools import chain, islice, repeat
 from pathlib import Path
 from typing import Any
 
@@ -179,7 +179,7 @@ def stdin_yaml_arg() -> Iterator[list[Any]]:
         ROSTopicException: one is not YAML.
     """
     lines: list[str] = []
-    for line in (*sys.stdin, "---\n") if not sys.stdin.isatty() else sys.stdin:
+    for line in chain(sys.stdin, [] if sys.stdin.isatty() else ["---\n"]):
         if not line.startswith("---"):
             lines.append(line)
             continue

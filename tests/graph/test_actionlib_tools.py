@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import select
+
 import pytest
 
 from actionlib_tools.library import yaml_msg_str, yaml_msgs_str
 from tests.support.environments import REPOSITORY
 from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
 
 SERVER = REPOSITORY / "tests" / "interop" / "programs" / "serve_goals.py"
 
@@ -42,6 +46,21 @@ def test_a_script_sends_a_goal_that_a_script_answers(ros: RosSystem) -> None:
     assert "  sequence: [1, 1, 2]" in ran.stdout
     assert "ended 0" in ran.stdout
     assert ran.output.count("this is not a actionlib_tutorials/FibonacciGoal") == 2
+
+
+@pytest.mark.parametrize("program", ["axclient.py", "axserver.py"])
+def test_ctrl_c_ends_the_wait_for_a_pipe(ros: RosSystem, program: str) -> None:
+    ros.pipros.start_bare_master()
+    reader, writer = os.pipe()
+    waiting = ros.pipros.processes.start(
+        *("rosrun", "actionlib_tools", program, "/test", "actionlib/TestAction"), stdin=reader
+    )
+    with os.fdopen(reader), os.fdopen(writer, "w") as pipe:
+        print("a line", file=pipe, flush=True)
+        wait_until(lambda: not select.select([reader], [], [], 0)[0], what="the program to read")
+        waiting.press_ctrl_c()
+
+        assert waiting.wait() == 130
 
 
 def test_goals_are_set_edited_sent_and_cancelled_on_a_terminal(ros: RosSystem) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import threading
@@ -10,7 +11,7 @@ from typing import Any
 
 import pytest
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Empty, Int32, String
+from std_msgs.msg import Empty, Int32, String, UInt8MultiArray
 from std_srvs.srv import Trigger
 
 from pipros.bag import BagReader, BagWriter
@@ -75,6 +76,21 @@ def test_what_is_published_is_recorded_until_ctrl_c(ros: RosSystem, master: Mast
     assert by_topic["/text"].is_latching
     assert by_topic["/number"].callerid == "/talker"
     assert by_topic["/number"].definition == Int32._full_text
+
+
+def test_what_waits_for_compression_is_written_after_ctrl_c(
+    ros: RosSystem, master: Master, talker: Node
+) -> None:
+    record = start(ros, master, "record", "-j", "-O", "slow", "/noise")
+    noise = os.urandom(1_000_000)
+    publish(talker, "/noise", [UInt8MultiArray(data=noise)] * 20)
+    active = ros.home / "slow.bag.active"
+    wait_until(lambda: active.stat().st_size > len(noise), what="a chunk in the file")
+    record.press_ctrl_c()
+
+    assert record.wait() == 0
+    assert not active.exists()
+    assert recorded(ros.home / "slow.bag")
 
 
 def test_a_limit_ends_the_recording(ros: RosSystem, master: Master, talker: Node) -> None:

@@ -11,6 +11,7 @@ import pytest
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from tests.support.nodes import Inbox, MakeNode
+from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -51,20 +52,39 @@ def test_a_latched_message_reaches_subscribers_that_come_later(
     assert pub.wait() == 0
 
 
-def test_ctrl_c_ends_it_while_it_waits_for_a_pipe(
-    ros: RosSystem, master: Master, make_node: MakeNode
-) -> None:
+@pytest.fixture
+def waiting(ros: RosSystem, master: Master, make_node: MakeNode) -> Process:
+    """One that waits for messages from a pipe."""
     client = make_node("looker").master
     pub = ros.pipros.processes.start(
-        *("rostopic", "pub", "/words", "std_msgs/String"),
+        *(
+            "rostopic",
+            "pub",
+            "/words",
+            "std_msgs/String",
+        ),
         stdin=subprocess.PIPE,
         environment={"ROS_MASTER_URI": master.uri},
     )
     wait_until(lambda: "/words" in dict(client.get_system_state()[0]), what="a publisher")
-    pub.press_ctrl_c()
+    return pub
 
-    assert pub.wait() == 0
-    assert pub.lines == []
+
+def test_ctrl_c_ends_it_while_it_waits_for_a_pipe(waiting: Process) -> None:
+    waiting.press_ctrl_c()
+
+    assert waiting.wait() == 0
+    assert waiting.lines == []
+
+
+def test_rosnode_kill_ends_it_while_it_waits_for_a_pipe(
+    ros: RosSystem, master: Master, waiting: Process
+) -> None:
+    killed = ros.pipros.run("rosnode", "kill", "-a", ROS_MASTER_URI=master.uri)
+    assert "killed" in killed.stdout
+
+    assert waiting.wait() == 0
+    assert waiting.lines == []
 
 
 def test_every_document_of_a_pipe_is_a_message(ros: RosSystem, master: Master, inbox: Inbox) -> None:

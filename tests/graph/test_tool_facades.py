@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from xmlrpc.client import DateTime
 
@@ -63,6 +64,18 @@ def test_without_a_master_each_has_its_own_exception(monkeypatch: pytest.MonkeyP
         rosservice.get_service_list()
     with pytest.raises(rostopic.ROSTopicIOException, match="Unable to communicate with master!"):
         rostopic.get_topic_type("/chatter")
+
+
+def test_rostopic_yields_the_documents_of_a_pipe_as_they_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
+    reader, writer = os.pipe()
+    with open(reader) as stdin, open(writer, "w") as pipe:
+        monkeypatch.setattr("sys.stdin", stdin)
+        documents = rostopic.stdin_yaml_arg()
+        print("data: 1\n---", file=pipe, flush=True)
+        assert next(documents) == [{"data": 1}]
+        print("data: 2", file=pipe, flush=True)
+        pipe.close()
+        assert list(documents) == [[{"data": 2}]]
 
 
 def test_rostopic_knows_types_and_classes(make_node: MakeNode) -> None:

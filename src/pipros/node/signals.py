@@ -51,7 +51,8 @@ class Signals:
     def __init__(self, end: Callable[[str], object], *, insist: bool = False) -> None:
         """`end` is called with the reason, in a thread of its own, at the first signal.
 
-        With `insist` the main thread is interrupted if it has not called `uninstall` soon after that.
+        With `insist` the main thread is interrupted if it has not called `uninstall` soon after that, and
+        also after an end that another thread began, for `rosnode kill`.
         """
         self._end = end
         self._insist = insist
@@ -66,7 +67,7 @@ class Signals:
 
     @property
     def have_come(self) -> bool:
-        """True once a signal has ended the node."""
+        """True once a signal has ended the node, or, with `insist`, another thread has."""
         return self._ending is not None
 
     def install(self) -> None:
@@ -90,6 +91,8 @@ class Signals:
     def listen(self, node: Node) -> None:
         """Has signals end the node, also those since `install`. They are read in its event loop."""
         node.add_reader(self._sockets[0], self._read)
+        if self._insist:
+            node.on_shutdown(self._insist_on_end)
 
     def listen_anew(self, node: Node) -> None:
         """Has signals end a later node, as they did the one before. Those that came in between are lost."""
@@ -155,8 +158,16 @@ class Signals:
         """
         if self._ending is not None:
             os._exit(128 + number)
+        self._start_end(f"signal-{number}")
+
+    def _insist_on_end(self) -> None:
+        """A shutdown hook: the main thread shall notice an end that neither it nor a signal began."""
+        if self._ending is None and threading.current_thread() is not threading.main_thread():
+            self._start_end("the node ends")
+
+    def _start_end(self, reason: str) -> None:
         self._ending = threading.Thread(
-            target=self._run_end, args=(f"signal-{number}",), name="end of the node", daemon=True
+            target=self._run_end, args=(reason,), name="end of the node", daemon=True
         )
         self._ending.start()
 

@@ -24,6 +24,9 @@ class Reader:
     def add_reader(self, sock: socket.socket, on_readable: Callable[[], object]) -> None:
         self._sock, self._read = sock, on_readable
 
+    def on_shutdown(self, hook: Callable[[], object]) -> None:
+        self.shutdown_hook = hook
+
     def turn(self) -> None:
         """Calls the reader if something has arrived."""
         try:
@@ -107,6 +110,25 @@ def test_a_main_thread_that_goes_on_is_interrupted_if_it_is_to_leave() -> None:
     reader.turn()
 
     def go_on() -> None:
+        try:
+            threading.Event().wait(30)
+        finally:
+            signals.uninstall()
+
+    with pytest.raises(KeyboardInterrupt):
+        go_on()
+
+
+def test_a_main_thread_that_goes_on_is_interrupted_after_an_end_by_another_thread() -> None:
+    ends, reader = Ends(), Reader()
+    signals = Signals(ends, insist=True)
+    signals.install()
+    signals.listen(reader)  # type: ignore[arg-type]
+    reader.shutdown_hook()
+    assert not signals.have_come
+
+    def go_on() -> None:
+        threading.Thread(target=reader.shutdown_hook).start()
         try:
             threading.Event().wait(30)
         finally:

@@ -51,7 +51,7 @@ def record(argv: Sequence[str]) -> int:
             repeat_latched=options.repeat_latched,
         ),
     )
-    with command_node("record", argv) as node:
+    with command_node("record", argv, insist=False) as node:
         say: Callable[[str], object] = _ignore if options.quiet else _info
         if options.udp:
             _warn("UDPROS is not supported; topics are recorded over TCPROS")
