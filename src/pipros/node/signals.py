@@ -23,6 +23,9 @@ _FROM_HANDLER = 0x80
 _BOTH_REPORT_WITHIN_S = 1.0
 """The handler and the interpreter report the same signal within this time, if both do."""
 
+_SENT_TWICE_WITHIN_S = 0.2
+"""A signal that comes again so soon counts once: `timeout` sends its command each signal twice."""
+
 _INSIST_AFTER_S = 0.1
 """How long the main thread may go on after the end of the node, and then how often it is interrupted."""
 
@@ -59,6 +62,7 @@ class Signals:
         self._previous_handlers: dict[int, Any] = {}
         self._previous_descriptor = -1
         self._ending: threading.Thread | None = None
+        self._ending_since = 0.0
         self._has_ended = False
         self._is_uninstalled = OnceEvent()
         self._by_interpreter: set[int] = set()  # signals that the handler has not reported yet
@@ -151,14 +155,15 @@ class Signals:
             self._end_by(number)
 
     def _end_by(self, number: int) -> None:
-        """Ends the node in a thread of its own; a second signal ends the process at once.
+        """Ends the node in a thread of its own; a second signal, unless it comes at once, ends the process.
 
         The main thread may be in the middle of anything, a publish for example, and may hold what
         the end needs, so the end does not run on top of it.
         """
-        if self._ending is not None:
+        if self._ending is None:
+            self._start_end(f"signal-{number}")
+        elif time.monotonic() - self._ending_since > _SENT_TWICE_WITHIN_S:
             os._exit(128 + number)
-        self._start_end(f"signal-{number}")
 
     def _insist_on_end(self) -> None:
         """A shutdown hook: the main thread shall notice an end that neither it nor a signal began."""
@@ -166,6 +171,7 @@ class Signals:
             self._start_end("the node ends")
 
     def _start_end(self, reason: str) -> None:
+        self._ending_since = time.monotonic()
         self._ending = threading.Thread(
             target=self._run_end, args=(reason,), name="end of the node", daemon=True
         )

@@ -88,6 +88,27 @@ def test_a_signal_that_comes_before_the_node_listens_is_kept() -> None:
     signals.uninstall()
 
 
+@pytest.mark.parametrize(("within_s", "codes"), [(60.0, []), (0.0, [128 + signal.SIGINT])])
+def test_a_second_signal_ends_the_process_unless_it_comes_at_once(
+    monkeypatch: pytest.MonkeyPatch, within_s: float, codes: list[int]
+) -> None:
+    """`timeout` sends its signal twice."""
+    exits: list[int] = []
+    monkeypatch.setattr("pipros.node.signals._SENT_TWICE_WITHIN_S", within_s)
+    monkeypatch.setattr("os._exit", exits.append)
+    ends, reader, may_end = Ends(), Reader(), threading.Event()
+    signals = Signals(lambda reason: (ends(reason), may_end.wait(30)))
+    signals.install()
+    signals.listen(reader)  # type: ignore[arg-type]
+    for _ in range(2):
+        signal.raise_signal(signal.SIGINT)
+        reader.turn()
+    may_end.set()
+    signals.uninstall()
+    assert ends.wait() == ["signal-2"]
+    assert exits[:1] == codes
+
+
 def test_after_the_end_a_signal_raises_keyboard_interrupt() -> None:
     ends, reader = Ends(), Reader()
     signals = Signals(ends)
