@@ -8,8 +8,8 @@ on one core, whose cache then still holds the message.
 
 It learns whether polling pays, see `AdaptiveBackoff`: a topic at 100 Hz is polled once in a thousand
 messages. The link of a topic polls only after the node has published (`PublishCount`), for what comes next
-may be an answer that somebody waits for. A node that only listens to a stream of 25,000 messages a second
-would poll all the time, and keep a processor busy for a latency that nobody needs.
+may be the answer to it. A node that only listens to a stream of 25,000 messages a second would poll all the
+time, and keep a processor busy for a latency without use.
 """
 
 from __future__ import annotations
