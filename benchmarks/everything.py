@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """All benchmarks, one after the other, and one table of what they found, as Markdown.
 
-    benchmarks/everything.py [--quick] [--rounds 3] [--seconds 2] [--only client,codec] [--output FILE]
+    benchmarks/everything.py [--quick] [--rounds 3] [--seconds 2] [--only client,codec] [--update FILE]
 
 Genuine rospy takes turns with pipros in each of them. The ratio says how many times better pipros is, then
 come the least and the largest ratio of a round. Above some 5 % of foreign load the figures mean little; they
