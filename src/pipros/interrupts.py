@@ -1,4 +1,4 @@
-"""Repeats a Ctrl-C that Python would ignore: see `install`.
+"""Signals that end a command: repeats a Ctrl-C that Python would ignore, and lets SIGTERM clean up.
 
 Python raises KeyboardInterrupt wherever the main thread is. In a `__del__` or a
 callback of the garbage collector, which runs in every import, Python can only report the exception as
@@ -13,7 +13,9 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
 from typing import Any
 
 _AGAIN_S = 0.02
@@ -36,6 +38,30 @@ def accept_ctrl_c() -> None:
         return
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@contextmanager
+def ended_by_termination() -> Iterator[None]:
+    """Lets SIGTERM, and SIGHUP of a closed terminal, end the block by SystemExit, so that it can clean up.
+
+    The exit code is the one that shells report for the signal. A signal that is ignored, as under nohup,
+    stays ignored. Does nothing outside the main thread.
+    """
+    previous: dict[signal.Signals, Any] = {}
+    if threading.current_thread() is threading.main_thread():
+        for name in ("SIGTERM", "SIGHUP"):  # Windows has no SIGHUP
+            number = getattr(signal, name, None)
+            if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+                previous[number] = signal.signal(number, _exit_by_signal)
+    try:
+        yield
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+
+
+def _exit_by_signal(number: int, _: FrameType | None) -> None:
+    raise SystemExit(128 + number)
 
 
 class _InterruptKeeper:

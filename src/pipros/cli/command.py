@@ -64,7 +64,7 @@ class _DeferredParser:
             self._complete.add_option(*names, **settings)
 
     def parse_args(self, arguments: list[str]) -> tuple[Any, list[str]]:
-        if any(argument.startswith("-") for argument in arguments):
+        if self._complete is not None or any(argument.startswith("-") for argument in arguments):
             return self._parser().parse_args(arguments)
         return SimpleNamespace(**self._defaults()), arguments
 

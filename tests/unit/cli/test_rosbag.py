@@ -3,6 +3,7 @@ from __future__ import annotations
 import errno
 import io
 import os
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +78,52 @@ def test_compress_keeps_the_old_bag_and_all_messages(options: list[str], name: s
     assert main(["decompress", "-f", "run.bag"]) == 0
     assert (contents("run.bag"), compression_of("run.bag")) == (values(ROWS), {"none"})
     assert sorted(os.listdir()) == ["run.bag", "run.orig.bag"]
+
+
+def test_decompress_needs_no_option(bag: Path) -> None:
+    main(["compress", "run.bag"])
+    Path("run.orig.bag").unlink()
+
+    assert main(["decompress", "run.bag"]) == 0
+    assert (contents("run.bag"), compression_of("run.bag")) == (values(ROWS), {"none"})
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows ends a process without its handlers")
+@pytest.mark.parametrize("number", [signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)])
+def test_a_rewriting_that_a_signal_ends_leaves_nothing_behind(
+    number: signal.Signals, bag: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    old = bag.read_bytes()
+    found: list[list[str]] = []
+
+    def recompress(*_: object) -> None:
+        found.append(sorted(os.listdir()))
+        assert signal.getsignal(number) is not signal.SIG_DFL
+        signal.raise_signal(number)
+
+    monkeypatch.setattr("pipros.cli.rosbag.rewriting.recompress", recompress)
+    before = signal.signal(number, signal.SIG_DFL)
+    try:
+        with pytest.raises(SystemExit) as end:
+            main(["compress", "run.bag"])
+        assert signal.getsignal(number) is signal.SIG_DFL
+    finally:
+        signal.signal(number, before)
+
+    assert end.value.code == 128 + number
+    assert found == [["run.bag", "run.new.bag.active"]]
+    assert (os.listdir(), bag.read_bytes()) == (["run.bag"], old)
+
+
+def test_a_signal_that_is_ignored_stays_ignored(bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        "pipros.cli.rosbag.rewriting.recompress", lambda *_: signal.raise_signal(signal.SIGTERM)
+    )
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    try:
+        assert main(["compress", "run.bag"]) == 0
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def test_a_backup_is_not_overwritten_unless_forced(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:

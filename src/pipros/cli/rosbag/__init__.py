@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
 from functools import partial
 from importlib import import_module
 
 from pipros.cli.command import CommandError, Subcommand, run
 from pipros.cli.streams import OutputFailed, command
+from pipros.interrupts import ended_by_termination
 
 _DESCRIPTIONS = {
     "check": "Determine whether a bag is playable in the current system, or if it can be migrated.",
@@ -41,6 +43,9 @@ _HOMES = {
     "play": "playing",
     "record": "recording",
 }
+_NODES = ("play", "record")
+"""Subcommands that handle signals themselves."""
+
 _SUBCOMMANDS = "Available subcommands:\n" + "".join(
     f"   {name}  " + (f"\t{text}\n" if text else "\n")
     for name, text in _DESCRIPTIONS.items()
@@ -72,7 +77,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(name: str, arguments: Sequence[str]) -> int:
     """Runs a subcommand. What the system refuses, a full disk for example, is a `CommandError`."""
     try:
-        return _subcommand(name)(arguments)
+        with nullcontext() if name in _NODES else ended_by_termination():
+            return _subcommand(name)(arguments)
     except (OutputFailed, BrokenPipeError):
         raise
     except OSError as error:
