@@ -73,6 +73,14 @@ def test_what_is_not_a_number_is_named() -> None:
         number_in(Imu(), field)
 
 
+@pytest.mark.parametrize("path", ["orientation_covariance[9]", "orientation/x[0]"])
+def test_an_element_that_the_message_lacks_is_named(path: str) -> None:
+    field = find_field(f"/imu/{path}", TOPICS)
+    assert field is not None
+    with pytest.raises(ValueError, match=r"/imu/orientation\S+ is no element of the message"):
+        number_in(Imu(), field)
+
+
 def test_samples_of_a_slow_browser_are_lost_and_counted() -> None:
     samples = NewSamples(3)
     for number in range(5):
@@ -105,6 +113,13 @@ def test_compressed_images_are_left_to_the_browser() -> None:
         {"compressed": "jpeg", "format": "jpeg"},
         b"x",
     )
+
+
+@pytest.mark.parametrize(("height", "step"), [(0, 0), (4_000_000_000, 0), (0, 6)])
+def test_an_image_without_pixels_is_shown_as_such(height: int, step: int) -> None:
+    head, pixels = packed(Image(width=0, height=height, step=step, encoding="rgb8", data=b""))
+
+    assert (head["full"], pixels) == ([0, height], b"")
 
 
 @pytest.mark.parametrize(

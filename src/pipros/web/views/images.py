@@ -67,7 +67,7 @@ def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
         )
     every = _step(message.encoding, width * height * size)
     data = memoryview(message.data)
-    tops = range(0, height * step, step * every)
+    tops = range(0, height * step, step * every) if width else ()
     pixels = b"".join(_thinned(data[top : top + width * size], size, every) for top in tops)
     head = {
         "encoding": message.encoding,

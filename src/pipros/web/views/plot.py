@@ -123,11 +123,14 @@ def number_in(message: Any, field: Field) -> float | None:
     """The value of a field; None for NaN and infinity, which interrupt the curve.
 
     Raises:
-        ValueError: it is not a number.
+        ValueError: it is not a number, or the index of an element that the message does not have.
     """
     from pipros.web.views.topics import percentage
 
-    value = extract(message, field.path).value
+    try:
+        value = extract(message, field.path).value
+    except (IndexError, TypeError):  # beyond the end of the array, or of what is no array
+        raise ValueError(f"{field.text} is no element of the message") from None
     if isinstance(value, bool):
         return float(value)
     if hasattr(value, "to_sec"):
