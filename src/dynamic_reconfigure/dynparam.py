@@ -6,7 +6,7 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import rospy
 from dynamic_reconfigure import (
@@ -19,9 +19,17 @@ from pipros.errors import PiprosError
 from pipros.safe.yaml import load
 
 
+class CommandParser(argparse.ArgumentParser):
+    """Exits with 1, as in Noetic, where no command or an unknown one is given; with 2 for other mistakes."""
+
+    def error(self, message: str) -> NoReturn:
+        self.print_usage(sys.stderr)
+        self.exit(1 if "command" in message else 2, f"{self.prog}: error: {message}\n")
+
+
 def parser() -> argparse.ArgumentParser:
     """The commands with their arguments."""
-    made = argparse.ArgumentParser(prog="dynparam", description=__doc__)
+    made = CommandParser(prog="dynparam", description=__doc__)
     commands = made.add_subparsers(dest="command", required=True)
     commands.add_parser("list", help="list the nodes that can be configured")
     for name, help_text, more in (

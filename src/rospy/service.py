@@ -177,7 +177,9 @@ def convert_return_to_response(response: Any, response_class: type[Message]) -> 
             return response_class(*response)
         return response_class(response)
     except (AttributeError, TypeError) as error:
-        raise HandlerError(f"handler returned invalid value: {error}") from None
+        several = isinstance(response, (list, tuple))
+        fault = "wrong number of values" if several else "invalid value"
+        raise HandlerError(f"handler returned {fault}: {error}") from None
 
 
 class ServiceProxy:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import signal
@@ -14,9 +15,11 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Empty, Int32, String, UInt8MultiArray
 from std_srvs.srv import Trigger
 
+import rospy
 from pipros.bag import BagReader, BagWriter
 from pipros.bag.player import Player, PlayOptions
 from pipros.master.master import Master
+from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from tests.support.bags import bag_bytes, header_of, rows_of
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
@@ -76,6 +79,31 @@ def test_what_is_published_is_recorded_until_ctrl_c(ros: RosSystem, master: Mast
     assert by_topic["/text"].is_latching
     assert by_topic["/number"].callerid == "/talker"
     assert by_topic["/number"].definition == Int32._full_text
+
+
+def test_the_clock_that_the_recorder_follows_is_recorded(
+    ros: RosSystem, master: Master, talker: Node
+) -> None:
+    client = MasterClient(master.uri, "/test")
+    client.set_param("/use_sim_time", True)
+    client.close()
+    clock = talker.advertise("/clock", Clock, queue_size=None)
+    record = start(ros, master, "record", "--chunksize", "0", "-O", "run", "/clock")
+    wait_until(lambda: clock.connection_count, what="a subscriber of /clock")
+    active = ros.home / "run.bag.active"
+    ticks = itertools.count(1)
+
+    def is_written() -> bool:
+        clock.publish(Clock(rospy.Time(next(ticks), 7)))
+        return active.exists() and message_count(active) > 2
+
+    wait_until(is_written, what="messages of /clock in the file")
+    record.press_ctrl_c()
+
+    assert record.wait() == 0
+    with BagReader(ros.home / "run.bag") as bag:
+        assert bag.connections[0].type == "rosgraph_msgs/Clock"
+        assert all(message.clock.nsecs == 7 for _, message, *_ in bag.messages())
 
 
 def test_what_waits_for_compression_is_written_after_ctrl_c(

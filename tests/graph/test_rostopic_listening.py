@@ -12,6 +12,7 @@ from pipros.graph.system_state import SystemState
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.msg.dynamic import message_classes_from_text
+from pipros.msg.time import Time
 from pipros.net.master_client import MasterClient
 from pipros.node import Publisher
 from tests.support.nodes import MakeNode, wait_until_connected
@@ -19,6 +20,7 @@ from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
+Clock = load_message_class("rosgraph_msgs/Clock")
 String = load_message_class("std_msgs/String")
 
 
@@ -256,6 +258,29 @@ def test_hz_measures_by_the_simulated_clock_by_default(
     hz.press_ctrl_c()
 
     assert hz.wait() == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "report"),
+    [(("echo",), r"nsecs: +7"), (("echo", "-p"), r"7$"), (("bw",), "average")],
+    ids=" ".join,
+)
+def test_the_clock_that_the_command_follows_can_be_listened_to(
+    commands: Commands, master: Master, make_node: MakeNode, words: tuple[str, ...], report: str
+) -> None:
+    client = MasterClient(master.uri, "/test")
+    client.set_param("/use_sim_time", True)
+    client.close()
+    clock = make_node("world").advertise("/clock", Clock)
+    listening = commands.start("rostopic", *words, "/clock")
+    wait_until_connected(clock)
+    for seconds in range(1, 4):
+        clock.publish(Clock(Time(seconds, 7)))
+    listening.wait_for(report)
+    listening.press_ctrl_c()
+
+    assert listening.wait() == 0
+    assert "Traceback" not in listening.output
 
 
 def test_delay_is_the_age_of_the_stamps(commands: Commands, make_node: MakeNode) -> None:

@@ -96,6 +96,12 @@ def test_rules_of_packages_do_what_they_do_in_genuine_rosbag(sides: RosSystem) -
         found.append({each[0].topic: (each[0].type, each[0].md5sum, *each[1:4]) for each in messages})
 
     genuine, ours = found
+    in_place = sides.pipros.run("rosbag", "fix", "-n", "pipros.bag", "pipros.bag", FILE)
+    assert (in_place.returncode, in_place.stdout) == (0, ["Bag migrated successfully."])
+    with BagReader(sides.home / "pipros.bag") as bag:
+        assert {
+            each[0].topic: (each[0].type, each[0].md5sum, *each[1:4]) for each in bag.raw_messages()
+        } == ours
     assert genuine.keys() == {topic_of(rule) for rule in RULES}
     for rule in RULES:
         assert ours[topic_of(rule)] == genuine[topic_of(rule)], rule.name

@@ -29,6 +29,15 @@ exit(gen.generate(PACKAGE, "tuning", "Tuning"))
 """
 
 
+@pytest.mark.parametrize("words", [(), ("frobnicate",), ("get",), ("set", "node")])
+def test_a_wrong_command_line_of_dynparam_ends_alike(plain_ros: RosSystem, words: tuple[str, ...]) -> None:
+    codes = [
+        side.run("rosrun", "dynamic_reconfigure", "dynparam", *words).wait()
+        for side in (plain_ros.genuine, plain_ros.pipros)
+    ]
+    assert codes == [2 if words and words[0] != "frobnicate" else 1] * 2
+
+
 @pytest.mark.timeout(200)
 def test_parameters_change_alike(plain_ros: RosSystem, tmp_path: Path) -> None:
     file = tmp_path / "Tuning.cfg"

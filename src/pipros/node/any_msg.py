@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import functools
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 from pipros.msg.base import Message
+from pipros.node.asyncio_support import MessageStream
+from pipros.node.codec import encoder
 
 
 class RawMessage(Message):
@@ -37,3 +40,20 @@ class RawMessage(Message):
     def header(self) -> Mapping[str, str]:
         fields: Mapping[str, str] = self._connection_header
         return fields
+
+
+def taking_raw(callback: Callable[..., object] | None) -> Callable[..., object] | None:
+    """A callback for decoded messages that gives `callback` the same messages undecoded.
+
+    A `MessageStream` is returned as it is: its subscription has to find it again.
+    """
+    if callback is None or isinstance(callback, MessageStream):
+        return callback
+
+    @functools.wraps(callback)
+    def call(message: Message, *args: object) -> None:
+        raw = RawMessage(b"".join(encoder(type(message))(message)))
+        raw._connection_header = message._connection_header
+        callback(raw, *args)
+
+    return call

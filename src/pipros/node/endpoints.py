@@ -18,6 +18,7 @@ from pipros.net.held_bytes import HeldBytes
 from pipros.net.loop import BackgroundLoop
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers
+from pipros.node.any_msg import RawMessage, taking_raw
 from pipros.node.attempts import Attempts
 from pipros.node.context import NodeContext
 from pipros.node.publisher import FAREWELL_S, Publication, Publisher
@@ -185,12 +186,12 @@ class Endpoints:
         """A new callback on a topic, which is registered at the master with the first one.
 
         If the node receives the topic already, the callback gets the last message of each connected
-        publisher that latches before this returns.
+        publisher that latches before this returns. One that asks for `RawMessage` gets it also where the node
+        receives the topic by its class, as a tool with simulated time does `/clock`.
 
         Raises:
             TypeConflict: this node subscribes to the topic with another type already.
         """
-        listener = SubscriberCallback(callback, callback_args) if callback is not None else None
         with self._lock:
             found = self._subscriptions.get(topic)
             if found is None:
@@ -201,6 +202,9 @@ class Endpoints:
             else:
                 subscription = found[0]
                 _same_type(subscription.interface.md5sum, message_class, topic)
+                if message_class is RawMessage and subscription.message_class is not RawMessage:
+                    callback = taking_raw(callback)
+            listener = SubscriberCallback(callback, callback_args) if callback is not None else None
             subscription.handles += 1
             subscription.tcp_nodelay = subscription.tcp_nodelay or tcp_nodelay
             subscription.set_queue_size(queue_size)

@@ -35,19 +35,24 @@ class Identity:
     def settle(cls, name: str, *, anonymous: bool, argv: Sequence[str], environment: Environment) -> Identity:
         """`__name:=` and `__ns:=` win over the name given and over `ROS_NAMESPACE`.
 
+        `__name:=` may have a namespace, which the node is then in, as in rospy.
+
         Raises:
-            InvalidName: a name with a namespace in it, or none.
+            InvalidName: a name with a namespace in it that is not from `__name:=`, or none.
         """
         arguments = names.parse_arguments(argv)
         special = arguments.special
+        if not name or "/" in name:
+            raise InvalidName(f"[{name}] is not a node name: it must be a name without a namespace")
         if "__name" in special:
             name = special["__name"]
         elif anonymous:
             name = names.anonymous(name)
-        if not name or "/" in name:
-            raise InvalidName(f"[{name}] is not a node name: it must be a name without a namespace")
         namespace = names.make_global_namespace(special.get("__ns", environment.namespace))
-        full_name = names.canonicalize(namespace + name)
+        full_name = names.canonicalize(names.join(namespace, name))
+        if full_name == "/":
+            raise InvalidName(f"[{name}] is not a node name: it has no letters")
+        namespace = names.namespace(full_name)
         if "__hostname" in special or "__ip" in special:
             environment = replace(environment, hostname=special.get("__hostname"), ip=special.get("__ip"))
         return cls(

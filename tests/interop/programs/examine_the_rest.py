@@ -44,6 +44,10 @@ def services():
     examine(
         "Service", lambda: (service.uri.split(":")[0], service.buff_size, callable(service.error_handler))
     )
+    for answer in ([], [True], [True, "a", "b"], (True,), "x", {"no": 1}, None):
+        wrong = rospy.Service("wrong", Trigger, lambda _, answer=answer: answer)
+        examine(f"a handler returns {answer}", rospy.ServiceProxy("wrong", Trigger))
+        wrong.shutdown()
     examine("protocol", lambda: service.protocol is not None)
     proxy = rospy.ServiceProxy("s", Trigger)
     examine("ServiceProxy", lambda: (proxy.uri, proxy.transport, proxy.buff_size, proxy.protocol is not None))

@@ -56,6 +56,14 @@ def test_master_and_address_can_be_given() -> None:
     assert (by_name.hostname, by_name.ip) == ("arm", None)
 
 
+def test_a_name_of_the_command_line_may_have_a_namespace() -> None:
+    identity = settle("__name:=a/b", environment=Environment(namespace="/ns/"))
+    assert (identity.name, identity.namespace) == ("/ns/a/b", "/ns/a/")
+    assert settle("__name:=/a/b", "__ns:=n").resolve("x") == "/a/x"
+    with pytest.raises(InvalidName, match="it has no letters"):
+        settle("__name:=/")
+
+
 @pytest.mark.parametrize("name", ["", "a/b", "/a"])
 def test_a_node_name_has_no_namespace(name: str) -> None:
     with pytest.raises(InvalidName, match="must be a name without a namespace"):

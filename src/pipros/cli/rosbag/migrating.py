@@ -67,8 +67,6 @@ def fix(argv: Sequence[str]) -> int:
     if len(arguments) < 2:
         parser.error("You must pass an output bag file.")
     source, target = Path(arguments[0]), Path(arguments[1])
-    if target.exists() and source.samefile(target):
-        parser.error("Input and output must be different files.")
     migrator = _migrator(arguments[2:], has_plugins=not options.noplugins)
     with open_bag(source) as bag:
         missing = [] if options.force else [change for change in migrator.changes(bag) if change.missing]
