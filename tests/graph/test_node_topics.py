@@ -7,12 +7,12 @@ import socket
 import struct
 import threading
 from contextlib import closing
-from typing import Any
+from typing import Any, NoReturn
 
 import pytest
 
 from pipros.env import Environment
-from pipros.errors import Refused
+from pipros.errors import Interrupted, Refused
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.errors import SerializationError
@@ -412,6 +412,25 @@ def test_the_end_of_a_node_leaves_nothing_at_the_master(make_node: MakeNode) -> 
         [["/c", ["/node"]]],
     ]
     node.shutdown("done")
+    assert observer.master.get_system_state() == [[], [], []]
+
+
+def test_what_is_unregistered_while_the_node_ends_is_not_left_at_the_master(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    observer, node = make_node("observer"), make_node("busy")
+    publisher = node.advertise("/chatter", String)
+    end, is_interrupted = threading.Thread(target=node.shutdown), threading.Event()
+
+    def be_interrupted(*_: object) -> NoReturn:
+        end.start()
+        assert is_interrupted.wait(10)
+        raise Interrupted("the node ends")
+
+    monkeypatch.setattr(node.master, "unregister_publisher", be_interrupted)
+    monkeypatch.setattr(node.master, "interrupt", lambda _: is_interrupted.set())
+    publisher.unregister()
+    end.join(10)
     assert observer.master.get_system_state() == [[], [], []]
 
 

@@ -141,8 +141,8 @@ class Registrations:
         """Takes an entry back. After `close`, which took all of them back, it does nothing."""
         with self._lock:
             if entry in self._entries:
-                self._entries.remove(entry)
-                self._unregister(entry, self._master)
+                if self._unregister(entry, self._master) or not self._is_closed:
+                    self._entries.remove(entry)  # otherwise `close`, which interrupted the call, repeats it
                 self._tell(entry, is_added=False)
 
     def observe(self, observer: Callable[[Entry, bool], object]) -> None:
