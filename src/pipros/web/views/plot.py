@@ -129,8 +129,8 @@ def number_in(message: Any, field: Field) -> float | None:
 
     try:
         value = extract(message, field.path).value
-    except (IndexError, TypeError):  # beyond the end of the array, or of what is no array
-        raise ValueError(f"{field.text} is no element of the message") from None
+    except (IndexError, TypeError):  # an index beyond the end, or of a field that is not an array
+        raise ValueError(f"the message does not have the element {field.text}") from None
     if isinstance(value, bool):
         return float(value)
     if hasattr(value, "to_sec"):
