@@ -471,8 +471,9 @@ class Session:
             self._call_client_hooks()
             self._is_over = True
         calls.interrupt()
-        hooks = list(shutdown_hooks)
-        shutdown_hooks.clear()
+        with self._lock:  # each hook is called by one thread only
+            hooks = list(shutdown_hooks)
+            shutdown_hooks.clear()
         self._call(hooks, reason)
         self._call([partial(thread.join, THREAD_END_S) for thread in threads if thread.is_alive()])
 

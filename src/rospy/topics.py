@@ -175,7 +175,8 @@ class Publisher(Topic[AnyMessage]):
 
     def get_num_connections(self) -> int:
         """How many subscribers are connected."""
-        return self._handle.connection_count if self._handle is not None else 0
+        handle = self._handle  # which another thread may take back
+        return handle.connection_count if handle is not None else 0
 
     def unregister(self) -> None:
         """Gives up this publisher. The topic is unregistered with the last one. May be repeated."""
@@ -286,7 +287,8 @@ class Subscriber(Topic[AnyMessage]):
 
     def get_num_connections(self) -> int:
         """How many publishers are connected."""
-        return self._handle.connection_count if self._handle is not None else 0
+        handle = self._handle  # which another thread may take back
+        return handle.connection_count if handle is not None else 0
 
     def unregister(self) -> None:
         """Ends the callback. The topic is unregistered with the last one. May be repeated."""
