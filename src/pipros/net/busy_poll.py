@@ -7,9 +7,9 @@ briefly before it sleeps, and yields the processor between two polls: to the sen
 on one core, whose cache then still holds the message.
 
 It learns whether polling pays, see `AdaptiveBackoff`: a topic at 100 Hz is polled once in a thousand
-messages. The link of a topic polls only after the node has published (`PublishCount`), for what comes next
-may be the answer to it. A node that only listens to a stream of 25,000 messages a second would poll all the
-time, and keep a processor busy for a latency without use.
+messages. The link of a topic polls that long only after the node has published (`PublishCount`), for what
+comes next may be the answer to it. A node that only listens looks a few times: that is enough where others
+run between two looks, since their messages have come then, and does not keep an idle processor busy.
 """
 
 from __future__ import annotations
@@ -87,10 +87,15 @@ class PollingReceiver:
         self._longest_s = longest_s
         self._backoff = AdaptiveBackoff()
 
-    def receive_into(self, sock: socket.socket, buffer: memoryview) -> int:
-        """Waits for bytes and receives them into `buffer`; returns how many, 0 at the end of the stream."""
-        if self._backoff.is_due() and (count := self._poll(sock.recv_into, buffer, 0, _DONTWAIT)) is not None:
-            return count
+    def receive_into(self, sock: socket.socket, buffer: memoryview, most_looks: int | None = None) -> int:
+        """Waits for bytes and receives them into `buffer`; returns how many, 0 at the end of the stream.
+
+        `most_looks` limits the looks of a poll as well as its time.
+        """
+        if self._backoff.is_due():
+            count = self._poll(sock.recv_into, buffer, 0, _DONTWAIT, most_looks=most_looks)
+            if count is not None:
+                return count
         return sock.recv_into(buffer)
 
     def receive_into_within(self, sock: socket.socket, buffer: memoryview, limit_s: float) -> int | None:
@@ -123,19 +128,20 @@ class PollingReceiver:
             raise TimeoutError("the time is up")
         return sock.recv(most)
 
-    def _poll(self, receive: Callable[..., T], *args: Any) -> T | None:
+    def _poll(self, receive: Callable[..., T], *args: Any, most_looks: int | None = None) -> T | None:
         """The result of `receive` within a poll; None when nothing came, or polling is of no use here."""
         if not _MAY_POLL:
             self._backoff.note(pays=False)
             return None
-        end = 0.0
+        end, looks = 0.0, 0
         while True:
             try:
                 received = receive(*args)
             except BlockingIOError:
                 now = time.perf_counter()
                 end = end or now + self._longest_s
-                if now > end:
+                looks += 1
+                if now > end or looks == most_looks:
                     self._backoff.note(pays=False)
                     return None
                 _yield_cpu()

@@ -43,6 +43,9 @@ QUIET_S = 0.002
 once; reading continues until nothing has come for QUIET_S."""
 
 
+LISTENER_LOOKS = 4
+"""The most looks at the socket for the next message, where nobody can wait for an answer to it."""
+
 KEEP_LARGE_S = 5.0
 """A link that was silent for so long frees the memory of its large messages."""
 
@@ -101,8 +104,8 @@ class IncomingLink:
 
     `turn` is held during each delivery: links that share one never deliver at the same time.
     The frame given to `deliver` is valid during the call only. `on_closed` is called once, from
-    the link's thread, with the reason when the link ended by an error. The link polls for the next frame
-    only when `published` has changed: see `pipros.net.busy_poll`.
+    the link's thread, with the reason when the link ended by an error. The link polls longer for the next
+    frame when `published` has changed: see `pipros.net.busy_poll`.
     """
 
     def __init__(
@@ -184,10 +187,9 @@ class IncomingLink:
             buffer.trim()
             space = buffer.space()
         published = self._published.value
-        if published == self._published_before:
-            return self._sock.recv_into(space)
+        most_looks = LISTENER_LOOKS if published == self._published_before else None
         self._published_before = published
-        return self._between.receive_into(self._sock, space)
+        return self._between.receive_into(self._sock, space, most_looks)
 
     def _sleep_and_receive(self) -> int:
         """As `_receive`, after a sleep in which many frames may arrive."""

@@ -47,6 +47,11 @@ def wait_on(one: PollingReceiver, sock: SleepySocket) -> None:
     one.receive_into(sock, memoryview(b""))  # type: ignore[arg-type]
 
 
+def test_the_number_of_looks_can_be_limited(sleepy: SleepySocket) -> None:
+    PollingReceiver(60.0).receive_into(sleepy, memoryview(b""), 3)  # type: ignore[arg-type]
+    assert sleepy.waits == ["looked", "looked", "looked", "slept"]
+
+
 def test_what_is_there_is_received(ends: tuple[socket.socket, socket.socket]) -> None:
     ours, theirs = ends
     buffer = bytearray(8)

@@ -1,4 +1,4 @@
-"""The links of one topic take turns, and poll only for answers."""
+"""The links of one topic take turns, and poll longer for answers."""
 
 from __future__ import annotations
 
@@ -58,15 +58,17 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(
         link.join(10)
 
 
-def test_a_link_polls_for_the_next_frame_only_after_the_node_has_published(
+def test_a_link_polls_longer_for_the_next_frame_after_the_node_has_published(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    published, delivered, polled = PublishCount(), list[bytes](), list[int]()
+    published, delivered, polled = PublishCount(), list[bytes](), list[int | None]()
     receive = PollingReceiver.receive_into
 
-    def receive_and_note(receiver: PollingReceiver, sock: socket.socket, buffer: memoryview) -> int:
-        polled.append(len(delivered))
-        return receive(receiver, sock, buffer)
+    def receive_and_note(
+        receiver: PollingReceiver, sock: socket.socket, buffer: memoryview, most_looks: int | None
+    ) -> int:
+        polled.append(most_looks)
+        return receive(receiver, sock, buffer, most_looks)
 
     def deliver(frame: memoryview | bytes) -> None:
         if frame == b"q":
@@ -92,4 +94,5 @@ def test_a_link_polls_for_the_next_frame_only_after_the_node_has_published(
             theirs.sendall(b"\x01\x00\x00\x00" + text)
             wait_until(lambda: len(delivered) > number)  # noqa: B023 # waited for in this round
     link.join(10)
-    assert polled == [3]
+    few = incoming.LISTENER_LOOKS
+    assert polled[:6] == [few, few, few, None, few, few]
