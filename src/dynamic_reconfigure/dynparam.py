@@ -24,7 +24,8 @@ class CommandParser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         self.print_usage(sys.stderr)
-        self.exit(1 if "command" in message else 2, f"{self.prog}: error: {message}\n")
+        is_about_command = "argument command:" in message or message.endswith("required: command")
+        self.exit(1 if is_about_command else 2, f"{self.prog}: error: {message}\n")
 
 
 def parser() -> argparse.ArgumentParser:

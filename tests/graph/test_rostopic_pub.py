@@ -57,12 +57,7 @@ def waiting(ros: RosSystem, master: Master, make_node: MakeNode) -> Process:
     """One that waits for messages from a pipe."""
     client = make_node("looker").master
     pub = ros.pipros.processes.start(
-        *(
-            "rostopic",
-            "pub",
-            "/words",
-            "std_msgs/String",
-        ),
+        *("rostopic", "pub", "/words", "std_msgs/String"),
         stdin=subprocess.PIPE,
         environment={"ROS_MASTER_URI": master.uri},
     )

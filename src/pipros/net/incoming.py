@@ -42,7 +42,6 @@ QUIET_S = 0.002
 """A socket that held this much had its window closed: the peer holds more, and sends it at
 once; reading continues until nothing has come for QUIET_S."""
 
-
 LISTENER_LOOKS = 4
 """The most looks at the socket for the next message, where nobody can wait for an answer to it."""
 

@@ -9,6 +9,7 @@ import rospy
 import tf2_ros
 from pipros.msg import load_message_class
 from pipros.printable import printable
+from pipros.transforms.heard import UNKNOWN_SENDER
 from pipros.transforms.monitor import Delays, Monitor
 from tf.transformer import strip_leading_slash
 
@@ -35,7 +36,7 @@ class Watch:
 
     def _on_message(self, message: Any) -> None:
         now = rospy.get_time()
-        sender = printable(message._connection_header.get("callerid", "unknown_publisher"))
+        sender = printable(message._connection_header.get("callerid", UNKNOWN_SENDER))
         stamps = {
             printable(strip_leading_slash(transform.child_frame_id)): transform.header.stamp.to_sec()
             for transform in message.transforms

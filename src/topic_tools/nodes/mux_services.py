@@ -12,7 +12,7 @@ from pipros.msg import load_service_class
 def _call(name: str, kind: str, doing: str, *topic: str) -> Any:
     """Waits for a service of the mux and calls it. Prints what it does, and what goes wrong.
 
-    Ctrl-C ends the program: there is no node that would.
+    Ctrl-C during the wait exits with 130.
     """
     try:
         print(f'Waiting for service "{name}"', flush=True)
