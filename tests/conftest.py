@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests.support import browser, passed, pyright
+from tests.support import browser, outcomes, pyright
 from tests.support.environments import make_tool_folder
 from tests.support.examples import examples
 from tests.support.genuine import INSTALL, is_required, missing_packages
@@ -30,11 +30,11 @@ _BROWSER = Path(__file__).parent / "browser"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    passed.add_options(parser)
+    outcomes.add_options(parser)
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    passed.configure(config)
+    outcomes.configure(config)
     # In a background job of a script SIGINT is ignored, and all that a test starts would inherit that.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -52,7 +52,7 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    passed.leave_out(config, items)
+    outcomes.leave_out(config, items)
 
 
 @pytest.hookimpl(tryfirst=True)

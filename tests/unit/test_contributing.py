@@ -53,6 +53,11 @@ def test_an_unknown_part_of_the_check_is_refused() -> None:
 def test_the_workflow_runs_what_our_own_integration_runs_and_all_pythons() -> None:
     jobs = read_yaml(".github/workflows/ci.yml")["jobs"]
     assert {"run": ".ci/run"} in jobs["everything"]["steps"]
-    matrix = jobs["tests"]["strategy"]["matrix"]
-    assert matrix["python"] == ["3.10", "3.11", "3.12", "3.13", "3.14"]
-    assert matrix["system"] == ["ubuntu-latest", "macos-latest", "windows-latest"]
+    assert jobs["tests"]["strategy"]["matrix"]["python"] == ["3.10", "3.11", "3.12", "3.13", "3.14"]
+    assert not any(job.get("continue-on-error") for job in jobs.values())
+
+
+def test_an_unknown_part_of_continuous_integration_is_refused() -> None:
+    ended = subprocess.run([REPOSITORY / ".ci" / "run", "spelling"], capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout) == (2, "")
+    assert "a part must be one of: install check docs coverage fuzz fresh wheel test" in ended.stderr

@@ -1,0 +1,202 @@
+"""Looks for tests that fail now and then: repeats them while all processors are kept busy.
+
+`script/hunt` repeats every test that starts a process, thread or socket more often than the others, and
+prints failure rates. `script/hunt --again FILE` repeats the tests that failed in one run, which decides
+whether CI passes: a race in the code shows in one of ten repetitions on busy processors.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import subprocess
+import sys
+import tempfile
+from collections import defaultdict
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+from tests.support.environments import REPOSITORY
+from tests.support.outcomes import Outcome, read_outcomes
+
+AGAIN_TIMES = 10
+"""Repetitions of a test that failed in CI."""
+AGAIN_LIMIT = 10
+"""More failures than this are not repeated: they are not one unlucky test."""
+QUARANTINE = REPOSITORY / "tests" / "quarantine.toml"
+QUARANTINE_LIMIT = 10
+
+_SPIN = "import os\nparent = os.getppid()\nwhile os.getppid() == parent:\n    sum(range(100_000))"
+_INTERRUPTED = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Quarantined:
+    """A test that is known to be unreliable; its failures do not fail CI."""
+
+    test: str
+    cause: str
+    evidence: str
+    since: date
+
+
+def read_quarantine(file: Path = QUARANTINE) -> dict[str, Quarantined]:
+    """Return the entries of tests/quarantine.toml by test.
+
+    Raises:
+        ValueError: the file has too many entries, or one without a cause, evidence or date.
+    """
+    entries = [Quarantined(**entry) for entry in _load_toml(file).get("test", ())]
+    if len(entries) > QUARANTINE_LIMIT:
+        raise ValueError(f"{file}: at most {QUARANTINE_LIMIT} tests may be listed, got {len(entries)}")
+    for entry in entries:
+        if not (entry.cause and entry.evidence and isinstance(entry.since, date)):
+            raise ValueError(f"{file}: [{entry.test}] needs a cause, evidence and a date")
+    return {entry.test: entry for entry in entries}
+
+
+def _load_toml(file: Path) -> dict[str, Any]:
+    if sys.version_info >= (3, 11):
+        import tomllib
+    else:
+        import tomli as tomllib  # pytest requires it there
+    with file.open("rb") as opened:
+        return tomllib.load(opened)
+
+
+@contextlib.contextmanager
+def busy_processors() -> Iterator[None]:
+    """Keep every processor busy with a process that competes with the tests."""
+    spinners = [subprocess.Popen([sys.executable, "-c", _SPIN]) for _ in range(os.cpu_count() or 1)]
+    try:
+        yield
+    finally:
+        for spinner in spinners:
+            spinner.kill()
+            spinner.wait()
+
+
+def run_tests(tests: Collection[str], outcomes: Path, words: Sequence[str] = ()) -> int:
+    """Run pytest once and return its exit code; without `tests`, all tests that `words` select."""
+    with tempfile.NamedTemporaryFile("w", suffix=".txt", encoding="utf-8") as listed:
+        listed.writelines(f"{test}\n" for test in tests)
+        listed.flush()
+        command = [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-q",
+            "--tb=no",
+            "--no-header",
+            f"--outcomes-to={outcomes}",
+        ]
+        command += [*words, *([f"@{listed.name}"] if tests else [])]
+        return subprocess.run(command, cwd=REPOSITORY, check=False).returncode
+
+
+def judge(file: Path, words: Sequence[str], quarantine: Mapping[str, Quarantined]) -> tuple[bool, str]:
+    """Repeat the tests that failed in the run of `file`; return whether CI passes, and a report."""
+    last = {outcome.test: outcome for outcome in read_outcomes(file)}
+    failed = {test: outcome for test, outcome in last.items() if outcome.result == "failed"}
+    if not failed:
+        return False, "pytest failed without a failed test"
+    if len(failed) > AGAIN_LIMIT:
+        return False, f"{len(failed)} tests failed, more than the {AGAIN_LIMIT} that are repeated"
+    with tempfile.TemporaryDirectory() as folder, busy_processors():
+        again = Path(folder) / "outcomes"
+        for _ in range(AGAIN_TIMES):
+            run_tests(failed, again, ["-n", "0", "-p", "no:cacheprovider", *words])
+        repeated = read_outcomes(again)
+    passes = True
+    lines = []
+    for test, outcome in failed.items():
+        results = [run.result for run in repeated if run.test == test]
+        held = results == ["passed"] * AGAIN_TIMES
+        passes &= held or test in quarantine
+        verdict = f"passed {results.count('passed')} of {AGAIN_TIMES} repetitions on busy processors"
+        if test in quarantine:
+            verdict += f", in quarantine: {quarantine[test].cause}"
+        first = next((run for run in repeated if run.test == test and run.result == "failed"), None)
+        lines += [f"== {test}: failed, then {verdict}", outcome.output]
+        lines += [f"-- the first failed repetition\n{first.output}"] if first else []
+    return passes, "\n".join(lines)
+
+
+def hunt(results: Path, times: int, other_times: int, words: Sequence[str]) -> int:
+    """Run tests until each has `times` results, or `other_times` if it starts nothing."""
+    with busy_processors():
+        if not read_outcomes(results):
+            print("the first run tells which tests start processes, threads or sockets", flush=True)
+            if run_tests((), results, words) == _INTERRUPTED:
+                return 130
+        while todo := _remaining(read_outcomes(results), times, other_times):
+            print(f"{len(todo)} tests to repeat", flush=True)
+            if run_tests(todo, results, words) == _INTERRUPTED:
+                return 130
+    return 0
+
+
+def _remaining(outcomes: Sequence[Outcome], times: int, other_times: int) -> list[str]:
+    runs: defaultdict[str, int] = defaultdict(int)
+    starting = set()
+    for outcome in outcomes:
+        runs[outcome.test] += 1
+        if outcome.starts:
+            starting.add(outcome.test)
+    return [test for test, count in runs.items() if count < (times if test in starting else other_times)]
+
+
+def failure_table(outcomes: Sequence[Outcome]) -> str:
+    """Return one line for each test that failed, the most frequent failure first."""
+    runs: defaultdict[str, list[Outcome]] = defaultdict(list)
+    for outcome in outcomes:
+        runs[outcome.test].append(outcome)
+    rates = [
+        (sum(run.result == "failed" for run in of_test), len(of_test), test) for test, of_test in runs.items()
+    ]
+    failed = sorted((rate for rate in rates if rate[0]), key=lambda rate: (-rate[0] / rate[1], rate[2]))
+    lines = [f"{failures:3} of {count:3}  {test}" for failures, count, test in failed]
+    return "\n".join(
+        [*lines, f"{len(failed)} of {len(runs)} tests failed at least once in {len(outcomes)} runs"]
+    )
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="script/hunt", description=__doc__)
+    parser.add_argument("--times", type=int, default=20, help="runs of a test that starts something (20)")
+    parser.add_argument("--other-times", type=int, default=3, help="runs of the other tests (3)")
+    parser.add_argument(
+        "--results", type=Path, default=REPOSITORY / ".hunt", help="file of the outcomes (.hunt)"
+    )
+    parser.add_argument("--list", action="store_true", help="print the tests that start something, and what")
+    parser.add_argument("--report", action="store_true", help="print the failure rates so far")
+    parser.add_argument("--output", metavar="TEST", help="print the output of the failures of one test")
+    parser.add_argument("--again", type=Path, metavar="FILE", help="repeat the tests that failed in one run")
+    parser.add_argument("--report-to", type=Path, metavar="FILE", help="where --again adds its report")
+    options, words = parser.parse_known_args()
+    if options.again:
+        passes, report = judge(options.again, words, read_quarantine())
+        print(report)
+        if options.report_to:
+            with options.report_to.open("a", encoding="utf-8") as file:
+                file.write(f"{report}\n")
+        return 0 if passes else 1
+    if options.output:
+        print("\n".join(run.output for run in read_outcomes(options.results) if run.test == options.output))
+        return 0
+    if options.list:
+        starting = {run.test: run.starts for run in read_outcomes(options.results) if run.starts}
+        print("\n".join(f"{', '.join(starts):24} {test}" for test, starts in sorted(starting.items())))
+        return 0
+    words = words or ["-n", str(2 * (os.cpu_count() or 1)), "--dist", "worksteal"]
+    code = 0 if options.report else hunt(options.results, options.times, options.other_times, words)
+    print(failure_table(read_outcomes(options.results)))
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

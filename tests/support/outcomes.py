@@ -1,0 +1,153 @@
+"""Outcomes of tests in a file, for `script/hunt` and for steps of continuous integration.
+
+`--outcomes-to=FILE` adds one line of JSON for each test, and `--but-passed=FILE` leaves out the tests that
+passed according to such a file. Both need the `=`: pytest takes a separate argument for a folder of tests.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+from collections import defaultdict
+from collections.abc import Callable, Generator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+_STARTS = "starts"
+_EVENTS = {
+    "os.fork": "process",
+    "os.forkpty": "process",
+    "os.posix_spawn": "process",
+    "socket.bind": "socket",
+    "socket.connect": "socket",
+    "subprocess.Popen": "process",
+}
+"""Audit events of the interpreter that make the result of a test depend on timing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The result of one run of a test."""
+
+    test: str
+    """Its node id."""
+    result: str
+    """passed, failed or skipped"""
+    seconds: float
+    starts: tuple[str, ...] = ()
+    """Which of process, socket and thread the test or its fixtures started."""
+    output: str = ""
+    """What pytest prints about a failure."""
+
+
+def read_outcomes(file: Path) -> list[Outcome]:
+    """The outcomes in `file`, oldest first; a last line that was not written completely is ignored."""
+    lines = file.read_text(encoding="utf-8").split("\n")[:-1] if file.exists() else []
+    return [Outcome(**{**fields, "starts": tuple(fields["starts"])}) for fields in map(json.loads, lines)]
+
+
+def add_options(parser: pytest.Parser) -> None:
+    """Add the two options."""
+    parser.addoption("--outcomes-to", metavar="FILE", type=Path, help="add the outcome of each test")
+    parser.addoption("--but-passed", metavar="FILE", type=Path, help="leave out the tests that passed before")
+
+
+class Recorder:
+    """Adds each outcome to a file, in the process that all workers report to."""
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+        self._reports: dict[str, list[pytest.TestReport]] = {}
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        reports = self._reports.setdefault(report.nodeid, [])
+        reports.append(report)
+        # xdist reports "???" for a worker that crashed.
+        if report.when in ("setup", "call"):
+            return
+        del self._reports[report.nodeid]
+        starts = next((str(value) for name, value in report.user_properties if name == _STARTS), "")
+        outcome = Outcome(
+            report.nodeid,
+            next((phase.outcome for phase in reports if not phase.passed), "passed"),
+            round(sum(phase.duration for phase in reports), 3),
+            tuple(starts.split()),
+            "\n".join(_text(phase) for phase in reports if phase.failed),
+        )
+        with self._file.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(asdict(outcome)) + "\n")
+
+
+def _text(report: pytest.TestReport) -> str:
+    sections = [f"--- {title}\n{content}" for title, content in report.sections]
+    return "\n".join([f"{report.nodeid} ({report.when})", report.longreprtext, *sections])
+
+
+class StartsRecorder:
+    """Notes in the reports which of process, socket and thread a test started.
+
+    A test that uses a fixture of a module or session counts as if it had started what the fixture did.
+    """
+
+    def __init__(self) -> None:
+        self._seen: set[str] = set()
+        self._by_fixture: defaultdict[str, set[str]] = defaultdict(set)
+        sys.addaudithook(self._audit)
+        threading.Thread.start = self._noting(threading.Thread.start)  # type: ignore[assignment,method-assign]
+
+    def _audit(self, event: str, _: object) -> None:
+        if event in _EVENTS:
+            self._seen.add(_EVENTS[event])
+
+    def _noting(self, start: Callable[[threading.Thread], None]) -> Callable[[threading.Thread], None]:
+        """Return `start` that is noted, because Python 3.11 has no audit event for threads."""
+
+        def noted(thread: threading.Thread) -> None:
+            self._seen.add("thread")
+            start(thread)
+
+        return noted
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_fixture_setup(self, fixturedef: pytest.FixtureDef[Any]) -> Generator[None, object, object]:
+        before, self._seen = self._seen, set()
+        try:
+            return (yield)
+        finally:
+            self._by_fixture[fixturedef.argname] |= self._seen
+            self._seen = before | self._seen
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self) -> Generator[None, object, object]:
+        self._seen = set()
+        return (yield)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_teardown(self, item: pytest.Item) -> None:
+        for name in getattr(item, "fixturenames", ()):
+            self._seen |= self._by_fixture[name]
+        item.user_properties.append((_STARTS, " ".join(sorted(self._seen))))
+
+
+def configure(config: pytest.Config) -> None:
+    """Start to record if the command line asks for it."""
+    file = config.getoption("--outcomes-to")
+    if file is None:
+        return
+    config.pluginmanager.register(StartsRecorder())
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Recorder(file))
+
+
+def leave_out(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Remove the tests that passed before from `items`."""
+    file = config.getoption("--but-passed")
+    if file is None:
+        return
+    passed = {outcome.test for outcome in read_outcomes(file) if outcome.result == "passed"}
+    config.hook.pytest_deselected(items=[item for item in items if item.nodeid in passed])
+    items[:] = [item for item in items if item.nodeid not in passed]

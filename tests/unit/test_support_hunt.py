@@ -1,0 +1,125 @@
+"""`script/hunt`: failure rates, resumption, and the verdict on tests that failed once in CI."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from datetime import date
+from pathlib import Path
+
+import pytest
+
+from tests.support import hunt
+from tests.support.environments import REPOSITORY
+from tests.support.hunt import Quarantined, failure_table, judge, read_quarantine
+from tests.support.outcomes import Outcome, read_outcomes
+
+TESTS = """
+from pathlib import Path
+COUNT = Path(__file__).with_name("count")
+
+def test_failed_once(): pass
+
+def test_fails_now_and_then():
+    runs = int(COUNT.read_text()) if COUNT.exists() else 0
+    COUNT.write_text(str(runs + 1))
+    assert runs != 4
+"""
+
+
+@pytest.fixture
+def flaky(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Tests outside of the tree, which see its options; returns the start of their node ids."""
+    (tmp_path / "conftest.py").write_text(
+        "from tests.conftest import pytest_addoption, pytest_collection_modifyitems\n"
+        "from tests.support.outcomes import configure as pytest_configure\n"
+    )
+    (tmp_path / "test_it.py").write_text(TESTS)
+    (tmp_path / "pytest.ini").write_text("[pytest]\n")
+    monkeypatch.setenv("PYTHONPATH", str(REPOSITORY))
+    monkeypatch.setattr(hunt, "REPOSITORY", tmp_path)
+    return "test_it.py::"
+
+
+def written(folder: Path, *outcomes: Outcome) -> Path:
+    file = folder / "outcomes"
+    file.write_text("".join(json.dumps(asdict(outcome)) + "\n" for outcome in outcomes))
+    return file
+
+
+def test_a_test_that_passes_all_repetitions_does_not_fail_the_run(flaky: str, tmp_path: Path) -> None:
+    file = written(tmp_path, Outcome(f"{flaky}test_failed_once", "failed", 1.0, output="what it said"))
+
+    passes, report = judge(file, (), {})
+
+    assert passes
+    assert "passed 10 of 10 repetitions" in report
+    assert "what it said" in report
+
+
+def test_one_failed_repetition_fails_the_run(flaky: str, tmp_path: Path) -> None:
+    test = f"{flaky}test_fails_now_and_then"
+    file = written(tmp_path, Outcome(test, "failed", 1.0))
+
+    passes, report = judge(file, (), {})
+    (tmp_path / "count").unlink()
+    quarantined, _ = judge(file, (), {test: Quarantined(test, "a race", "1 of 10", date(2026, 11, 21))})
+
+    assert not passes
+    assert "passed 9 of 10 repetitions" in report
+    assert "assert 4 != 4" in report
+    assert quarantined
+
+
+def test_many_failures_are_not_repeated(tmp_path: Path) -> None:
+    file = written(tmp_path, *(Outcome(f"test_it.py::test_{number}", "failed", 1.0) for number in range(11)))
+
+    assert judge(file, (), {}) == (False, "11 tests failed, more than the 10 that are repeated")
+
+
+def test_a_hunt_continues_where_it_ended(flaky: str, tmp_path: Path) -> None:
+    results = tmp_path / "results"
+
+    first = hunt.hunt(results, times=20, other_times=2, words=["-p", "no:cacheprovider"])
+    after_first = len(read_outcomes(results))
+    second = hunt.hunt(results, times=20, other_times=3, words=["-p", "no:cacheprovider"])
+
+    assert (first, second) == (0, 0)
+    assert (after_first, len(read_outcomes(results))) == (4, 6)
+
+
+def test_the_table_shows_the_most_frequent_failure_first() -> None:
+    outcomes = [
+        Outcome("steady", "passed", 0.1),
+        Outcome("rare", "failed", 0.1),
+        Outcome("rare", "passed", 0.1),
+        Outcome("rare", "passed", 0.1),
+        Outcome("often", "failed", 0.1),
+    ]
+
+    assert failure_table(outcomes).splitlines() == [
+        "  1 of   1  often",
+        "  1 of   3  rare",
+        "2 of 3 tests failed at least once in 5 runs",
+    ]
+
+
+def test_the_quarantine_is_short_and_explains_each_entry() -> None:
+    for test in read_quarantine():
+        assert (REPOSITORY / test.partition("::")[0]).is_file()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('[[test]]\ntest = "t"\ncause = ""\nevidence = "e"\nsince = 2026-01-01\n', "needs a cause"),
+        ('[[test]]\ntest = "t"\ncause = "c"\nevidence = "e"\nsince = "today"\n', "a date"),
+        ('[[test]]\ntest = "t"\ncause = "c"\nevidence = "e"\nsince = 2026-01-01\n' * 11, "at most 10"),
+    ],
+)
+def test_an_invalid_quarantine_is_refused(text: str, message: str, tmp_path: Path) -> None:
+    file = tmp_path / "quarantine.toml"
+    file.write_text(text)
+
+    with pytest.raises(ValueError, match=message):
+        read_quarantine(file)

@@ -1,0 +1,134 @@
+"""`--outcomes-to` and `--but-passed`: outcomes of tests, and what a step of CI leaves out."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.support.outcomes import read_outcomes
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+TESTS = """
+import pytest
+
+@pytest.fixture
+def broken_at_the_end():
+    yield
+    raise OSError
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_passes(number): pass
+
+def test_fails(): assert False
+
+def test_is_skipped(): pytest.skip("not here")
+
+def test_cannot_end(broken_at_the_end): pass
+"""
+STARTING_TESTS = """
+import socket, subprocess, sys, threading, pytest
+
+@pytest.fixture(scope="module")
+def listener():
+    with socket.socket() as server:
+        server.bind(("127.0.0.1", 0))
+        yield server
+
+def test_thread():
+    thread = threading.Thread(target=int)
+    thread.start()
+    thread.join()
+
+def test_process(): subprocess.run([sys.executable, "-c", ""], check=True)
+
+def test_first_user(listener): pass
+
+def test_second_user(listener): pass
+
+def test_pure(): pass
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "conftest.py").write_text(
+        "from tests.conftest import pytest_addoption, pytest_collection_modifyitems\n"
+        "from tests.support.outcomes import configure as pytest_configure\n"
+    )
+    (tmp_path / "test_it.py").write_text(TESTS)
+    return tmp_path
+
+
+@pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["one process", "two workers"])
+def test_what_passed_is_not_run_again(folder: Path, workers: tuple[str, ...]) -> None:
+    before = _run(folder, "--outcomes-to=outcomes", *workers)
+    after = _run(folder, "--but-passed=outcomes", *workers)
+
+    assert "1 failed, 3 passed, 1 skipped, 1 error" in before
+    results = {
+        outcome.test.partition("::")[2]: outcome.result for outcome in read_outcomes(folder / "outcomes")
+    }
+    assert results == {
+        "test_passes[1]": "passed",
+        "test_passes[2]": "passed",
+        "test_fails": "failed",
+        "test_is_skipped": "skipped",
+        "test_cannot_end": "failed",
+    }
+    assert "1 failed, 1 passed, 1 skipped" in after
+
+
+def test_a_second_run_adds_to_the_file(folder: Path) -> None:
+    _run(folder, "--outcomes-to=outcomes", "-k", "passes and 1")
+    _run(folder, "--outcomes-to=outcomes", "-k", "passes and 2")
+
+    assert len(read_outcomes(folder / "outcomes")) == 2
+
+
+def test_the_output_of_a_failure_is_kept(folder: Path) -> None:
+    _run(folder, "--outcomes-to=outcomes", "-k", "fails or 1")
+
+    outputs = {outcome.result: outcome.output for outcome in read_outcomes(folder / "outcomes")}
+    assert "assert False" in outputs["failed"]
+    assert outputs["passed"] == ""
+
+
+def test_an_outcome_names_what_the_test_or_its_fixtures_started(folder: Path) -> None:
+    (folder / "test_it.py").write_text(STARTING_TESTS)
+
+    _run(folder, "--outcomes-to=outcomes", "-n", "1")
+
+    starts = {
+        outcome.test.partition("::")[2]: outcome.starts for outcome in read_outcomes(folder / "outcomes")
+    }
+    assert starts == {
+        "test_thread": ("thread",),
+        "test_process": ("process",),
+        "test_first_user": ("socket",),
+        "test_second_user": ("socket",),
+        "test_pure": (),
+    }
+
+
+def test_a_line_that_was_cut_off_is_ignored(folder: Path) -> None:
+    _run(folder, "--outcomes-to=outcomes", "-k", "passes")
+    with (folder / "outcomes").open("a") as file:
+        file.write('{"test": "half')
+
+    assert len(read_outcomes(folder / "outcomes")) == 2
+
+
+def _run(folder: Path, *words: str) -> str:
+    ended = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *words],
+        cwd=folder,
+        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(REPOSITORY)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    return ended.stdout
