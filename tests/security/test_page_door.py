@@ -16,6 +16,7 @@ from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
+from xmlrpc.client import ServerProxy
 
 import pytest
 from websockets import Origin
@@ -53,6 +54,15 @@ def close(system):
     print("closing", flush=True)
     time.sleep(100)
 serve_page.WatchedSystem.close = close
+serve_page.serve_page(serve_page.PageOptions(opens_browser=False))
+"""
+BLOCKS = """
+import time
+from pipros.web import serve_page
+async def about(_):
+    print("blocked", flush=True)
+    time.sleep(100)
+serve_page.services = lambda system, has_control: serve_page.Services({}, {"about": about})
 serve_page.serve_page(serve_page.PageOptions(opens_browser=False))
 """
 
@@ -132,6 +142,29 @@ def test_a_browser_that_does_not_read_delays_no_end(
     wait_until(is_full, 30, "a browser whose buffers are full")
     page.process.send_signal(number)
     assert page.process.wait(AT_ONCE_S) == 0
+
+
+def test_a_service_that_hangs_delays_no_end(ros: RosSystem, strangers: Strangers) -> None:
+    ros.pipros.start_master()
+    page = Page(ros)
+    with socket.create_server(("127.0.0.1", 0)) as service, page.connect() as browser:
+        uri = f"rosrpc://127.0.0.1:{service.getsockname()[1]}"
+        with ServerProxy(ros.master_uri) as master:
+            master.registerService("/mute", "/mute/get_loggers", uri, "http://127.0.0.1:9")
+        browser.socket.send(json.dumps({"id": 1, "action": "loggers", "args": {"name": "/mute"}}))
+        strangers.open.enter_context(service.accept()[0])
+        page.process.press_ctrl_c()
+        assert page.process.wait(AT_ONCE_S) == 0
+
+
+def test_an_action_that_blocks_the_loop_delays_no_end(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    page = Page(ros, command=sys.executable, prefix=("sh", "-c", 'exec "$1" -c "$0"', BLOCKS))
+    with page.connect() as browser:
+        browser.socket.send(json.dumps({"id": 1, "action": "about"}))
+        page.process.wait_for("blocked")
+        page.process.press_ctrl_c()
+        assert page.process.wait(AT_ONCE_S) == 0
 
 
 def test_silent_connections_delay_no_end(ros: RosSystem, strangers: Strangers) -> None:

@@ -41,8 +41,9 @@ CHANGING = frozenset(
 )
 """The views and actions that change the system."""
 
-CLOSING_S = 0.5
-"""The longest that a view can delay the end of the process."""
+CLOSING_S = 0.4
+ENDING_S = 0.1
+"""How long connections, and then the tasks that are left, can delay the end of the process."""
 
 _EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - only when --bind says so
 
@@ -103,7 +104,7 @@ def serve_page(options: PageOptions) -> int:
             with contextlib.suppress(TimeoutError):
                 loop.run(server.close(), CLOSING_S)
             system.close()
-            loop.stop(CLOSING_S)
+            loop.stop(ENDING_S)
     return 0
 
 
