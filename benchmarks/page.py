@@ -15,6 +15,7 @@ seconds a run. Nothing else should run meanwhile.
 
 import argparse
 import asyncio
+import contextlib
 import json
 import os
 import re
@@ -280,18 +281,19 @@ async def get_stuck(url):
         await asyncio.Event().wait()
 
 
-def connected(url):
+@contextlib.asynccontextmanager
+async def connected(url):
     parts = urlsplit(url)
-    cookie = f"pipros_{parts.port}={parts.query.removeprefix('token=')}"
-    origin = f"http://{parts.netloc}"
-    return connect(
+    token = parts.fragment.partition("/")[0].removeprefix("token=")
+    async with connect(
         f"ws://{parts.netloc}/live",
-        origin=origin,
-        additional_headers={"Cookie": cookie},
+        origin=f"http://{parts.netloc}",
         max_size=None,
         proxy=None,
         compression=None,
-    )
+    ) as socket:
+        await socket.send(json.dumps({"token": token}))
+        yield socket
 
 
 def free_port():

@@ -24,7 +24,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import urlsplit
-from urllib.request import Request, urlopen
+from urllib.request import urlopen
 
 from websockets.asyncio.client import connect
 
@@ -251,16 +251,16 @@ def wait_for(output: Path, pattern: str, limit_s: float = 60.0) -> str:
 async def look(url: str, counts: dict[str, int]) -> None:
     """A browser: some views all the time, the page's files now and then, and a new connection each minute."""
     parts = urlsplit(url)
-    cookie = f"pipros_{parts.port}={parts.query.removeprefix('token=')}"
+    token = parts.fragment.partition("/")[0].removeprefix("token=")
     views = (("graph", {}), ("topic", {"name": "/chat"}), ("plot", {"field": "/go/status/header/seq"}))
     while True:
         async with connect(
             f"ws://{parts.netloc}/live",
             origin=f"http://{parts.netloc}",
-            additional_headers={"Cookie": cookie},
             max_size=None,
             proxy=None,
         ) as live:
+            await live.send(json.dumps({"token": token}))
             for number, (view, args) in enumerate(views):
                 await live.send(json.dumps({"id": number, "view": view, "args": args}))
             end = time.monotonic() + 60
@@ -268,8 +268,8 @@ async def look(url: str, counts: dict[str, int]) -> None:
                 await asyncio.wait_for(live.recv(), 60)
                 counts["updates"] += 1
                 if counts["updates"] % 20 == 0:
-                    request = Request(f"http://{parts.netloc}/", headers={"Cookie": cookie})
-                    await asyncio.to_thread(lambda request=request: urlopen(request, timeout=30).read())  # noqa: S310
+                    address = f"http://{parts.netloc}/"
+                    await asyncio.to_thread(lambda address=address: urlopen(address, timeout=30).read())  # noqa: S310
                     counts["pages"] += 1
 
 

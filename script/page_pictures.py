@@ -99,7 +99,7 @@ def battery() -> Iterator[RosSystem]:
 def open_tab(browser: Browser, page: Page, place: str, scheme: str) -> Tab:
     context = browser.new_context(viewport=SIZE, color_scheme=scheme)  # type: ignore[arg-type]
     tab = context.new_page()
-    tab.goto(f"{page.url.partition('#')[0]}#{place}")
+    tab.goto(page.url_of(place))
     return tab
 
 

@@ -36,6 +36,8 @@ class Limits(NamedTuple):
             replies of a node that clients do not read.
         request_s: the time for an XML-RPC request to arrive, and for its sender to read the answer; the same
             for service calls, where it starts over with every MiB.
+        login_s: the time for a client of the page to send its request, and again to send the token.
+        login_bytes: what it may send before that.
         idle_s: how long an XML-RPC connection may stay open without a request.
         file_bytes: a file that is read whole: a launch file, a manifest, a definition, a `CMakeLists.txt`.
         cmake_steps: commands and rounds of loops that one package's `CMakeLists.txt` carries out.
@@ -98,6 +100,8 @@ class Limits(NamedTuple):
     answer_bytes: int = 256 * _MIB
     bodies_bytes: int = 256 * _MIB
     request_s: float = 30.0
+    login_s: float = 3.0
+    login_bytes: int = 64 * _KIB
     idle_s: float = 900.0
     file_bytes: int = 64 * _MIB
     cmake_steps: int = 2_000_000

@@ -47,7 +47,7 @@ def open_tab(chromium: Browser) -> Iterator[OpenTab]:
         tab = context.new_page()
         tab.on("console", note)
         tab.on("pageerror", lambda error: errors.append(str(error)))
-        tab.goto(f"{page.url.partition('#')[0]}#{place}")
+        tab.goto(page.url_of(place))
         return tab
 
     yield open_it

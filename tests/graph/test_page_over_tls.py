@@ -36,16 +36,17 @@ def trusting() -> ssl.SSLContext:
     return ssl.create_default_context(cafile=str(CERTIFICATES / "cert.pem"))
 
 
-async def about(place: str, cookie: str, scheme: str) -> Any:
+async def about(place: str, token: str, scheme: str) -> Any:
     """What the server sends the page about itself, over TLS. The threaded client loses requests there."""
     async with connect(
         f"wss://{place}/live",
         origin=Origin(f"{scheme}://{place}"),
-        additional_headers={"Cookie": cookie},
         ssl=trusting(),
         proxy=None,
         open_timeout=60,
     ) as browser:
+        await browser.send(json.dumps({"token": token}))
+        assert json.loads(await browser.recv()) == {"id": 0, "data": {"token": token}}
         await browser.send(json.dumps({"id": 1, "action": "about"}))
         return json.loads(await browser.recv())["data"]
 
@@ -67,23 +68,22 @@ def test_a_certificate_makes_everything_https(ros: RosSystem, tmp_path: Path, is
     assert said.replace(":", "").lower() == FINGERPRINT
 
     connection = http.client.HTTPSConnection(url.netloc, context=trusting(), timeout=30)
-    connection.request("GET", f"/?{url.query}")
+    connection.request("GET", "/")
     answer = connection.getresponse()
     assert answer.status == 200
-    cookie = answer.headers["Set-Cookie"]
-    assert cookie.endswith("; HttpOnly; SameSite=Strict; Secure")
     assert b"app.js" in answer.read()
 
-    told = asyncio.run(about(url.netloc, cookie.partition(";")[0], "https"))
+    token = url.fragment.removeprefix("token=").partition("/")[0]
+    told = asyncio.run(about(url.netloc, token, "https"))
     assert told["master"] == ros.master_uri
     with pytest.raises(InvalidStatus) as refused:
-        asyncio.run(about(url.netloc, cookie.partition(";")[0], "http"))
+        asyncio.run(about(url.netloc, token, "http"))
     assert refused.value.response.status_code == 403
     del refused
     gc.collect()  # that transport, while its warning is ignored
 
     plain = http.client.HTTPConnection(url.netloc, timeout=30)
-    plain.request("GET", f"/?{url.query}")
+    plain.request("GET", "/")
     with pytest.raises((http.client.HTTPException, OSError)):
         plain.getresponse()
     server.press_ctrl_c()
@@ -97,7 +97,7 @@ def test_without_a_certificate_it_says_that_nothing_is_encrypted(ros: RosSystem)
     server.wait_for("Others on this network can see and change the system when they have this address.")
     server.wait_for("The connection is not encrypted; --cert and --key encrypt it.")
     connection = http.client.HTTPConnection(url.netloc, timeout=30)
-    connection.request("GET", f"/?{url.query}")
+    connection.request("GET", "/")
     assert connection.getresponse().status == 200
 
 

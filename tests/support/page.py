@@ -6,7 +6,8 @@ import contextlib
 import http.client
 import itertools
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -22,32 +23,40 @@ class Page:
 
     Attributes:
         url: as printed, with the token.
+        place: the tab that it opens.
     """
 
-    def __init__(self, ros: RosSystem, *options: str, command: str = "rqt_graph") -> None:
-        self.process: Process = ros.pipros.start(command, "--no-browser", *options)
+    def __init__(
+        self, ros: RosSystem, *options: str | Path, command: str = "rqt_graph", prefix: Sequence[str] = ()
+    ) -> None:
+        """`prefix`: a program that starts the command, with its arguments."""
+        self.process: Process = ros.pipros.start(*prefix, command, "--no-browser", *options)
         self.url = self.process.wait_for(r"http\S+")[0]
         parts = urlsplit(self.url)
         self.host = parts.netloc
-        self.token = parts.query.removeprefix("token=")
-        self.cookie = f"pipros_{parts.port}={self.token}"
+        proof, _, self.place = parts.fragment.partition("/")
+        self.token = proof.removeprefix("token=")
 
     def get(self, path: str, **headers: str) -> http.client.HTTPResponse:
-        """The answer to a request with the cookie; `Cookie` and `Host` can be given."""
+        """The answer to a request; `Host` and others can be given."""
         connection = http.client.HTTPConnection(self.host, timeout=30)
-        connection.request("GET", path, headers={"Cookie": self.cookie, **headers})
+        connection.request("GET", path, headers=headers)
         return connection.getresponse()
 
+    def url_of(self, place: str) -> str:
+        """The address that opens another tab of the page."""
+        return f"http://{self.host}/#token={self.token}/{place}"
+
     @contextlib.contextmanager
-    def connect(self, origin: str | None = None, cookie: str | None = None) -> Iterator[LivePage]:
-        """A connection as the page in a browser has it."""
+    def connect(self, origin: str | None = None, first: str | None = None) -> Iterator[LivePage]:
+        """A connection as the page in a browser has it; `first` replaces the message with the token."""
         with connect(
             f"ws://{self.host}/live",
             origin=Origin(f"http://{self.host}" if origin is None else origin),
-            additional_headers={"Cookie": self.cookie if cookie is None else cookie},
             proxy=None,
             open_timeout=30,
         ) as socket:
+            socket.send(json.dumps({"token": self.token}) if first is None else first)
             yield LivePage(socket)
 
 

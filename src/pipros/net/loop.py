@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import concurrent.futures
 import contextlib
+import errno
 import selectors
 import threading
 from collections.abc import Callable, Coroutine
@@ -12,6 +13,7 @@ from typing import Any, TypeVar
 
 from pipros.interruptible_wait import OnceEvent
 from pipros.net.lookup import Lookups, process_lookups
+from pipros.net.refusals import Refusals
 from pipros.net.workers import Workers
 
 T = TypeVar("T")
@@ -19,6 +21,8 @@ T = TypeVar("T")
 CLOSING_TURNS = 3
 """A closed transport (for example of a task that was cancelled during an accept) closes its socket
 two iterations of the loop later."""
+
+OUT_OF_DESCRIPTORS = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM})
 
 
 class BackgroundLoop:
@@ -80,14 +84,14 @@ class BackgroundLoop:
         with contextlib.suppress(RuntimeError):
             self.asyncio.call_soon_threadsafe(function, *args)
 
-    def stop(self) -> None:
+    def stop(self, timeout_s: float | None = None) -> None:
         """Cancels running tasks, ends the loop and waits for its thread. May be repeated."""
         thread, self._thread = self._thread, None
         if thread is None:
             return
         self.call(self.asyncio.stop)
         if thread is not threading.current_thread():
-            thread.join()
+            thread.join(timeout_s)
 
     def _run(self) -> None:
         loop = self.asyncio
@@ -114,6 +118,7 @@ class _Loop(asyncio.SelectorEventLoop):
     def __init__(self, name: str, lookups: Lookups) -> None:
         self._lookups = lookups
         self._workers = Workers(name)
+        self._refusals = Refusals()
         selector = selectors.DefaultSelector()
         try:
             super().__init__(selector)
@@ -133,6 +138,14 @@ class _Loop(asyncio.SelectorEventLoop):
         if executor is not None:
             return super().run_in_executor(executor, function, *args)
         return _outcome(self, self._workers.run, function, *args)
+
+    def call_exception_handler(self, context: dict[str, Any]) -> None:
+        """As asyncio's, but one line when a server has no descriptor for a connection: it tries again."""
+        error = context.get("exception")
+        if isinstance(error, OSError) and error.errno in OUT_OF_DESCRIPTORS and "socket" in context:
+            self._refusals.count("new connections", error.strerror or "out of descriptors")
+        else:
+            super().call_exception_handler(context)
 
     def close(self) -> None:
         self._workers.close()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
+import contextlib
 import hashlib
 import os
 import signal
@@ -11,13 +11,15 @@ import ssl
 import sys
 import threading
 import webbrowser
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pipros.errors import PiprosError
 from pipros.graph.client import GraphClient
+from pipros.interruptible_wait import OnceEvent
+from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.web.access import Access
 from pipros.web.server import Action, PageServer, Services, View
@@ -38,6 +40,10 @@ CHANGING = frozenset(
     {"call_service", "delete_param", "publishing", "set_logger_level", "set_param", "set_reconfigured"}
 )
 """The views and actions that change the system."""
+
+CLOSING_S = 0.4
+ENDING_S = 0.1
+"""How long connections, and then the tasks that are left, can delay the end of the process."""
 
 _EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - only when --bind says so
 
@@ -71,45 +77,77 @@ class PageOptions:
 
 
 def serve_page(options: PageOptions) -> int:
-    """Serves the page until Ctrl-C.
+    """Serve the page until Ctrl-C or SIGTERM; a second one ends the process at once.
 
     Raises:
         ServerFailed: the port is taken, or the certificate cannot be read.
     """
-    with GraphClient(options.tool) as graph, Node(options.tool, anonymous=True) as node:
-        asyncio.run(_serve(options, WatchedSystem(graph, node)))
+    over = OnceEvent()
+    # The main thread only waits, so that no view can delay a signal.
+    loop = BackgroundLoop(options.tool)
+    with (
+        _set_by_signals(over),
+        GraphClient(options.tool) as graph,
+        Node(options.tool, anonymous=True) as node,
+    ):
+        loop.start()
+        system = WatchedSystem(graph, node)
+        server = PageServer(services(system, has_control=options.has_control))
+        try:
+            loop.run(_start(options, system, server))
+            over.wait()
+        except OSError as error:
+            raise ServerFailed(
+                f"cannot listen at {options.host}:{options.port}: {error.strerror or error}"
+            ) from None
+        finally:
+            with contextlib.suppress(TimeoutError):
+                loop.run(server.close(), CLOSING_S)
+            system.close()
+            loop.stop(ENDING_S)
     return 0
 
 
-async def _serve(options: PageOptions, system: WatchedSystem) -> None:
-    over = asyncio.Event()
-    loop = asyncio.get_running_loop()
-    if threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGINT, signal.SIGTERM):
-            loop.add_signal_handler(number, over.set)
+async def _start(options: PageOptions, system: WatchedSystem, server: PageServer) -> None:
     system.start()
-    server = PageServer(services(system, has_control=options.has_control))
+    host = options.host.strip("[]")
+    shown = "localhost" if host in ("127.0.0.1", "::1") else f"[{host}]" if ":" in host else host
+    names = () if shown == "localhost" else (shown.lower(), socket.gethostname().lower())
+    await server.start(host, options.port, names=names, tls=_tls(options))
+    reachable = "localhost" if host in _EVERYWHERE else shown
+    print(f"{options.tool}: {server.access.url(reachable, options.tab)}", flush=True)
+    if not options.has_control:
+        print("The page is read-only. With --control it can also change the system.", file=sys.stderr)
+    if shown != "localhost":
+        _warn_about_network(options, server.access)
+    if options.opens_browser and _has_display():
+        # Other users can read the command line of the browser: no token there.
+        once = server.access.one_time_url(reachable, options.tab)
+        threading.Thread(target=webbrowser.open, args=(once,), daemon=True).start()
+
+
+@contextlib.contextmanager
+def _set_by_signals(over: OnceEvent) -> Iterator[None]:
+    """Have the first SIGINT or SIGTERM set an event, and the second one end the process.
+
+    Does nothing outside the main thread.
+    """
+    numbers = (signal.SIGINT, signal.SIGTERM)
+
+    def end(*_: object) -> None:
+        for number in numbers:
+            signal.signal(number, signal.SIG_DFL)
+        over.set()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    previous = [(number, signal.signal(number, end)) for number in numbers]
     try:
-        host = options.host.strip("[]")
-        shown = "localhost" if host in ("127.0.0.1", "::1") else f"[{host}]" if ":" in host else host
-        names = () if shown == "localhost" else (shown.lower(), socket.gethostname().lower())
-        await server.start(host, options.port, names=names, tls=_tls(options))
-        url = server.access.url("localhost" if host in _EVERYWHERE else shown, options.tab)
-        print(f"{options.tool}: {url}", flush=True)
-        if not options.has_control:
-            print("The page is read-only. With --control it can also change the system.", file=sys.stderr)
-        if shown != "localhost":
-            _warn_about_network(options, server.access)
-        if options.opens_browser and _has_display():
-            threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
-        await over.wait()
-    except OSError as error:
-        raise ServerFailed(
-            f"cannot listen at {options.host}:{options.port}: {error.strerror or error}"
-        ) from None
+        yield
     finally:
-        await server.close()
-        system.close()
+        for number, handler in previous:
+            signal.signal(number, handler)
 
 
 def services(system: WatchedSystem, *, has_control: bool) -> Services:

@@ -1,8 +1,11 @@
 """The server of the page: its files over HTTP, and all live data over one WebSocket per browser.
 
-A browser requests views and actions: `{"id": 3, "view": "graph", "args": {…}}`, `{"id": 3, "stop": true}`,
+The files contain nothing secret. The first message of a WebSocket proves that the browser may see the rest:
+`{"token": "…"}`, or `{"code": "…"}` with a one-time code; the answer is `{"id": 0, "data": {"token": "…"}}`.
+Then it requests views and actions: `{"id": 3, "view": "graph", "args": {…}}`, `{"id": 3, "stop": true}`,
 `{"id": 4, "action": "set_param", "args": {…}}`. Answers carry the id: `{"id": 3, "data": …}`,
 `{"id": 3, "error": "…"}`, or in binary the id as four bytes, the most significant first, and the data.
+A view that only reads goes on after an error, unless its arguments were wrong.
 
 Each view of a browser is a task that sends when the browser has received what was sent before. So a slow
 browser gets fewer and newer values, and does not delay anything else.
@@ -14,21 +17,29 @@ import asyncio
 import contextlib
 import json
 import logging
+import math
 import mimetypes
 import ssl
-from collections.abc import AsyncIterator, Awaitable, Callable, Collection, Mapping
+from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Collection, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from http import HTTPStatus
 from importlib import resources
-from typing import Any
+from socket import SOCK_STREAM
+from typing import Any, Final
 
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
 from pipros.errors import PiprosError
-from pipros.web.access import LOOPBACK_HOSTS, Access, Denied
+from pipros.limits import process_limits
+from pipros.web.access import LOOPBACK_HOSTS, Access
+from pipros.web.entrance import ACCEPTED_AT_A_TIME, Entrance, Visitor
+from pipros.web.json_text import json_text
+from pipros.web.secret import Denied
 
 logger = logging.getLogger("pipros.web")
 
@@ -36,6 +47,19 @@ SOCKET_PATH = "/live"
 VIEWS_OF_A_BROWSER = 200
 REQUEST_BYTES = 1_000_000
 BROWSERS = 100
+BROWSERS_SHARE: Final = 3 / 4
+"""The share of the connections that browsers may keep open; the rest is for files and new browsers."""
+CLOSING_S: Final = 0.2
+"""The time for browsers to answer that the server closes, and again for its tasks to end."""
+RESUME_S: Final = 1.0
+"""How long a view that failed waits before it goes on."""
+LONGEST_ERROR: Final = 2000
+
+_EXPECTED = (PiprosError, OSError, ValueError, TypeError, KeyError)
+"""Errors that arguments and the system may cause. Others are mistakes, which are logged."""
+
+# At the level DEBUG websockets logs messages, and with them the token.
+_SILENT: Final = logging.Logger("websockets of the page", logging.CRITICAL)
 
 View = Callable[[Mapping[str, Any]], AsyncIterator[Any]]
 """Takes the arguments of a request and yields what is sent to the browser: values for JSON, or bytes."""
@@ -78,14 +102,17 @@ class PageServer:
 
     def __init__(self, services: Services) -> None:
         self._services = services
-        self._server: Server | None = None
+        self._limits = process_limits()
+        self._entrance = Entrance(self._limits, most=BROWSERS + self._limits.handshakes, log=logger)
+        self._servers: list[Server] = []
         self._browsers = 0
+        self._logged: set[tuple[str, type[BaseException]]] = set()
         self.access = Access(0)
 
     async def start(
         self, host: str, port: int, *, names: Collection[str] = (), tls: ssl.SSLContext | None = None
     ) -> None:
-        """Opens the port.
+        """Open the port.
 
         Args:
             host: the address to listen on.
@@ -95,53 +122,89 @@ class PageServer:
         Raises:
             OSError: the port is taken, or the address is not of this machine.
         """
-        self._server = await serve(
-            self._attend,
-            host,
-            port,
-            process_request=self._answer,
-            ssl=tls,
-            max_size=REQUEST_BYTES,
-            write_limit=65536,
-            server_header=None,
-            compression=None,  # compression costs more than it saves on loopback
-            logger=logger,
-            close_timeout=1,
-        )
-        port = next(iter(self._server.sockets)).getsockname()[1]
-        self.access = Access.with_new_token(
-            port, {*LOOPBACK_HOSTS, *names}, is_secure=tls is not None, takes_addresses=bool(names)
+        found = await asyncio.get_running_loop().getaddrinfo(host, port, type=SOCK_STREAM)
+        listeners = self._entrance.listen([str(each[4][0]) for each in found], port)
+        create_connection: Any = partial(_Connection, self._entrance, self._limits.login_bytes)
+        for listener in listeners:
+            handshake: dict[str, Any] = (
+                {} if tls is None else {"ssl": tls, "ssl_handshake_timeout": self._limits.login_s}
+            )
+            self._servers.append(
+                await serve(
+                    self._attend,
+                    sock=listener,
+                    create_connection=create_connection,
+                    process_request=self._answer,
+                    max_size=REQUEST_BYTES,
+                    write_limit=65536,
+                    server_header=None,
+                    compression=None,  # compression costs more than it saves on loopback
+                    logger=_SILENT,
+                    close_timeout=1,
+                    backlog=ACCEPTED_AT_A_TIME,
+                    **handshake,
+                )
+            )
+        self._entrance.start(listeners)
+        self.access = Access(
+            listeners[0].getsockname()[1],
+            frozenset({*LOOPBACK_HOSTS, *names}),
+            is_secure=tls is not None,
+            takes_addresses=bool(names),
         )
 
     async def close(self) -> None:
-        """Closes the port and all connections."""
-        if self._server is not None:
-            self._server.close()
-            await self._server.wait_closed()
+        """Close the port and all connections. Browsers that do not answer are waited for only shortly."""
+        for server in self._servers:
+            server.close()
+        self._entrance.close_strangers()
+        if not await self._have_closed():
+            self._entrance.close_all()
+            await self._have_closed()
 
-    def _answer(self, _: ServerConnection, request: Request) -> Response | None:
+    async def _have_closed(self) -> bool:
+        """Wait up to `CLOSING_S` for the end of all connections; False if some are left."""
+        ends = [asyncio.ensure_future(server.wait_closed()) for server in self._servers]
+        return not ends or not (await asyncio.wait(ends, timeout=CLOSING_S))[1]
+
+    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """The answer to a request; None starts a WebSocket."""
+        if isinstance(connection, _Connection):
+            connection.note_request()
         headers = request.headers
         path = request.path.partition("?")[0]
         try:
             self.access.check_host(_only(headers, "Host"))
-            has_token = path == "/" and self.access.comes_with_token(request.path)
-            if not has_token:
-                self.access.check_cookie(_only(headers, "Cookie"))
             if path == SOCKET_PATH:
                 self.access.check_origin(_only(headers, "Origin"))
-                if self._browsers >= BROWSERS:
-                    raise Denied(f"{BROWSERS} browsers are connected already; close one.")
                 return None
         except Denied as error:
             return _response(HTTPStatus.FORBIDDEN, str(error).encode(), "text/plain; charset=utf-8")
-        return _file_response(path, {"Set-Cookie": self.access.cookie} if has_token else {})
+        return _file_response(path)
 
     async def _attend(self, connection: ServerConnection) -> None:
-        """Serves one browser until it disconnects."""
-        self._browsers += 1
-        browser = _Browser(connection, self._services)
+        """Serve one browser until it disconnects."""
         try:
+            first = await asyncio.wait_for(connection.recv(), self._limits.login_s)
+            self.access.secret.check_first_message(first)
+        except asyncio.TimeoutError:
+            await connection.close(CloseCode.POLICY_VIOLATION, "The token must be the first message.")
+            return
+        except Denied as error:
+            await connection.close(CloseCode.POLICY_VIOLATION, str(error))
+            return
+        except ConnectionClosed:
+            return
+        most = min(BROWSERS, int(self._entrance.limit * BROWSERS_SHARE))
+        if self._browsers >= most:
+            await connection.close(CloseCode.TRY_AGAIN_LATER, f"{most} browsers are connected; close one.")
+            return
+        if isinstance(connection, _Connection):
+            connection.admit()
+        self._browsers += 1
+        browser = _Browser(connection, self._services, self._logged)
+        try:
+            await browser.welcome(self.access.secret.token)
             async for text in connection:
                 await browser.handle(text)
         except ConnectionClosed:
@@ -151,16 +214,55 @@ class PageServer:
             await browser.close()
 
 
+class _Connection(ServerConnection):
+    """A connection that can send only a little before it is admitted."""
+
+    def __init__(self, entrance: Entrance, limit_bytes: int, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._entrance = entrance
+        self._bytes_left: float = limit_bytes
+        self._visitor: Visitor
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self._visitor = self._entrance.visitor_of(transport)
+        self._visitor.set_transport(transport)
+        super().connection_made(transport)
+
+    def data_received(self, data: bytes) -> None:
+        self._bytes_left -= len(data)
+        if self._bytes_left < 0:
+            self._visitor.abort()
+        else:
+            super().data_received(data)
+
+    def note_request(self) -> None:
+        """The request has arrived."""
+        self._visitor.note_request()
+
+    def admit(self) -> None:
+        """The client has proven that it knows the secret."""
+        self._visitor.admit()
+        self._bytes_left = math.inf
+
+
 class _Browser:
     """The open views of one browser."""
 
-    def __init__(self, connection: ServerConnection, services: Services) -> None:
+    def __init__(
+        self, connection: ServerConnection, services: Services, logged: set[tuple[str, type[BaseException]]]
+    ) -> None:
+        """`logged`: the errors of all browsers that are in the log already, by view or action and type."""
         self._connection = connection
         self._services = services
+        self._logged = logged
         self._tasks: dict[int, asyncio.Task[None]] = {}
 
+    async def welcome(self, token: str) -> None:
+        """Answer the first message. The token is news for a browser that came with a one-time code."""
+        await self._send({"id": 0, "data": {"token": token}})
+
     async def handle(self, text: str | bytes) -> None:
-        """Carries out a request."""
+        """Carry out a request."""
         try:
             request = json.loads(text)
             number = request["id"]
@@ -190,31 +292,58 @@ class _Browser:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     async def _serve(self, number: int, request: Mapping[str, Any]) -> None:
+        """Carry out a request; after an error of a view that only reads, again."""
+        name = str(request.get("action", request.get("view")))
+        is_once = "action" in request or name in self._services.changing
+        sent = ""
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                try:
+                    async with contextlib.aclosing(self._answers(number, request)) as messages:
+                        async for message in messages:
+                            await self._connection.send(message)
+                            sent = ""
+                    return
+                except ConnectionClosed:
+                    raise
+                except Exception as error:
+                    text = self._text_of(error, name)
+                    if text != sent:
+                        await self._send({"id": number, "error": text})
+                    if is_once or isinstance(error, RequestRefused):
+                        return
+                    sent = text
+                await asyncio.sleep(RESUME_S)
+
+    async def _answers(self, number: int, request: Mapping[str, Any]) -> AsyncGenerator[str | bytes, None]:
         arguments = request.get("args") or {}
-        try:
-            if not isinstance(arguments, dict):
-                raise RequestRefused(f"args must be an object, got {type(arguments).__name__}")
-            if "action" in request:
-                await self._send({"id": number, "data": await self._act(request["action"], arguments)})
-                return
-            view = self._services.views.get(str(request.get("view")))
-            if view is None:
-                raise RequestRefused(f"there is no view {request.get('view')!r}")
-            self._check_control(str(request["view"]))
-            async with contextlib.aclosing(view(arguments)) as values:  # type: ignore[type-var]
-                async for value in values:
-                    if isinstance(value, bytes):
-                        await self._connection.send(number.to_bytes(4, "big") + value)
-                    else:
-                        await self._send({"id": number, "data": value})
-        except ConnectionClosed:
-            pass
-        except (PiprosError, OSError, ValueError, TypeError, KeyError) as error:
-            with contextlib.suppress(ConnectionClosed):
-                await self._send({"id": number, "error": str(error) or type(error).__name__})
+        if not isinstance(arguments, dict):
+            raise RequestRefused(f"args must be an object, got {type(arguments).__name__}")
+        if "action" in request:
+            yield await json_text({"id": number, "data": await self._act(request["action"], arguments)})
+            return
+        view = self._services.views.get(str(request.get("view")))
+        if view is None:
+            raise RequestRefused(f"there is no view {request.get('view')!r}")
+        self._check_control(str(request["view"]))
+        async with contextlib.aclosing(view(arguments)) as values:  # type: ignore[type-var]
+            async for value in values:
+                if isinstance(value, bytes):
+                    yield number.to_bytes(4, "big") + value
+                else:
+                    yield await json_text({"id": number, "data": value})
+
+    def _text_of(self, error: Exception, name: str) -> str:
+        """The text of an error for the browser. A mistake of the page is logged, once of each kind."""
+        if isinstance(error, _EXPECTED):
+            return (str(error) or type(error).__name__)[:LONGEST_ERROR]
+        if (name, type(error)) not in self._logged:
+            self._logged.add((name, type(error)))
+            logger.error("%s failed (further errors of this kind are not logged)", name, exc_info=error)
+        return f"{type(error).__name__}: {error}"[:LONGEST_ERROR]
 
     async def _act(self, name: str, arguments: Mapping[str, Any]) -> Any:
-        action = self._services.actions.get(name)
+        action = self._services.actions.get(str(name))
         if action is None:
             raise RequestRefused(f"there is no action {name!r}")
         self._check_control(name)
@@ -225,7 +354,7 @@ class _Browser:
             raise RequestRefused("this page is read-only; start it with --control to change the system")
 
     async def _send(self, value: Mapping[str, Any]) -> None:
-        await self._connection.send(json.dumps(value, separators=(",", ":"), allow_nan=False, default=str))
+        await self._connection.send(await json_text(value))
 
 
 def _only(headers: Headers, name: str) -> str | None:
@@ -234,7 +363,7 @@ def _only(headers: Headers, name: str) -> str | None:
     return values[0] if len(values) == 1 else None
 
 
-def _file_response(path: str, more: Mapping[str, str]) -> Response:
+def _file_response(path: str) -> Response:
     """A file of the page. Only names of files in its folder are found, so no path leads out of it."""
     name = "index.html" if path == "/" else path[1:]
     file = resources.files("pipros.web") / "page"
@@ -250,15 +379,14 @@ def _file_response(path: str, more: Mapping[str, str]) -> Response:
     if name.endswith(".js"):
         kind = "text/javascript"
     charset = "; charset=utf-8" if kind.startswith(("text/", "image/svg")) else ""
-    return _response(HTTPStatus.OK, file.read_bytes(), kind + charset, more)
+    return _response(HTTPStatus.OK, file.read_bytes(), kind + charset)
 
 
-def _response(status: HTTPStatus, body: bytes, kind: str, more: Mapping[str, str] | None = None) -> Response:
+def _response(status: HTTPStatus, body: bytes, kind: str) -> Response:
     headers = {
         "Content-Type": kind,
         "Content-Length": str(len(body)),
         "Connection": "close",
         **SECURITY_HEADERS,
-        **(more or {}),
     }
     return Response(status.value, status.phrase, Headers(headers), body)

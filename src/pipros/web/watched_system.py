@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import threading
 from collections.abc import AsyncIterator
+from dataclasses import replace
 
 from pipros.graph.client import GraphClient
 from pipros.graph.observer import Observation, SystemObserver
 from pipros.node import Node
 from pipros.web.topic_watch import TopicWatches
+
+logger = logging.getLogger("pipros.web")
 
 LOOK_INTERVAL_S = 1.0
 """How often the system is observed while at least one browser shows it."""
@@ -59,12 +63,20 @@ class WatchedSystem:
                 self._waiting.discard(future)
 
     def _observe(self, loop: asyncio.AbstractEventLoop) -> None:
+        logged: set[type[Exception]] = set()
         while not self._is_over.is_set():
             self._wanted.wait()
             self._wanted.clear()
             if self._is_over.is_set():
                 return
-            observation = self._observer.look()
+            try:
+                observation = self._observer.look()
+            except Exception as error:  # a mistake, of which one line per kind is enough
+                text = f"cannot observe the system: {type(error).__name__}: {error}"
+                if type(error) not in logged:
+                    logged.add(type(error))
+                    logger.error("%s", text, exc_info=error)
+                observation = replace(self.observation, error=text)
             with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
                 loop.call_soon_threadsafe(self._tell, observation)
             self._is_over.wait(LOOK_INTERVAL_S)

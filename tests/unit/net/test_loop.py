@@ -96,3 +96,39 @@ def test_a_loop_that_cannot_be_made_is_an_error_and_no_endless_wait(monkeypatch:
     monkeypatch.setattr(socket, "socketpair", refuse)
     with pytest.raises(OSError, match="Too many open files"):
         BackgroundLoop("mine").start()
+
+
+def test_a_lack_of_descriptors_is_logged_once_and_without_a_traceback(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    loop = BackgroundLoop("test")
+    loop.start()
+    with socket.socket() as listener:
+        for number in (errno.EMFILE, errno.ENFILE):
+            error = OSError(number, os.strerror(number))
+            context = {"message": "socket.accept() failed", "exception": error, "socket": listener}
+            loop.asyncio.call_exception_handler(context)
+        loop.asyncio.call_exception_handler({"message": "another error", "exception": OSError("other")})
+    loop.stop()
+    texts = [record.getMessage() for record in caplog.records]
+    assert [text.partition(" (")[0] for text in texts] == [
+        "refused new connections: Too many open files",
+        "another error",
+    ]
+    assert caplog.records[0].exc_info is None
+
+
+def test_a_loop_that_is_held_up_can_be_left() -> None:
+    loop = BackgroundLoop("test")
+    loop.start()
+    held, released = threading.Event(), threading.Event()
+
+    def hold() -> None:
+        held.set()
+        released.wait(30)
+
+    loop.call(hold)
+    assert held.wait(10)
+    loop.stop(0.01)
+    assert not released.is_set()
+    released.set()

@@ -1,18 +1,14 @@
-"""Who may see the page."""
+"""Where requests to the page may come from."""
 
 from __future__ import annotations
 
 import pytest
 
-from pipros.web.access import LOOPBACK_HOSTS, Access, Denied
+from pipros.web.access import LOOPBACK_HOSTS, Access
+from pipros.web.secret import Denied
 
-ACCESS = Access.with_new_token(8000, LOOPBACK_HOSTS, is_secure=False)
-OPEN = Access.with_new_token(8000, {*LOOPBACK_HOSTS, "robot"}, is_secure=True, takes_addresses=True)
-
-
-def test_each_server_has_a_token_of_its_own() -> None:
-    assert len(ACCESS.token) >= 32
-    assert ACCESS.token != OPEN.token
+ACCESS = Access(8000)
+OPEN = Access(8000, {*LOOPBACK_HOSTS, "robot"}, is_secure=True, takes_addresses=True)
 
 
 @pytest.mark.parametrize("host", ["localhost:8000", "127.0.0.1:8000", "[::1]:8000", "LOCALHOST:8000"])
@@ -49,24 +45,37 @@ def test_other_origins_are_refused(origin: str | None) -> None:
         ACCESS.check_origin(origin)
 
 
-def test_the_cookie_or_the_address_has_the_token() -> None:
-    ACCESS.check_cookie(f"other=1; {ACCESS.cookie_name}={ACCESS.token}")
-    assert ACCESS.comes_with_token(f"/?token={ACCESS.token}")
-    assert "HttpOnly; SameSite=Strict" in ACCESS.cookie
-    assert "Secure" not in ACCESS.cookie
-    assert "Secure" in OPEN.cookie
+@pytest.mark.parametrize(("port", "is_secure", "scheme"), [(80, False, "http"), (443, True, "https")])
+@pytest.mark.parametrize("name", ["localhost", "127.0.0.1", "[::1]", "LocalHost"])
+def test_the_default_port_may_be_left_out(port: int, is_secure: bool, scheme: str, name: str) -> None:
+    access = Access(port, is_secure=is_secure)
+    for host in (name, f"{name}:{port}"):
+        access.check_host(host)
+        access.check_origin(f"{scheme}://{host}")
+    for host in (f"{name}:8080", f"{name}:", f"{name}:080x", f"{name}:1:{port}"):
+        with pytest.raises(Denied):
+            access.check_host(host)
 
 
-@pytest.mark.parametrize(
-    "cookies", [None, "", "pipros_8000=", "pipros_8000=wrong", "pipros_1=x", "=;=", "ä=1"]
-)
-def test_without_it_nothing_is_served(cookies: str | None) -> None:
-    with pytest.raises(Denied, match="token"):
-        ACCESS.check_cookie(cookies)
-    assert not ACCESS.comes_with_token("/?token=")
-    assert not ACCESS.comes_with_token("/?token=%C3%A4")
-    assert not ACCESS.comes_with_token("/")
+def test_the_default_port_of_another_scheme_is_refused() -> None:
+    with pytest.raises(Denied):
+        Access(443).check_host("localhost")
+    with pytest.raises(Denied):
+        Access(80, is_secure=True).check_host("localhost")
 
 
-def test_the_address_has_token_and_tab() -> None:
-    assert ACCESS.url("localhost", "graph") == f"http://localhost:8000/?token={ACCESS.token}#graph"
+def test_the_address_has_the_token_in_its_fragment_and_the_tab() -> None:
+    token = ACCESS.secret.token
+    assert ACCESS.url("localhost", "graph") == f"http://localhost:8000/#token={token}/graph"
+    assert OPEN.url("robot") == f"https://robot:8000/#token={OPEN.secret.token}"
+
+
+def test_an_address_for_once_has_a_code_instead() -> None:
+    url = ACCESS.one_time_url("localhost", "plot/%2Fimu")
+    code = url.removeprefix("http://localhost:8000/#code=").removesuffix("/plot/%2Fimu")
+    assert ACCESS.secret.token not in url
+    assert ACCESS.secret.redeem(code)
+
+
+def test_the_token_is_not_in_what_is_printed_of_it() -> None:
+    assert ACCESS.secret.token not in repr(ACCESS)

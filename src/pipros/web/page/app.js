@@ -24,13 +24,11 @@ const PARTS = { reconfigure: "params" };
 const view = document.getElementById("view");
 const tabs = document.getElementById("tabs");
 const system = document.getElementById("system");
+const locked = document.getElementById("locked");
 let close = () => {};
 let about = null;
 let tellKnown;
 const known = new Promise((resolve) => { tellKnown = resolve; }); // what the server is and may do
-
-// The token was for the first request only; it must not stay in the history.
-if (location.search) history.replaceState(null, "", location.pathname + location.hash);
 
 const place = () => {
   const [name, argument] = currentPlace();
@@ -61,7 +59,10 @@ async function show() {
 
 function showState() {
   system.className = live.isOpen ? "" : "lost";
-  if (!live.isOpen) replace(system, "no connection to the server, trying again");
+  locked.hidden = !live.isRefused;
+  view.hidden = live.isRefused;
+  if (live.isRefused) replace(system, "no access");
+  else if (!live.isOpen) replace(system, live.trouble || "no connection to the server", ", trying again");
   else if (about) replace(system, h("span", { class: "master", title: "The master" }, about.master.replace(/^http:\/\/|\/$/g, "")), h("span", { class: about.control ? "permit control" : "permit" }, about.control ? "can change the system" : "read-only"));
   else replace(system);
 }
@@ -88,4 +89,5 @@ live.addEventListener("state", async () => {
   }
 });
 addEventListener("hashchange", show);
+showState();
 show();

@@ -1,35 +1,66 @@
 // The one connection to the server. It comes back by itself, and asks again for what the page looks at.
 
+import { accepted, currentProof, refused, takeFromAddress } from "./secret.js";
+
 const RETRY_MS = 1000;
+const POLICY_VIOLATION = 1008; // how the server closes a connection without the right token
+const LOGIN_ID = 0;
 
 class Live extends EventTarget {
   constructor() {
     super();
     this.next = 1;
-    this.requests = new Map(); // id to {message, onData, onError, isAction}
+    this.requests = new Map(); // id to {message, onData, onError, isAction, hasFailed}
     this.isOpen = false;
+    this.isRefused = false; // the token is missing or wrong
+    this.trouble = ""; // why the server closed the connection
     this.connect();
+    addEventListener("hashchange", () => {
+      if (!takeFromAddress()) return;
+      this.socket?.close();
+      this.connect();
+    });
   }
 
   connect() {
-    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-    this.socket = new WebSocket(`${scheme}//${location.host}/live`);
-    this.socket.binaryType = "arraybuffer";
-    this.socket.onopen = () => {
-      this.setOpen(true);
-      for (const request of this.requests.values()) this.send(request.message);
-    };
-    this.socket.onclose = () => {
+    clearTimeout(this.retry);
+    this.isRefused = currentProof() === null;
+    if (this.isRefused) {
       this.setOpen(false);
-      for (const [id, request] of this.requests) {
-        if (request.isAction) {
-          this.requests.delete(id);
-          request.onError("the connection to the server is lost");
-        }
-      }
-      setTimeout(() => this.connect(), RETRY_MS);
+      return;
+    }
+    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+    const socket = new WebSocket(`${scheme}//${location.host}/live`);
+    this.socket = socket;
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => socket.send(JSON.stringify(currentProof()));
+    socket.onclose = (event) => {
+      if (socket === this.socket) this.lose(event);
     };
-    this.socket.onmessage = (event) => this.receive(event.data);
+    socket.onmessage = (event) => {
+      if (socket === this.socket) this.receive(event.data);
+    };
+  }
+
+  begin(token) {
+    accepted(token);
+    this.trouble = "";
+    this.setOpen(true);
+    for (const request of this.requests.values()) this.send(request.message);
+  }
+
+  lose(event) {
+    this.isRefused = event.code === POLICY_VIOLATION;
+    this.trouble = event.reason;
+    if (this.isRefused) refused();
+    this.setOpen(false);
+    for (const [id, request] of this.requests) {
+      if (request.isAction) {
+        this.requests.delete(id);
+        request.onError("the connection to the server is lost");
+      }
+    }
+    if (!this.isRefused) this.retry = setTimeout(() => this.connect(), RETRY_MS);
   }
 
   setOpen(isOpen) {
@@ -38,24 +69,30 @@ class Live extends EventTarget {
   }
 
   send(message) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+    if (this.isOpen) this.socket.send(JSON.stringify(message));
   }
 
   receive(data) {
     if (data instanceof ArrayBuffer) {
-      this.requests.get(new DataView(data).getUint32(0))?.onData(new DataView(data, 4));
+      this.answer(new DataView(data).getUint32(0), new DataView(data, 4));
       return;
     }
     const message = JSON.parse(data);
-    const request = this.requests.get(message.id);
+    if (message.id === LOGIN_ID) this.begin(message.data.token);
+    else this.answer(message.id, message.data, message.error);
+  }
+
+  answer(id, data, error) {
+    const request = this.requests.get(id);
     if (!request) return;
-    if (request.isAction) this.requests.delete(message.id);
-    if ("error" in message) request.onError(message.error);
-    else request.onData(message.data);
+    if (request.isAction) this.requests.delete(id);
+    if (error !== undefined || request.hasFailed) request.onError(error ?? ""); // without an error, the view goes on
+    request.hasFailed = error !== undefined;
+    if (!request.hasFailed) request.onData(data);
   }
 
   // Looks at a view until the function that this returns is called.
-  watch(view, args, onData, onError = console.warn) {
+  watch(view, args, onData, onError = (text) => text && console.warn(text)) {
     const id = this.next++;
     const message = { id, view, args };
     this.requests.set(id, { message, onData, onError });

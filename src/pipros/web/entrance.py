@@ -1,0 +1,149 @@
+"""The connections of a server for browsers: few at a time until a client has proven that it knows the secret.
+
+Theory of operation. The listening socket counts each connection when it is accepted, before a TLS handshake,
+in the table that the servers of a node have, too. Until `Visitor.admit` a connection may be closed for a new
+one, the longest silent first, and is closed after `login_s` without a request. Admitted ones stay.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import math
+import socket
+from collections.abc import Sequence
+from typing import Any, Final
+
+from pipros.limits import Limits
+from pipros.net import sockets
+from pipros.net.address import plain_address
+from pipros.net.connection_table import ConnectionTable
+from pipros.net.refusals import Refusals
+
+SHARE: Final = 1 / 8
+"""The share of the descriptors of the process. The rest belongs to the page's own node."""
+
+ACCEPTED_AT_A_TIME: Final = 4
+_BACKLOG: Final = 128
+
+
+class Visitor(socket.socket):
+    """An accepted connection."""
+
+    peer = ""
+    last_used = 0.0
+    _entrance: Entrance | None = None
+    _transport: asyncio.BaseTransport | None = None
+    _deadline: asyncio.TimerHandle | None = None
+
+    def enter(self, entrance: Entrance, peer: str, limit_s: float) -> bool:
+        """Take a place in the table, up to `limit_s` without a request; False if there is none."""
+        self.peer = peer
+        loop = asyncio.get_running_loop()
+        self.last_used = loop.time()
+        if not entrance.table.add(self):
+            return False
+        self._entrance = entrance
+        self._deadline = loop.call_later(limit_s, self.abort)
+        entrance.visitors[self.fileno()] = self
+        return True
+
+    def set_transport(self, transport: asyncio.BaseTransport) -> None:
+        """Set the transport that serves this connection now."""
+        self._transport = transport
+
+    def note_request(self) -> None:
+        """The request has arrived: what follows has deadlines of its own."""
+        self._cancel_deadline()
+        if self._entrance is not None:
+            self._entrance.table.mark_used(self)
+
+    def admit(self) -> None:
+        """The client knows the secret: the connection is not closed for others any more."""
+        if self._entrance is not None:
+            self._entrance.table.mark_busy(self)
+
+    def abort(self) -> None:
+        """Close at once; unsent data is lost."""
+        if isinstance(self._transport, asyncio.WriteTransport):
+            self._transport.abort()
+        else:  # in the TLS handshake
+            sockets.abort(self)
+
+    def close(self) -> None:
+        self._cancel_deadline()
+        if self._entrance is not None:
+            self._entrance.visitors.pop(self.fileno(), None)
+            self._entrance.table.remove(self)
+            self._entrance = None
+        super().close()
+
+    def _cancel_deadline(self) -> None:
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
+
+
+class Entrance:
+    """Makes listening sockets, and has the connections that they accepted. For one event loop.
+
+    Attributes:
+        limit: the most connections.
+        table: the connections, those that may be closed for new ones as idle.
+        visitors: by descriptor.
+    """
+
+    def __init__(self, limits: Limits, *, most: int, log: logging.Logger) -> None:
+        """`most`: connections that are enough, however many descriptors there are."""
+        self.limit = min(most, sockets.connections_that_fit(SHARE))
+        self.visitors: dict[int, Visitor] = {}
+        self.table = ConnectionTable(
+            limit=self.limit, limit_per_peer=self.limit // 2, refusals=Refusals(log), spares_loopback=True
+        )
+        self._limit_s = limits.login_s
+
+    def listen(self, hosts: Sequence[str], port: int) -> list[socket.socket]:
+        """Return sockets that listen at addresses, with the same port.
+
+        Raises:
+            OSError: the port is taken, or an address is not of this machine.
+        """
+        return [_Listener(self, opened) for opened in sockets.listen_all(hosts, port)]
+
+    def start(self, listeners: Sequence[socket.socket]) -> None:
+        """Allow bursts of connections. Called after asyncio has set the backlog of the sockets."""
+        for listener in listeners:
+            listener.listen(_BACKLOG)
+
+    def visitor_of(self, transport: asyncio.BaseTransport) -> Visitor:
+        """The connection that a transport serves."""
+        return self.visitors[transport.get_extra_info("socket").fileno()]
+
+    def welcome(self, visitor: Visitor, address: Any) -> bool:
+        """Count a new connection; False if it cannot stay."""
+        return visitor.enter(self, plain_address(str(address[0])), self._limit_s)
+
+    def close_strangers(self) -> None:
+        """Close the connections that have not been admitted."""
+        self.table.close_overdue(math.inf, 0.0)
+
+    def close_all(self) -> None:
+        """Close all connections, whatever has not been sent."""
+        self.table.close_all()
+
+
+class _Listener(socket.socket):
+    """A listening socket that counts what it accepts."""
+
+    def __init__(self, entrance: Entrance, listening: socket.socket) -> None:
+        super().__init__(fileno=listening.detach())
+        self.setblocking(False)
+        self._entrance = entrance
+
+    def accept(self) -> tuple[socket.socket, Any]:
+        sock, address = super().accept()
+        visitor = Visitor(fileno=sock.detach())
+        if not self._entrance.welcome(visitor, address):
+            visitor.close()
+            raise BlockingIOError("too many connections")  # asyncio takes this for: no connection
+        return visitor, address

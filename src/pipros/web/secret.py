@@ -1,0 +1,85 @@
+"""How clients prove to a server of pipros that they may use it: a secret, and no cookie. No sockets.
+
+Browsers send cookies to every server on the same host name, whatever its port. So the secret travels only
+where the client puts it: in the fragment of the printed address, which browsers keep to themselves; in the
+first message of a WebSocket; in the header `Authorization: Bearer` of a request. Where only an address can be
+passed on (a download, the command line of a browser, which other users can read), it contains a one-time code
+instead.
+"""
+
+from __future__ import annotations
+
+import hmac
+import json
+import secrets
+import time
+from collections.abc import Callable
+from typing import Final
+
+CODE_S: Final = 60.0
+"""How long a one-time code is valid."""
+CODES: Final = 100
+"""The most valid codes. A further one replaces the oldest."""
+
+
+class Denied(Exception):
+    """The request is refused. The text says why and what to do."""
+
+
+class Secret:
+    """The secret of one server, and the one-time codes that stand for it. For one thread.
+
+    Comparisons take the same time for all values of the same length.
+
+    Attributes:
+        token: the secret as text; contains only letters, digits, `_` and `-`.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self.token: Final = secrets.token_urlsafe(24)
+        self._clock = clock
+        self._codes: dict[str, float] = {}  # with the time of their end, the oldest first
+
+    def __repr__(self) -> str:
+        return "Secret()"  # without the token: representations end up in logs
+
+    def is_token(self, value: object) -> bool:
+        """Whether a value from a client is the token."""
+        return _is_equal(value, self.token)
+
+    def check_first_message(self, message: str | bytes) -> None:
+        """Raise `Denied` unless a message is `{"token": …}`, or `{"code": …}` with a valid one-time code."""
+        try:
+            values = json.loads(message)
+        except (ValueError, RecursionError):
+            values = None
+        if isinstance(values, dict) and (
+            self.is_token(values.get("token")) or self.redeem(values.get("code"))
+        ):
+            return
+        raise Denied("The token is missing or wrong. Open the address that the server printed.")
+
+    def check_authorization(self, header: str | None) -> None:
+        """Raise `Denied` unless the value of an `Authorization` header is `Bearer` and the token."""
+        scheme, _, value = (header or "").partition(" ")
+        if scheme.lower() != "bearer" or not self.is_token(value.strip()):
+            raise Denied(
+                "This request needs the header Authorization: Bearer, with the token of this server."
+            )
+
+    def new_code(self) -> str:
+        """Return a code that is valid once, within `CODE_S` seconds. Only for clients that have the token."""
+        while len(self._codes) >= CODES:
+            del self._codes[next(iter(self._codes))]
+        code = secrets.token_urlsafe(24)
+        self._codes[code] = self._clock() + CODE_S
+        return code
+
+    def redeem(self, value: object) -> bool:
+        """Whether a value from a client is a valid code, which is used up by this."""
+        known = [code for code in self._codes if _is_equal(value, code)]
+        return any(self._codes.pop(code) > self._clock() for code in known)
+
+
+def _is_equal(value: object, expected: str) -> bool:
+    return isinstance(value, str) and value.isascii() and hmac.compare_digest(value, expected)

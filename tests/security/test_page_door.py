@@ -1,0 +1,420 @@
+"""The server of the page: who gets in, what strangers may hold, and that nothing keeps it from ending."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import logging
+import signal
+import socket
+import ssl
+import struct
+import sys
+import termios
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+from xmlrpc.client import ServerProxy
+
+import pytest
+from websockets import Origin
+from websockets.client import ClientProtocol
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+from websockets.uri import parse_uri
+
+from pipros.net.loop import BackgroundLoop
+from pipros.web.access import Access
+from pipros.web.server import PageServer, Services
+from tests.support.page import LivePage, Page
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+CERTIFICATES = Path(__file__).parents[1] / "support" / "certificates"
+AT_ONCE_S = 4.0
+"""Half a second is promised; what is looked for here are waits of many seconds."""
+
+CAMERA = """
+import rospy
+from sensor_msgs.msg import Image
+rospy.init_node("camera")
+images = rospy.Publisher("image", Image, queue_size=2)
+image = Image(width=1000, height=1000, step=3000, encoding="rgb8", data=bytes(3000000))
+rate = rospy.Rate(30)
+while not rospy.is_shutdown():
+    images.publish(image)
+    rate.sleep()
+"""
+HANGS_AT_ITS_END = """
+import time
+from pipros.web import serve_page
+def close(system):
+    print("closing", flush=True)
+    time.sleep(100)
+serve_page.WatchedSystem.close = close
+serve_page.serve_page(serve_page.PageOptions(opens_browser=False))
+"""
+BLOCKS = """
+import time
+from pipros.web import serve_page
+async def about(_):
+    print("blocked", flush=True)
+    time.sleep(100)
+serve_page.services = lambda system, has_control: serve_page.Services({}, {"about": about})
+serve_page.serve_page(serve_page.PageOptions(opens_browser=False))
+"""
+
+
+class Strangers:
+    """Connections to a page that send what they are told to, and read nothing unless asked."""
+
+    def __init__(self) -> None:
+        self.open = ExitStack()
+
+    def connect(self, page: Page, data: bytes = b"") -> socket.socket:
+        """A connection that has sent some bytes."""
+        host, _, port = page.host.rpartition(":")
+        peer = socket.create_connection((host, int(port)), 10)
+        self.open.enter_context(peer)
+        peer.sendall(data)
+        return peer
+
+    def stalled_browser(self, page: Page, **request: Any) -> socket.socket:
+        """A browser that has logged in, requested a view, and reads only what it got before."""
+        client = ClientProtocol(parse_uri(f"ws://{page.host}/live"), origin=Origin(f"http://{page.host}"))
+        client.send_request(client.connect())
+        peer = self.connect(page, b"".join(client.data_to_send()))
+        while not client.events_received():
+            client.receive_data(peer.recv(4096))
+        for values in ({"token": page.token}, {"id": 1, **request}):
+            client.send_text(json.dumps(values).encode())
+        peer.sendall(b"".join(client.data_to_send()))
+        return peer
+
+
+@pytest.fixture
+def strangers() -> Iterator[Strangers]:
+    found = Strangers()
+    yield found
+    found.open.close()
+
+
+def unread_bytes(peer: socket.socket) -> int:
+    return int(struct.unpack("i", fcntl.ioctl(peer, termios.FIONREAD, bytes(4)))[0])
+
+
+def has_ended(peer: socket.socket) -> bool:
+    """Whether the other side has closed the connection. Waits for that up to a time limit."""
+    try:
+        return not peer.recv(1)
+    except ConnectionResetError:
+        return True
+
+
+def close_code(socket: ClientConnection) -> int:
+    """How the server closed a WebSocket."""
+    with pytest.raises(ConnectionClosed) as closed:
+        socket.recv(timeout=30)
+    assert closed.value.rcvd is not None
+    return closed.value.rcvd.code
+
+
+# ---- the end
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_browser_that_does_not_read_delays_no_end(
+    ros: RosSystem, strangers: Strangers, number: signal.Signals
+) -> None:
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, "-c", CAMERA)
+    ros.wait_for_publisher("/image")
+    page = Page(ros)
+    browser = strangers.stalled_browser(page, view="image", args={"name": "/image"})
+    seen = [0]
+
+    def is_full() -> bool:
+        seen.append(unread_bytes(browser))
+        return seen[-1] > 0 and len(seen) > 10 and len(set(seen[-10:])) == 1
+
+    wait_until(is_full, 30, "a browser whose buffers are full")
+    page.process.send_signal(number)
+    assert page.process.wait(AT_ONCE_S) == 0
+
+
+def test_a_service_that_hangs_delays_no_end(ros: RosSystem, strangers: Strangers) -> None:
+    ros.pipros.start_master()
+    page = Page(ros)
+    with socket.create_server(("127.0.0.1", 0)) as service, page.connect() as browser:
+        uri = f"rosrpc://127.0.0.1:{service.getsockname()[1]}"
+        with ServerProxy(ros.master_uri) as master:
+            master.registerService("/mute", "/mute/get_loggers", uri, "http://127.0.0.1:9")
+        browser.socket.send(json.dumps({"id": 1, "action": "loggers", "args": {"name": "/mute"}}))
+        strangers.open.enter_context(service.accept()[0])
+        page.process.press_ctrl_c()
+        assert page.process.wait(AT_ONCE_S) == 0
+
+
+def test_an_action_that_blocks_the_loop_delays_no_end(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    page = Page(ros, command=sys.executable, prefix=("sh", "-c", 'exec "$1" -c "$0"', BLOCKS))
+    with page.connect() as browser:
+        browser.socket.send(json.dumps({"id": 1, "action": "about"}))
+        page.process.wait_for("blocked")
+        page.process.press_ctrl_c()
+        assert page.process.wait(AT_ONCE_S) == 0
+
+
+def test_silent_connections_delay_no_end(ros: RosSystem, strangers: Strangers) -> None:
+    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
+    ros.pipros.start_master()
+    page = Page(ros)
+    for data in (b"", b"GET / HTTP/1.1\r\n", b"GET /live HTTP/1.1\r\n"):
+        strangers.connect(page, data)
+    with page.connect(first="") as browser, contextlib.suppress(ConnectionClosed):
+        assert close_code(browser.socket) == 1008  # by now the others have been accepted
+    page.process.press_ctrl_c()
+    assert page.process.wait(AT_ONCE_S) == 0
+
+
+def test_unfinished_tls_handshakes_delay_no_end(ros: RosSystem, strangers: Strangers) -> None:
+    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
+    ros.pipros.start_master()
+    page = Page(ros, "--cert", CERTIFICATES / "cert.pem", "--key", CERTIFICATES / "key.pem")
+    for data in (b"", b"\x16\x03\x01\x02\x00"):
+        strangers.connect(page, data)
+    answered(page)
+    page.process.press_ctrl_c()
+    assert page.process.wait(AT_ONCE_S) == 0
+
+
+def test_a_second_signal_ends_the_process_at_once(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    page = ros.pipros.start(sys.executable, "-c", HANGS_AT_ITS_END)
+    page.wait_for("#token=")
+    page.send_signal(signal.SIGINT)
+    page.wait_for("closing")
+    page.send_signal(signal.SIGTERM)
+    assert page.wait(AT_ONCE_S) == -signal.SIGTERM
+
+
+# ---- strangers
+
+
+def answered(page: Page) -> None:
+    """A TLS handshake with the page, which comes after all that were begun before."""
+    context = ssl.create_default_context(cafile=str(CERTIFICATES / "cert.pem"))
+    context.check_hostname = False
+    host, _, port = page.host.rpartition(":")
+    with socket.create_connection((host, int(port)), 10) as plain, context.wrap_socket(plain):
+        pass
+
+
+def test_silent_connections_leave_room_for_browsers(ros: RosSystem, strangers: Strangers) -> None:
+    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
+    ros.pipros.start_master()
+    page = Page(ros, prefix=("sh", "-c", 'ulimit -n 256; exec "$@"', "sh"))
+    for _ in range(400):
+        strangers.connect(page)
+    with page.connect() as browser:
+        assert browser.act("about")["control"] is False
+        for _ in range(400):
+            strangers.connect(page)
+        assert page.get("/app.js").status == 200
+        assert browser.act("about")["control"] is False
+    assert "Traceback" not in page.process.output
+    assert len(page.process.lines) < 20
+
+
+def test_a_page_without_descriptors_says_so_once(ros: RosSystem, strangers: Strangers) -> None:
+    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
+    ros.pipros.start_master()
+    page = Page(ros, prefix=("sh", "-c", 'ulimit -n 32; exec "$@"', "sh"))
+    held = [strangers.connect(page) for _ in range(40)]
+    page.process.wait_for("refused new connections: Too many open files")
+    for peer in held:
+        peer.close()
+    with page.connect() as browser:
+        assert browser.act("about")["control"] is False
+    assert "Traceback" not in page.process.output
+
+
+@pytest.mark.parametrize("data", [b"", b"GET / HTTP/1.1\r\nHost: localhost\r\n"])
+def test_a_connection_without_a_request_is_closed(ros: RosSystem, strangers: Strangers, data: bytes) -> None:
+    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=0.2"
+    ros.pipros.start_master()
+    assert has_ended(strangers.connect(Page(ros), data))
+
+
+@pytest.mark.parametrize("data", [b"", b"\x16\x03\x01\x02\x00"])
+def test_an_unfinished_tls_handshake_is_ended(ros: RosSystem, strangers: Strangers, data: bytes) -> None:
+    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=0.2"
+    ros.pipros.start_master()
+    page = Page(ros, "--cert", CERTIFICATES / "cert.pem", "--key", CERTIFICATES / "key.pem")
+    assert has_ended(strangers.connect(page, data))
+    assert "Traceback" not in page.process.output
+
+
+def test_a_websocket_without_the_token_is_closed(ros: RosSystem) -> None:
+    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=1"
+    ros.pipros.start_master()
+    page = Page(ros)
+    firsts = (
+        "",
+        "{",
+        '{"token": "wrong"}',
+        json.dumps({"id": 1, "action": "about"}),
+        json.dumps({"token": page.token[:-1]}),
+        json.dumps({"code": page.token}),
+    )
+    for first in firsts:
+        with page.connect(first=first) as browser:
+            assert close_code(browser.socket) == 1008
+    with connect(f"ws://{page.host}/live", origin=Origin(f"http://{page.host}"), proxy=None) as socket:
+        assert close_code(socket) == 1008  # it said nothing
+
+
+def test_what_arrives_before_the_token_is_bounded(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    page = Page(ros)
+    with (
+        pytest.raises(ConnectionClosed),
+        page.connect(first=json.dumps({"padding": "x" * 100_000, "token": page.token})) as browser,
+    ):
+        browser.socket.recv(timeout=30)
+    with page.connect() as browser:  # and is not afterwards
+        assert "there is no action" in browser.act("nothing")["error"]
+        assert "there is no action" in browser.act("x" * 100_000)["error"]
+
+
+def test_no_cookie_is_set_and_none_opens_anything(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    page = Page(ros)
+    port = page.host.rpartition(":")[2]
+    for path in ("/", f"/?token={page.token}"):
+        answer = page.get(path, Cookie=f"pipros_{port}={page.token}")
+        assert answer.status == 200
+        assert answer.headers["Set-Cookie"] is None
+        assert page.token.encode() not in answer.read()
+    with connect(
+        f"ws://{page.host}/live",
+        origin=Origin(f"http://{page.host}"),
+        additional_headers={"Cookie": f"pipros_{port}={page.token}"},
+        proxy=None,
+    ) as socket:
+        socket.send(json.dumps({"id": 1, "action": "about"}))
+        assert close_code(socket) == 1008
+
+
+# ---- views that fail
+
+
+@pytest.fixture
+def serve(caplog: pytest.LogCaptureFixture) -> Iterator[Callable[[Services], Access]]:
+    """Serves views and actions of a test; returns the access to them."""
+    with ExitStack() as stack:
+
+        def start(services: Services) -> Access:
+            loop = BackgroundLoop("page")
+            loop.start()
+            stack.callback(loop.stop)
+            server = PageServer(services)
+            loop.run(server.start("127.0.0.1", 0), 10)
+            stack.callback(lambda: loop.run(server.close(), 10))
+            return server.access
+
+        yield start
+
+
+@contextlib.contextmanager
+def browser_of(access: Access) -> Iterator[LivePage]:
+    host = f"localhost:{access.port}"
+    with connect(f"ws://{host}/live", origin=Origin(f"http://{host}"), proxy=None) as socket:
+        socket.send(json.dumps({"token": access.secret.token}))
+        yield LivePage(socket)
+
+
+def nested(depth: int) -> Any:
+    value: Any = 0
+    for _ in range(depth):
+        value = [value]
+    return value
+
+
+FAILURES: Mapping[str, Callable[[], Any]] = {
+    "AttributeError": lambda: "text".child_frame_id,  # type: ignore[attr-defined]
+    "IndexError": lambda: [][0],
+    "RecursionError": lambda: nested(100_000),
+    "ZeroDivisionError": lambda: 1 / 0,
+}
+
+
+@pytest.mark.parametrize("kind", FAILURES)
+def test_a_view_that_fails_says_so_and_goes_on(
+    serve: Callable[[Services], Access], caplog: pytest.LogCaptureFixture, kind: str
+) -> None:
+    calls = []
+
+    async def view(_: Mapping[str, Any]) -> AsyncIterator[Any]:
+        calls.append(1)
+        if len(calls) <= 2:
+            yield FAILURES[kind]()
+        yield len(calls)
+
+    async def action(_: Mapping[str, Any]) -> Any:
+        return FAILURES[kind]()
+
+    with browser_of(serve(Services({"view": view}, {"fail": action}))) as browser:
+        values = browser.watch("view")
+        assert kind in next(values)["error"]
+        assert next(values) == 3  # nothing of the second failure, which was the same
+        for _ in range(3):
+            assert kind in browser.act("fail")["error"]
+    assert [record.getMessage().split()[0] for record in caplog.records] == ["view", "fail"]
+
+
+def test_a_refused_view_is_not_tried_again(serve: Callable[[Services], Access]) -> None:
+    async def changing(_: Mapping[str, Any]) -> AsyncIterator[Any]:
+        yield 1
+
+    async def alive(_: Mapping[str, Any]) -> Any:
+        return True
+
+    services = Services({"changing": changing}, {"alive": alive}, frozenset({"changing"}))
+    with browser_of(serve(services)) as browser:
+        assert "read-only" in next(browser.watch("changing"))["error"]
+        assert browser.act("alive") is True
+
+
+def test_infinite_numbers_do_not_end_a_view(serve: Callable[[Services], Access]) -> None:
+    async def view(_: Mapping[str, Any]) -> AsyncIterator[Any]:
+        yield {"rate": float("inf")}
+        yield {"rate": float("nan")}
+        yield {"rate": 1.5}
+
+    with browser_of(serve(Services({"view": view}))) as browser:
+        values = browser.watch("view")
+        assert [next(values)["rate"] for _ in range(3)] == [None, None, 1.5]
+
+
+def test_another_origin_is_refused(serve: Callable[[Services], Access]) -> None:
+    access = serve(Services())
+    with (
+        pytest.raises(InvalidStatus),
+        connect(f"ws://localhost:{access.port}/live", origin=Origin("http://evil.example"), proxy=None),
+    ):
+        pass
+
+
+def test_the_token_is_in_no_log_at_any_level(
+    serve: Callable[[Services], Access], caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO, logger="websockets.client")  # the test's own
+    for name in ("", "pipros.web", "asyncio"):
+        caplog.set_level(logging.DEBUG, logger=name)
+    access = serve(Services())
+    with browser_of(access) as browser:
+        assert "there is no action" in browser.act("nothing")["error"]
+    assert access.secret.token not in caplog.text

@@ -1,0 +1,57 @@
+"""The observed system, with an observer that makes mistakes."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from pipros.graph.observer import Observation
+from pipros.net.loop import BackgroundLoop
+from pipros.web import watched_system
+from pipros.web.watched_system import WatchedSystem
+
+
+class ClumsyObserver:
+    """Fails twice, and then observes."""
+
+    def __init__(self, _: object) -> None:
+        self.looks = 0
+
+    def look(self) -> Observation:
+        self.looks += 1
+        if self.looks <= 2:
+            raise IndexError("list index out of range")
+        return Observation(error=f"look {self.looks}")
+
+    def close(self) -> None:
+        pass
+
+
+def test_observing_goes_on_after_a_mistake(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(watched_system, "SystemObserver", ClumsyObserver)
+    monkeypatch.setattr(watched_system, "LOOK_INTERVAL_S", 0.01)
+    nothing: Any = SimpleNamespace(master=None)
+
+    async def errors() -> list[str]:
+        system = WatchedSystem(nothing, nothing)
+        system.start()
+        found = []
+        async for observation in system.observations():
+            found.append(observation.error)
+            if len(found) == 3:
+                break
+        system.close()
+        return found
+
+    loop = BackgroundLoop("test")
+    loop.start()
+    try:
+        failure = "cannot observe the system: IndexError: list index out of range"
+        assert loop.run(errors(), 10) == [failure, failure, "look 3"]
+    finally:
+        loop.stop()
+    assert [record.getMessage() for record in caplog.records] == [failure]
