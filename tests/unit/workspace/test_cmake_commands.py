@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -94,6 +96,16 @@ def test_a_command_that_fails_is_named_with_its_line(workspace: Workspace) -> No
     assert "fine" in result.built
 
 
+def test_commands_read_the_variables_of_noetic_in_a_bare_shell(
+    workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("ROS_DISTRO", raising=False)
+    code = f"{sys.executable} -c \"import os; open('distro', 'w').write(os.environ['ROS_DISTRO'])\""
+    workspace.add("p", f"add_custom_target(t ALL COMMAND {code})")
+    assert workspace.build().errors == []
+    assert (workspace.base / "build/p/distro").read_text() == "noetic"
+
+
 def test_a_missing_file_that_nothing_makes_is_named(workspace: Workspace) -> None:
     workspace.add("p", "add_custom_target(bad ALL DEPENDS ${CMAKE_CURRENT_BINARY_DIR}/nope.txt)")
     (error,) = workspace.build().errors
@@ -145,6 +157,30 @@ def test_cfg_files_are_read_and_installed(workspace: Workspace) -> None:
     assert (workspace.base / "devel/lib/python3/dist-packages/p/__init__.py").is_file()
     assert (workspace.base / "install/share/p/cfg/P.cfg").read_text() == CFG
     assert workspace.build(installs=True).unchanged == ["p"]
+
+
+@pytest.mark.parametrize("name", ["dynamic_reconfigure", "config"])
+def test_cfg_files_of_other_folders_are_modules_of_the_built_package(workspace: Workspace, name: str) -> None:
+    text = CONFIGURABLE.replace("cfg/P.cfg", f"{name}/P.cfg")
+    folder = workspace.add("p", text, "dynamic_reconfigure", cfg__P_dot_cfg=CFG)
+    (folder / "cfg").rename(folder / name)
+    result = workspace.build(installs=True)
+    assert result.errors == []
+    for space in ("devel/lib", "install/lib"):
+        code = "from p.cfg import PConfig; print(PConfig.defaults)"
+        path = {
+            "PYTHONPATH": str(workspace.base / space / "python3/dist-packages"),
+            "ROS_PACKAGE_PATH": str(workspace.base / ("src" if space == "devel/lib" else "install/share")),
+        }
+        ran = subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, **path},
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+        assert ran.stdout == "{'speed': 5}\n", ran.stderr
 
 
 def test_a_cfg_file_that_fails_or_is_not_there_fails_its_package(workspace: Workspace) -> None:

@@ -114,8 +114,9 @@ class PackageFinder:
         path = self._find_module(name, folder)
         if path is not None:
             return _spec_of(name, path)
-        if folder is None or not any(
-            os.path.isdir(os.path.join(folder, kind)) for kind in (*KINDS, "action", "cfg")
+        if folder is None or not (
+            any(os.path.isdir(os.path.join(folder, kind)) for kind in (*KINDS, "action", "cfg"))
+            or self.find_spec(f"{name}.cfg") is not None
         ):
             return None
         from importlib.machinery import ModuleSpec
