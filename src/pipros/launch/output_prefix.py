@@ -127,7 +127,7 @@ class PrefixedOutput:
     def _is_raw(self) -> bool:
         """Whether the terminal adds no carriage returns, because a node reads single keys from it.
 
-        Such nodes restore the terminal before they print, but it may be raw again when their output gets here.
+        Such nodes restore the terminal before they print, but it may be raw again when their output is shown.
         """
         import termios
 
