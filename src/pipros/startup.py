@@ -1,4 +1,4 @@
-"""Makes the messages of ROS packages importable, and tells rospkg about the packages that come with pipros.
+"""Makes the messages of ROS packages importable, and tells rospkg and pkg_resources about those of pipros.
 
 `pipros.pth` imports this module whenever a Python interpreter of the environment starts, unless
 `PIPROS_NO_IMPORT_HOOK` is set. It adds finders to `sys.meta_path` and imports nothing else: the search for
@@ -37,21 +37,20 @@ class _DistributionFinder:
         return () if found is None else (found,)
 
 
-class _RospkgFinder:
-    """Finds the module that gives rospkg the package path."""
+class _CompletingFinder:
+    """Finds the modules of rospkg and setuptools that learn about the packages of pipros."""
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, _target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        if name != "rospkg.environment":
+        if name not in ("rospkg.environment", "pkg_resources"):
             return None
-        from pipros.packages import SHARE
-        from pipros.packages.rospkg_paths import spec
+        from pipros.packages.completed_modules import spec
 
-        return spec(path, SHARE)
+        return spec(name, path)
 
 
 install()
-if not any(isinstance(finder, _RospkgFinder) for finder in sys.meta_path):
-    sys.meta_path.insert(0, _RospkgFinder())
+if not any(isinstance(finder, _CompletingFinder) for finder in sys.meta_path):
+    sys.meta_path.insert(0, _CompletingFinder())
     sys.meta_path.append(_DistributionFinder())

@@ -196,7 +196,7 @@ def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
 
 def _default(param_name: str, default: Any) -> Any:
     if default is _unspecified:
-        raise KeyError(param_name)
+        raise KeyError(param_name) from None
     return default
 
 

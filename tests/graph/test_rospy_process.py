@@ -352,3 +352,14 @@ def test_remappings_and_namespaces_from_the_command_line(
     node.wait_for(r"\[1, 2\]")
     wait_until(lambda: ["/talk", ["/robot/other"]] in client.get_system_state()[0])
     assert (tmp_path / "my.log").exists()
+
+
+@pytest.mark.parametrize("call", ["get_param", "get_param_cached", "delete_param"])
+def test_a_missing_parameter_is_one_traceback(
+    master: Master, processes: Processes, tmp_path: Path, call: str
+) -> None:
+    node = start(processes, tmp_path, master.uri, HEAD + f"rospy.{call}('~turtle')")
+    assert node.wait() == 1
+    text = "\n".join(node.lines)
+    assert text.count("Traceback (most recent call last)") == 1
+    assert "KeyError: '~turtle'" in text

@@ -56,6 +56,15 @@ def test_a_reader_that_has_seen_enough_ends_a_command_quietly(
     assert shell(ros, script, PYTHONUNBUFFERED=is_buffered).stdout == ["0"]
 
 
+@pytest.mark.parametrize("program", ["tf tf_echo a b 50", "tf tf_monitor"])
+def test_a_reader_that_has_seen_enough_ends_a_program_of_a_package_quietly(
+    ros: RosSystem, program: str
+) -> None:
+    ros.pipros.start_master()
+    script = f"rosrun {program} 2>errors | head -n 1 >/dev/null; echo ${{PIPESTATUS[0]}}; cat errors"
+    assert shell(ros, script).stdout == ["0"]
+
+
 @pytest.mark.parametrize("is_buffered", ["", "1"])
 def test_a_command_without_a_standard_output_says_nothing_and_succeeds(
     ros: RosSystem, is_buffered: str

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.metadata
+import os
 import re
 import stat
 import subprocess
@@ -114,3 +115,20 @@ def test_an_installation_has_executable_programs_and_stubs_for_what_ships(tmp_pa
         }
     assert len(programs) == 5
     assert set(programs.values()) == {0o755}
+
+
+def test_programs_of_packages_end_quietly_when_a_pipe_is_closed() -> None:
+    """Each is a command of pipros, or started as one; those that rostest runs print a line or two."""
+    share = SRC / "pipros/share"
+    scripts = (path for path in share.rglob("*") if path.is_file() and os.access(path, os.X_OK))
+    programs = {
+        str(path.relative_to(share)): path.read_text(encoding="utf-8")
+        for path in scripts
+        if path.suffix in ("", ".py")
+    }
+    assert len(programs) > 80
+    others = {name for name, text in programs.items() if "from pipros.cli" not in text}
+    assert others == {
+        "rosunit/scripts/test_results_dir.py",
+        *(f"rostest/nodes/{name}test" for name in ("advertise", "hz", "param", "publish", "subscribe")),
+    }

@@ -60,8 +60,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     if program is None:
         if found.runnable:
             return NO_SUCH_COMMAND
-        _complain_about_name(package, name, found)
-        _say_what_is_compiled(package_name, name, rest)
+        programs = list_executables(package)
+        _complain_about_name(package, name, found, programs)
+        _say_what_is_compiled(package_name, name, rest, programs)
         return NOT_FOUND
     try:
         command = command_of(program, rest, prefix)
@@ -130,16 +131,18 @@ def _complain_about_package(index: PackageIndex, name: str) -> None:
         print(f"[rosrun] {index.advice}", file=sys.stderr)
 
 
-def _say_what_is_compiled(package: str, program: str, arguments: list[str]) -> None:
+def _say_what_is_compiled(
+    package: str, program: str, arguments: list[str], programs: Sequence[str] = ()
+) -> None:
     """Says of a well-known package in C++ where to run it. On stderr, so that stdout equals Noetic's."""
     from pipros.workspace.compiled_packages import why_not_here
 
-    reason = why_not_here(package, program, arguments)
+    reason = why_not_here(package, program, arguments, programs)
     if reason:
         print(f"[rosrun] {reason}", file=sys.stderr)
 
 
-def _complain_about_name(package: Package, name: str, found: Executables) -> None:
+def _complain_about_name(package: Package, name: str, found: Executables, programs: list[str]) -> None:
     if "/" in name:
         print(f"[rosrun] Couldn't find executable named {package.path / name}")
     else:
@@ -149,7 +152,7 @@ def _complain_about_name(package: Package, name: str, found: Executables) -> Non
         for path in found.unusable:
             print(f"[rosrun]   {path}")
     else:
-        _suggest(name, list_executables(package))
+        _suggest(name, programs)
 
 
 def _suggest(name: str, known: list[str]) -> None:

@@ -12,7 +12,7 @@ from pipros.env import Environment
 from pipros.errors import NotFound, PiprosError
 from pipros.launch.model import Machine, Node, WorkingFolder
 from pipros.workspace.compiled_packages import why_not_here
-from pipros.workspace.executables import Executables, find_executables
+from pipros.workspace.executables import Executables, find_executables, list_executables
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.program_start import command_of, program_environment
 
@@ -141,7 +141,7 @@ class CommandMaker:
             reason = _why_not_here(node)
             raise CannotLaunch(f"{error}. {reason}" if reason else str(error), node) from None
         found = self._find(package, node.type)
-        if not found.runnable and (reason := _why_not_here(node)):
+        if not found.runnable and (reason := _why_not_here(node, package)):
             raise CannotLaunch(
                 f"Cannot locate node of type [{node.type}] in package [{node.package}]. {reason}", node
             )
@@ -164,6 +164,7 @@ def _words(text: str, what: str, node: Node) -> list[str]:
         ) from None
 
 
-def _why_not_here(node: Node) -> str | None:
-    """What to do about a node of a well-known package in C++."""
-    return why_not_here(node.package, node.type, _words(node.arguments, "arguments", node))
+def _why_not_here(node: Node, package: Package | None = None) -> str | None:
+    """What to do about a node of a well-known package in C++, which may have been found."""
+    programs = list_executables(package) if package else ()
+    return why_not_here(node.package, node.type, _words(node.arguments, "arguments", node), programs)

@@ -21,6 +21,8 @@ _CHUNK_BYTES = 65536
 # Loggers write the end of a line's colour behind its line end.
 _COLOURS_ALONE = re.compile(rb"(?:\033\[[\d;]*m)+")
 
+_BARE_LINE_END = re.compile(rb"(?<!\r)\n")
+
 # An incomplete line, such as a prompt or a progress bar, is shown after this time.
 _INCOMPLETE_LINE_S = 0.1
 
@@ -115,6 +117,20 @@ class PrefixedOutput:
     def _show(self, text: bytes) -> bytes:
         """Writes a piece of output; returns the new pending text, which is empty."""
         if text:
+            shown = self._prefix.format(text)
+            if self._is_raw():
+                shown = _BARE_LINE_END.sub(b"\r\n", shown)
             with contextlib.suppress(OSError):
-                os.write(self._target, self._prefix.format(text))
+                os.write(self._target, shown)
         return b""
+
+    def _is_raw(self) -> bool:
+        """Whether the terminal adds no carriage returns, because a node reads single keys from it.
+
+        Such nodes restore the terminal before they print, but it may be raw again when their output is shown.
+        """
+        import termios
+
+        with contextlib.suppress(OSError, termios.error):
+            return not termios.tcgetattr(self._target)[1] & termios.OPOST
+        return False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pipros import names
 from pipros.launch.model import LaunchError, ParameterAction, ParameterCommand
 from pipros.launch.param_types import convert, flatten
 from pipros.launch.reader import ElementReader
@@ -49,21 +50,23 @@ def read_rosparam(reader: ElementReader) -> dict[str, Any]:
     file = reader.text("file")
     if command not in ("load", "dump", "delete"):
         raise _error(reader, "command must be 'load', 'dump', or 'delete'")
-    try:
-        inner = reader.scope.child(reader.text("ns") or "")
-    except ValueError as error:
-        raise _error(reader, str(error)) from None
-    param = reader.text("param")
+    # As in Noetic, `ns` is the beginning of the name, also where nothing follows it.
+    param = names.canonicalize(names.join(reader.text("ns") or "", reader.text("param") or ""))
     if command != "load":
         if command == "delete" and file is not None:
             raise _error(reader, "'file' attribute is invalid with 'delete' command.")
-        key = inner.resolve_param(param) if param else inner.namespace
+        key = reader.scope.resolve_param(param)
+        if not reader.text("param"):
+            try:
+                key = names.make_global_namespace(key)
+            except ValueError as error:
+                raise _error(reader, str(error)) from None
         reader.builder.add_command(ParameterCommand(ParameterAction(command), key, file or ""))
         return {}
-    return _load(reader.inside(inner), param, file)
+    return _load(reader, param, file)
 
 
-def _load(reader: ElementReader, param: str | None, file: str | None) -> dict[str, Any]:
+def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]:
     from pipros.safe import yaml  # costs 10 ms, and not every launch file needs it
 
     # Blank lines before the text, so that YAML errors have the line numbers of the launch file.
@@ -86,7 +89,7 @@ def _load(reader: ElementReader, param: str | None, file: str | None) -> dict[st
         value = yaml.load(text, source)
         if value is None:
             return {}
-        if not isinstance(value, dict) and not param:
+        if not isinstance(value, dict) and not param.strip("/"):
             raise _error(reader, "'param' attribute must be set for non-dictionary values")
         scope = reader.scope
         if param:

@@ -1,7 +1,8 @@
 """Finds the Python modules that packages name in their `setup.py`, for imports without a build.
 
-The file is parsed, not run. Literal arguments of `setup()` or `generate_distutils_setup()` count; a list of
-packages that is computed, as by `find_packages()`, stands for every package in its folder.
+The file is parsed, not run. Literal arguments of `setup()` or `generate_distutils_setup()` count, also in a
+dictionary and assigned to its keys (`d["packages"] = […]`); a list of packages that is computed, as by
+`find_packages()`, stands for every package in its folder.
 
 A failed import of any name may search all packages, so this module imports little, and parses only files that
 contain the name.
@@ -58,11 +59,10 @@ def declared_module(text: bytes, folder: str, name: str) -> str | None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about escapes in strings
-            calls = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
+            groups = _arguments(ast.parse(text))
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None
-    for call in calls:
-        arguments = {keyword.arg: keyword.value for keyword in call.keywords if keyword.arg}
+    for arguments in groups:
         folders = _literal(arguments.get("package_dir"))
         folders = folders if isinstance(folders, dict) else {}
         root = os.path.join(folder, str(folders.get("", "")))
@@ -78,6 +78,25 @@ def declared_module(text: bytes, folder: str, name: str) -> str | None:
         if isinstance(modules, (list, tuple)) and name in modules and os.path.isfile(path):
             return path
     return None
+
+
+def _arguments(tree: ast.Module) -> list[dict[str, ast.expr]]:
+    """The arguments of each call, the items of each dictionary, and all items that are assigned."""
+    import ast
+
+    groups: list[dict[str, ast.expr]] = []
+    assigned: dict[str, ast.expr] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            groups.append({keyword.arg: keyword.value for keyword in node.keywords if keyword.arg})
+        elif isinstance(node, ast.Dict):
+            pairs = zip(map(_literal, node.keys), node.values, strict=True)
+            groups.append({key: value for key, value in pairs if isinstance(key, str)})
+        elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Subscript):
+            key = _literal(node.targets[0].slice)
+            if isinstance(key, str):
+                assigned[key] = node.value
+    return [*groups, assigned]
 
 
 def _literal(node: ast.expr | None) -> object:

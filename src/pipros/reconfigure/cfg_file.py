@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import glob
 import io
 import json
 import os
@@ -15,7 +16,9 @@ import threading
 from pathlib import Path
 from typing import Any
 
+from pipros.env import DISTRIBUTION
 from pipros.errors import PiprosError
+from pipros.input_file import read_text
 from pipros.reconfigure import cache
 from pipros.reconfigure.generator import OUTPUT_VARIABLE
 
@@ -23,6 +26,8 @@ TIME_LIMIT_S = 30.0
 """How long a `.cfg` file may run."""
 
 _SHOWN_CHARACTERS = 2_000
+_COMMENT = re.compile(r"#.*")
+_CFG_WORD = re.compile(r"""(?:\$\{\w+\}/)?([^\s"();${}]+\.cfg)\b""")
 
 
 class BadConfigFile(PiprosError):
@@ -34,7 +39,7 @@ def find(package_folder: Path, name: str) -> Path | None:
 
     It usually has that name; otherwise it is the first file that contains the name in quotes.
     """
-    files = sorted((package_folder / "cfg").rglob("*.cfg"))
+    files = find_all(package_folder)
     for file in files:
         if file.stem == name:
             return file
@@ -45,9 +50,24 @@ def find(package_folder: Path, name: str) -> Path | None:
     return None
 
 
-def names(package_folder: Path) -> list[str]:
-    """The configurations that are named after their files."""
-    return sorted(file.stem for file in (package_folder / "cfg").rglob("*.cfg"))
+def find_all(package_folder: Path) -> list[Path]:
+    """The `.cfg` files of a package: those in `cfg/`, then those that its `CMakeLists.txt` names.
+
+    The words of `CMakeLists.txt` that end in `.cfg` are taken as paths or patterns in the package's folder; a
+    variable before the first slash is taken for that folder. Without
+    `generate_dynamic_reconfigure_options()` the file names no configurations.
+    """
+    found = sorted((package_folder / "cfg").rglob("*.cfg"))
+    try:
+        text = _COMMENT.sub("", read_text(package_folder / "CMakeLists.txt", errors="replace"))
+    except OSError:
+        return found
+    if "generate_dynamic_reconfigure_options" not in text.lower():
+        return found
+    for word in _CFG_WORD.findall(text):
+        named = (package_folder / path for path in sorted(glob.glob(word, root_dir=package_folder)))
+        found += [path for path in named if path not in found]
+    return found
 
 
 def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
@@ -67,7 +87,9 @@ def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
         output = Path(folder) / "declared.json"
         # The four arguments that genuine's generator requires: old files check their number.
         arguments = [sys.executable, str(path), folder, folder, folder, folder]
-        code, said = _run(arguments, {**os.environ, OUTPUT_VARIABLE: str(output)}, time_limit_s)
+        code, said = _run(
+            arguments, {**DISTRIBUTION, **os.environ, OUTPUT_VARIABLE: str(output)}, time_limit_s
+        )
         if code is None:
             raise BadConfigFile(f"{path} did not end within {time_limit_s:g} s")
         if not output.exists():

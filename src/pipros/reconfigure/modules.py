@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.abc import Loader
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from pipros.reconfigure.cfg_file import BadConfigFile, find, module_contents, names, parameters, read
+from pipros.reconfigure.cfg_file import BadConfigFile, find, find_all, module_contents, parameters, read
 
 FindPackage = Callable[[str], Any]
 _SUFFIX = "Config"
@@ -25,8 +25,8 @@ def cfg_spec(find_package: FindPackage, name: str) -> ModuleSpec | None:
         return None
     folder = Path(os.fspath(found))
     if not module:
-        has_files = next((folder / "cfg").rglob("*.cfg"), None) is not None
-        return ModuleSpec(name, _PackageLoader(folder), is_package=True) if has_files else None
+        files = find_all(folder)
+        return ModuleSpec(name, _PackageLoader(files), is_package=True) if files else None
     if not module.endswith(_SUFFIX) or "." in module:
         return None
     file = find(folder, module.removesuffix(_SUFFIX))
@@ -36,15 +36,15 @@ def cfg_spec(find_package: FindPackage, name: str) -> ModuleSpec | None:
 class _PackageLoader(Loader):
     """Makes `<package>.cfg`, whose modules are made when they are imported."""
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, files: Sequence[Path]) -> None:
+        self._files = files
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:  # noqa: ARG002
         return None
 
     def exec_module(self, module: ModuleType) -> None:
         module.__path__ = []
-        module.__dict__["__all__"] = [name + _SUFFIX for name in names(self._folder)]
+        module.__dict__["__all__"] = sorted(file.stem + _SUFFIX for file in self._files)
 
 
 class _ConfigLoader(Loader):

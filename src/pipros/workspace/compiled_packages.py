@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 _NAMES = """
     amcl carrot_planner cartographer_ros controller_manager costmap_2d depth_image_proc
@@ -24,13 +24,17 @@ COMPILED = frozenset(_NAMES.split())
 _PLUGIN = re.compile(r"(\w+)/(\S+)")
 
 
-def why_not_here(package: str, program: str, arguments: Sequence[str] = ()) -> str | None:
+def why_not_here(
+    package: str, program: str, arguments: Sequence[str] = (), programs: Iterable[str] = ()
+) -> str | None:
     """Why pipros does not have the program, and what to install where; None for an unknown package.
 
     Args:
         arguments: those of the program, which for a nodelet name its plugin.
+        programs: those of the package on this machine, if it was found. With any, C++ is not the reason.
     """
-    if package not in COMPILED:
+    is_here = any(not name.endswith(".cfg") for name in programs)  # `.cfg` files are executable, too
+    if package not in COMPILED or is_here:
         return None
     wanted = [package]
     what = f"The programs of {package} are C++, and do not come with pipros, which is Python alone."

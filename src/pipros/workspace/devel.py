@@ -91,13 +91,15 @@ def write_devel_files(
         relay = layout.devel / "lib" / project.name / os.path.basename(script)
         write_if_changed(relay, _RELAY.format(script=script))
         relay.chmod(0o755)
-    _write_hooks(project, layout.devel)
+    _write_hooks(project, layout.devel, is_installed=False)
 
 
-def _write_hooks(project: Project, prefix: Path) -> None:
+def _write_hooks(project: Project, prefix: Path, *, is_installed: bool) -> None:
     """Writes the environment hooks of a package to the folder that the setup files read."""
     for hook in project.hooks:
         text = Path(hook.source).read_text("utf-8") if hook.text is None else hook.text
+        if is_installed and hook.installed is not None:
+            text = hook.installed
         write_if_changed(prefix / HOOKS_FOLDER / hook.name, text)
 
 
@@ -159,6 +161,6 @@ def install_package(project: Project, layout: Layout, settings: Mapping[str, str
     for script in setup.scripts if setup else ():
         target = layout.install / "lib" / project.name / os.path.basename(script)
         copy_file(Path(script), target, say, mode=PROGRAM_MODE)
-    _write_hooks(project, layout.install)
+    _write_hooks(project, layout.install, is_installed=True)
     for item in project.installations:
         install(item, layout.install, settings, say)

@@ -43,11 +43,12 @@ class PackageIndex:
         """Reads nothing yet.
 
         Args:
+            folders: further occurrences of a folder have no effect.
             kinds: what counts: `PACKAGES`, or `STACKS`, which has metapackages and no dry packages.
         """
-        self.folders = tuple(folders)
+        self.folders = tuple(dict.fromkeys(folders))
         cache = None if cache_folder is None else os.fspath(cache_folder)
-        self._found = PackageFolders([os.fspath(folder) for folder in folders], cache, kinds)
+        self._found = PackageFolders([os.fspath(folder) for folder in self.folders], cache, kinds)
 
     @property
     def advice(self) -> str:

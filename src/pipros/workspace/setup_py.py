@@ -14,6 +14,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from pipros.env import DISTRIBUTION
 from pipros.errors import PiprosError
 
 _TIME_LIMIT_S = 60.0
@@ -64,7 +65,7 @@ class PythonSetup:
 
 
 def read_setup_py(folder: str) -> PythonSetup:
-    """Runs the `setup.py` in a folder.
+    """Runs the `setup.py` in a folder; `ROS_DISTRO` and the like have Noetic's values if unset.
 
     Raises:
         SetupPyError: it failed; with its last lines of output.
@@ -73,6 +74,7 @@ def read_setup_py(folder: str) -> PythonSetup:
         ended = subprocess.run(  # noqa: S603
             [sys.executable, "-c", _PROBE],
             cwd=folder,
+            env={**DISTRIBUTION, **os.environ},
             capture_output=True,
             text=True,
             timeout=_TIME_LIMIT_S,

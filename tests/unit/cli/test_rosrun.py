@@ -136,3 +136,14 @@ def test_a_prefix_with_an_open_quote_is_refused(scripts: Path, capsys: pytest.Ca
     script(scripts / "talker.py")
     assert rosrun.main(["--prefix", "echo 'x", "talkers", "talker.py"]) == 126
     assert "[echo 'x] is not a valid command" in capsys.readouterr().err
+
+
+def test_a_typo_in_a_well_known_package_that_is_here_gets_one_hint(
+    scripts: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (scripts.parent / "package.xml").write_text("<package><name>turtlesim</name></package>")
+    script(scripts / "turtlesim_node")
+
+    assert rosrun.main(["turtlesim", "turtlesim"]) == rosrun.NOT_FOUND
+
+    assert capsys.readouterr().err == "[rosrun] Did you mean turtlesim_node?\n"

@@ -107,6 +107,15 @@ def test_what_pipros_has_no_c_plus_plus_for_names_its_package(
         maker.make(node, "http://localhost:11311")
 
 
+def test_a_well_known_package_with_programs_here_is_not_called_compiled(
+    maker: CommandMaker, talker: Path
+) -> None:
+    (talker.parents[1] / "package.xml").write_text("<package><name>turtlesim</name></package>")
+    with pytest.raises(CannotLaunch, match="Cannot locate node") as refused:
+        maker.make(Node("turtlesim", "turtlesim", "n"), "http://m:1")
+    assert "C++" not in str(refused.value)
+
+
 def test_a_script_that_is_not_executable_is_pointed_to(maker: CommandMaker, talker: Path) -> None:
     talker.chmod(0o644)
     with pytest.raises(CannotLaunch, match=rf"chmod \+x\)\. There is {talker}"):

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import pty
+import sys
+import tty
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.launch.output_prefix import LinePrefix, is_available
+from pipros.launch.output_prefix import LinePrefix, PrefixedOutput, is_available
 
 
 @pytest.mark.parametrize(
@@ -36,3 +41,23 @@ def test_nothing_of_the_output_is_lost(pieces: list[bytes]) -> None:
 
 def test_there_is_no_prefix_where_the_output_is_not_a_terminal(capfd: pytest.CaptureFixture[str]) -> None:
     assert not is_available()
+
+
+@pytest.mark.parametrize("is_raw", [False, True])
+def test_lines_begin_at_the_left_also_while_a_node_reads_single_keys(
+    monkeypatch: pytest.MonkeyPatch, is_raw: bool
+) -> None:
+    screen, terminal = pty.openpty()
+    if is_raw:
+        tty.setraw(terminal)
+    with open(terminal, "w") as stdout:
+        monkeypatch.setattr(sys, "stdout", stdout)
+        output = PrefixedOutput("n", 0)
+        os.write(output.write_end, b"one\ntwo\r\nthree\n")
+        output.started()
+        output.finish(30.0)
+    shown = os.read(screen, 1000)
+    os.close(screen)
+    assert shown.replace(b"\r\r\n", b"\r\n") == b"".join(
+        b"\033[36m[n]\033[0m %s\r\n" % line for line in (b"one", b"two", b"three")
+    )

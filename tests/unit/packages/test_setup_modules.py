@@ -35,6 +35,13 @@ def package(folder: Path, setup: str, *files: str) -> Path:
         ("d = generate_distutils_setup(packages=['lib'], package_dir={'': 'src'})\nsetup(**d)", "src/lib"),
         ("setup(**generate_distutils_setup(packages=['lib'], package_dir={'': 'src'}))", "src/lib"),
         ("setup(packages=find_packages('src'), package_dir={'': 'src'})", "src/lib"),
+        (
+            "d = generate_distutils_setup()\nd['packages'] = ['robot', 'lib']\n"
+            "d['package_dir'] = {'': 'src'}\nsetup(**d)",
+            "src/lib",
+        ),
+        ("d = {}\nd['py_modules'] = ['lib']\nd['package_dir'] = {'': 'src'}\nsetup(**d)", "src/lib.py"),
+        ("d = {'packages': ['lib'], 'package_dir': {'lib': 'python'}}\nsetup(**d)", "python"),
         ("setup(name='x', py_modules=['lib'], package_dir={'': 'src'})", "src/lib.py"),
         ("if True:\n    setup(packages=['lib'], package_dir=dict())", "lib"),
     ],

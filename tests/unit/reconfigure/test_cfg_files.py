@@ -73,6 +73,67 @@ def test_a_configuration_is_imported_without_a_build(cfg: Path, monkeypatch: pyt
 
 
 @pytest.mark.parametrize(
+    ("file", "cmake"),
+    [
+        (
+            "dynamic_reconfigure/Tuning.cfg",
+            "generate_dynamic_reconfigure_options(dynamic_reconfigure/Tuning.cfg)",
+        ),
+        (
+            "config/Tuning.cfg",
+            "generate_dynamic_reconfigure_options(\n  ${PROJECT_SOURCE_DIR}/config/Tuning.cfg)",
+        ),
+        (
+            "config/a/Tuning.cfg",
+            "file(GLOB files config/*/*.cfg)\ngenerate_dynamic_reconfigure_options(${files})",
+        ),
+        ("Tuning.cfg", "generate_dynamic_reconfigure_options(lost/Tuning.cfg Tuning.cfg) # setup.cfg"),
+    ],
+)
+def test_files_are_found_where_the_cmake_file_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str, cmake: str
+) -> None:
+    package = tmp_path / "tuned_pkg"
+    (package / file).parent.mkdir(parents=True)
+    (package / file).write_text(HEAD + BODY)
+    (package / "setup.cfg").touch()
+    (package / "CMakeLists.txt").write_text(cmake)
+    finder = PackageFinder(lambda name: str(package) if name == "tuned_pkg" else None)
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path, finder])
+
+    try:
+        assert importlib.import_module("tuned_pkg.cfg.TuningConfig").defaults["gain"] == 1.5
+        assert importlib.import_module("tuned_pkg.cfg").__all__ == ["TuningConfig"]
+    finally:
+        for name in [name for name in sys.modules if name.startswith("tuned_pkg")]:
+            del sys.modules[name]
+
+
+@pytest.mark.parametrize(
+    "cmake", ["", "install(FILES other.cfg)", "# generate_dynamic_reconfigure_options(other.cfg)"]
+)
+def test_other_files_of_that_name_are_no_configurations(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cmake: str
+) -> None:
+    (tmp_path / "other.cfg").touch()
+    (tmp_path / "CMakeLists.txt").write_text(cmake)
+    finder = PackageFinder(lambda name: str(tmp_path) if name == "tuned_pkg" else None)
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path, finder])
+
+    with pytest.raises(ImportError):
+        importlib.import_module("tuned_pkg.cfg")
+
+
+def test_a_file_reads_the_variables_of_noetic_in_a_bare_shell(
+    cfg: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("ROS_DISTRO", raising=False)
+    cfg.write_text(f"import os\nassert os.environ['ROS_DISTRO'] == 'noetic'\n{HEAD}{BODY}")
+
+    assert read(cfg)["name"] == "Tuning"
+
+
+@pytest.mark.parametrize(
     ("text", "words"),
     [
         ("raise ValueError('by the file')", "by the file"),

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import os
+import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from pipros.cmake import cmake_command
+from pipros.workspace.catkin import templates
 from pipros.workspace.hooks import find_hooks
 from pipros.workspace.make_targets import label, names, results_label
 from tests.support.workspaces import Workspace
@@ -94,6 +98,16 @@ def test_a_command_that_fails_is_named_with_its_line(workspace: Workspace) -> No
     assert "fine" in result.built
 
 
+def test_commands_read_the_variables_of_noetic_in_a_bare_shell(
+    workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("ROS_DISTRO", raising=False)
+    code = f"{sys.executable} -c \"import os; open('distro', 'w').write(os.environ['ROS_DISTRO'])\""
+    workspace.add("p", f"add_custom_target(t ALL COMMAND {code})")
+    assert workspace.build().errors == []
+    assert (workspace.base / "build/p/distro").read_text() == "noetic"
+
+
 def test_a_missing_file_that_nothing_makes_is_named(workspace: Workspace) -> None:
     workspace.add("p", "add_custom_target(bad ALL DEPENDS ${CMAKE_CURRENT_BINARY_DIR}/nope.txt)")
     (error,) = workspace.build().errors
@@ -145,6 +159,30 @@ def test_cfg_files_are_read_and_installed(workspace: Workspace) -> None:
     assert (workspace.base / "devel/lib/python3/dist-packages/p/__init__.py").is_file()
     assert (workspace.base / "install/share/p/cfg/P.cfg").read_text() == CFG
     assert workspace.build(installs=True).unchanged == ["p"]
+
+
+@pytest.mark.parametrize("name", ["dynamic_reconfigure", "config"])
+def test_cfg_files_of_other_folders_are_modules_of_the_built_package(workspace: Workspace, name: str) -> None:
+    text = CONFIGURABLE.replace("cfg/P.cfg", f"{name}/P.cfg")
+    folder = workspace.add("p", text, "dynamic_reconfigure", cfg__P_dot_cfg=CFG)
+    (folder / "cfg").rename(folder / name)
+    result = workspace.build(installs=True)
+    assert result.errors == []
+    for space in ("devel/lib", "install/lib"):
+        code = "from p.cfg import PConfig; print(PConfig.defaults)"
+        path = {
+            "PYTHONPATH": str(workspace.base / space / "python3/dist-packages"),
+            "ROS_PACKAGE_PATH": str(workspace.base / ("src" if space == "devel/lib" else "install/share")),
+        }
+        ran = subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, **path},
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+        assert ran.stdout == "{'speed': 5}\n", ran.stderr
 
 
 def test_a_cfg_file_that_fails_or_is_not_there_fails_its_package(workspace: Workspace) -> None:
@@ -338,3 +376,86 @@ def test_the_stand_in_for_cmake(
     monkeypatch.chdir(tmp_path)
     assert cmake_command.main(words) == code
     assert capsys.readouterr().out == printed
+
+
+HOOK = """\
+@[if DEVELSPACE]@
+export P_MAPS=@(CMAKE_CURRENT_SOURCE_DIR)/maps
+@[else]@
+export P_MAPS=@(CMAKE_INSTALL_PREFIX)/@(CATKIN_PACKAGE_SHARE_DESTINATION)/maps
+@[end if]@
+"""
+
+
+@pytest.mark.parametrize("ending", ["em", "develspace_dot_em"])
+def test_environment_hooks_are_made_from_templates(workspace: Workspace, ending: str) -> None:
+    hook = {f"env-hooks__25_dot_p_dot_sh_dot_{ending}": HOOK}
+    folder = workspace.add("p", "catkin_add_env_hooks(25.p SHELLS sh)\ncatkin_package()", **hook)
+    assert workspace.build(installs=True).errors == []
+    made = [workspace.base / space / "etc/catkin/profile.d/25.p.sh" for space in ("devel", "install")]
+    assert made[0].read_text() == f"export P_MAPS={folder}/maps\n"
+    assert made[1].read_text() == f"export P_MAPS={workspace.base}/install/share/p/maps\n"
+
+
+def test_cmake_code_for_others_is_made_from_templates(workspace: Workspace) -> None:
+    workspace.add(
+        "tools",
+        "catkin_package(CFG_EXTRAS tools.cmake)",
+        cmake__tools_dot_cmake_dot_em="@[if DEVELSPACE]@\n"
+        "set(TOOLS_DIR @(PROJECT_SOURCE_DIR)/bin)\n@[end if]@\n"
+        'function(say_it text)\n  message(STATUS "@(PROJECT_NAME): ${text}")\nendfunction()\n',
+    )
+    workspace.add("user", "find_package(catkin REQUIRED tools)\nsay_it(${TOOLS_DIR})", "tools")
+    assert workspace.build().errors == []
+    assert f"-- tools: {workspace.base}/src/tools/bin" in workspace.lines
+
+
+def test_a_package_expands_templates_itself(workspace: Workspace) -> None:
+    workspace.add(
+        "p",
+        "set(WORD hello)\nem_expand(cmake/c.py.in ${CMAKE_CURRENT_BINARY_DIR}/c.py cmake/t.txt.em"
+        " ${CMAKE_CURRENT_BINARY_DIR}/made/t.txt)",
+        cmake__c_dot_py_dot_in="word = '@WORD@'\n",
+        cmake__t_dot_txt_dot_em="@(word.upper())\n",
+    )
+    assert workspace.build().errors == []
+    assert (workspace.base / "build/p/made/t.txt").read_text() == "HELLO\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("a b c", "incorrect number of arguments"),
+        ("a b c d", "does not exist"),
+        ("c.in c.py bad.em t", "the template .*bad.em failed:.*ZeroDivisionError"),
+    ],
+)
+def test_a_template_that_fails_is_named_with_its_line(
+    workspace: Workspace, arguments: str, words: str
+) -> None:
+    workspace.add("p", f"em_expand({arguments})", bad_dot_em="@(1 / 0)", c_dot_in="")
+    (error,) = workspace.build().errors
+    assert re.search(rf"CMakeLists\.txt:3.*{words}", error, re.DOTALL), error
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "catkin_add_env_hooks(25.p SHELLS sh)",
+        "em_expand(c.in c.py env-hooks/25.p.sh.em t)",
+        "find_package(catkin REQUIRED tools)\nsay_it(x)",
+    ],
+)
+def test_without_empy_3_one_error_says_how_to_get_it(
+    workspace: Workspace, monkeypatch: pytest.MonkeyPatch, line: str
+) -> None:
+    def version(_name: str) -> str:
+        return "4.2"
+
+    monkeypatch.setattr(templates, "version", version)
+    workspace.add("tools", "catkin_package(CFG_EXTRAS t.cmake)", cmake__t_dot_cmake_dot_em="")
+    files = {"env-hooks__25_dot_p_dot_sh_dot_em": HOOK, "c_dot_in": ""}
+    workspace.add("p", line, "tools", **files)
+    (error,) = workspace.build().errors
+    assert "pip install 'pipros[templates]'" in error
+    assert "p/CMakeLists.txt:" in error

@@ -17,6 +17,11 @@ def test_a_program_in_c_plus_plus_names_its_package() -> None:
     assert why_not_here("my_package", "node") is None
 
 
+def test_a_package_with_programs_of_this_machine_is_not_called_compiled() -> None:
+    assert why_not_here("turtlesim", "turtlesim", (), ["turtlesim_node"]) is None
+    assert why_not_here("move_base", "move_base", (), ["MoveBase.cfg"])
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

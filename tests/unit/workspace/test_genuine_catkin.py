@@ -120,3 +120,11 @@ def test_a_tool_that_fails_is_named(tmp_path: Path) -> None:
 
     with pytest.raises(NativeBuildFailed, match=r"cmake .* failed; the reason is printed above"):
         genuine_catkin.build(tools, arm(tmp_path / "src"), layout, BuildOptions(), lambda _line: None)
+
+
+def test_catkin_tools_in_the_environment_of_pipros_are_told_what_to_do() -> None:
+    """CMake code of genuine catkin imports this function from the `catkin` of the environment."""
+    from catkin.environment_cache import generate_environment_script
+
+    with pytest.raises(SystemExit, match="catkin build --cmake-args -DPYTHON_EXECUTABLE=/usr/bin/python3"):
+        generate_environment_script("/ws/devel/env.sh")

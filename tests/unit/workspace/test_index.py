@@ -8,7 +8,7 @@ import pytest
 from pipros.env import Environment
 from pipros.errors import NotFound
 from pipros.packages import crawl as crawling
-from pipros.workspace.index import Package, PackageIndex
+from pipros.workspace.index import SHARED_PACKAGES, Package, PackageIndex
 from pipros.workspace.manifest import read_manifest
 
 
@@ -99,6 +99,18 @@ def test_an_unknown_package_is_refused_with_the_folders_that_were_searched(tmp_p
     with pytest.raises(NotFound, match=r"package \[nope\] not found") as refusal:
         PackageIndex([tmp_path / "one", tmp_path / "two"]).find("nope")
     assert str(tmp_path / "two") in str(refusal.value)
+
+
+def test_a_folder_that_is_given_twice_is_searched_and_shown_once(tmp_path: Path) -> None:
+    add_package(tmp_path / "p")
+    path = (SHARED_PACKAGES, tmp_path, SHARED_PACKAGES)  # as after sourcing a setup file
+    index = PackageIndex.from_environment(Environment(package_path=path))
+
+    assert index.folders == (SHARED_PACKAGES, tmp_path)
+    assert index.duplicates() == {}
+    with pytest.raises(NotFound) as refusal:
+        index.find("nope")
+    assert str(refusal.value).count(str(SHARED_PACKAGES)) == 1
 
 
 def test_a_package_that_was_added_later_is_noticed(tmp_path: Path) -> None:

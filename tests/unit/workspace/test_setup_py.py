@@ -76,6 +76,19 @@ def test_catkin_pkg_reads_the_manifest(tmp_path: Path) -> None:
     assert read_setup_py(write(tmp_path, text)).packages == {"p": str(tmp_path / "src/p")}
 
 
+def test_a_setup_reads_the_variables_of_noetic_in_a_bare_shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("ROS_DISTRO", "ROS_PYTHON_VERSION"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("ROS_VERSION", "one")  # of the shell: it wins
+    text = (
+        "import os\nfrom setuptools import setup\n"
+        "setup(packages=[os.environ['ROS_' + name] for name in ('VERSION', 'DISTRO', 'PYTHON_VERSION')])"
+    )
+    assert set(read_setup_py(write(tmp_path, text)).packages) == {"one", "noetic", "3"}
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [

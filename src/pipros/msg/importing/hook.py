@@ -76,6 +76,7 @@ class PackageFinder:
     """Finds the Python package of a ROS package, or just its messages.
 
     The modules are below `src/`, or where a `setup.py` says, also that of a ROS package with another name.
+    The import of a well-known module that is nowhere fails with what there is instead.
 
     Args:
         find_module: called with a name and the folder of the ROS package of that name, or None; returns the
@@ -114,10 +115,13 @@ class PackageFinder:
         path = self._find_module(name, folder)
         if path is not None:
             return _spec_of(name, path)
-        if folder is None or not any(
-            os.path.isdir(os.path.join(folder, kind)) for kind in (*KINDS, "action", "cfg")
+        if folder is None or not (
+            any(os.path.isdir(os.path.join(folder, kind)) for kind in (*KINDS, "action", "cfg"))
+            or self.find_spec(f"{name}.cfg") is not None
         ):
-            return None
+            from pipros.packages.absent_modules import absent_spec
+
+            return absent_spec(name)
         from importlib.machinery import ModuleSpec
 
         spec = ModuleSpec(name, None, is_package=True)

@@ -42,6 +42,7 @@ class ReadContext:
         components: the packages that `find_package()` has found.
         find_package: finds a package by name.
         has_foreign_packages: whether commands may exist that only CMake itself would find.
+        empy_hint: where such commands may be, if that is a template that cannot be expanded.
     """
 
     def __init__(
@@ -64,6 +65,7 @@ class ReadContext:
         self.scope = scope
         self.components: set[str] = set()
         self.has_foreign_packages = False
+        self.empy_hint = ""
         self.find_package = find_package
         self._interpreter = Interpreter(
             scope,
@@ -105,6 +107,7 @@ class ReadContext:
         for file in package.extras:
             if file.endswith(".em"):
                 self.has_foreign_packages = True
+                self.empy_hint = f" in {file}; pipros reads it with empy 3 (pip install 'pipros[templates]')"
             elif file.endswith(".in"):
                 text = configured(read_text(file, errors="replace"), self.scope, at_only=True)
                 self._interpreter.run_text(text, file)

@@ -35,6 +35,7 @@ CATKIN_COMMANDS: Mapping[str, tuple[str, ...] | None] = {
     "catkin_workspace": None,
     "list_append_unique": None,
     "find_program_required": None,
+    "em_expand": None,
     "debug_message": None,
     "assert": None,
     "roslint_cpp": None,

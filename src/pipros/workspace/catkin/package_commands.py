@@ -15,6 +15,7 @@ from pipros.input_file import read_text
 from pipros.workspace.catkin.context import FoundPackage, Handler, ReadContext
 from pipros.workspace.catkin.names import CATKIN_VERSION, CORE_PACKAGES
 from pipros.workspace.catkin.project import EnvironmentHook
+from pipros.workspace.catkin.templates import NEEDS_EMPY, can_expand, expanded, write
 
 _HARMLESS_PACKAGES = frozenset(
     ("Boost", "Threads", "PythonInterp", "PythonLibs", "Python", "Python2", "Python3", "Eigen3", "OpenCV")
@@ -138,8 +139,13 @@ def _catkin_package(context: ReadContext, command: Command, words: list[str]) ->
 
 def _cfg_extra(context: ReadContext, command: Command, path: str) -> str:
     for ending in ("", ".in", ".develspace.in", ".em", ".develspace.em"):
-        if os.path.isfile(path + ending):
-            return path + ending
+        if not os.path.isfile(path + ending):
+            continue
+        if ending.endswith(".em") and can_expand():
+            made = os.path.join(context.project.binary, "catkin_generated", os.path.basename(path))
+            write(made, expanded(path + ending, context))
+            return made
+        return path + ending
     raise context.error(command, f"catkin_package() could not find CFG_EXTRAS file: {path}")
 
 
@@ -179,10 +185,21 @@ def _hook(context: ReadContext, command: Command, base: str) -> EnvironmentHook:
         if os.path.isfile(base + ending):
             text = configured(read_text(base + ending, errors="replace"), context.scope, at_only=True)
             return EnvironmentHook(name, base + ending, text)
-    if any(os.path.isfile(base + ending) for ending in (".em", ".develspace.em", ".buildspace.em")):
-        context.need_cmake(command, f"the template {base}.em")
-        return EnvironmentHook(name, base, "")
+    for ending in (".develspace.em", ".buildspace.em", ".em"):
+        if os.path.isfile(base + ending):
+            return _hook_of_template(context, command, base, base + ending)
     raise context.error(command, f"catkin_add_env_hooks() could not find environment hook {base}")
+
+
+def _hook_of_template(context: ReadContext, command: Command, base: str, template: str) -> EnvironmentHook:
+    name = os.path.basename(base)
+    if not can_expand():
+        context.need_native_build(command, f"has the environment hook {template}, which {NEEDS_EMPY}")
+        return EnvironmentHook(name, template, "")
+    text = expanded(template, context)
+    if os.path.isfile(f"{base}.installspace.em"):
+        template = f"{base}.installspace.em"
+    return EnvironmentHook(name, template, text, expanded(template, context, is_installed=True))
 
 
 def _message(context: ReadContext, command: Command, words: list[str]) -> None:

@@ -67,11 +67,17 @@ class Download:
 
 @dataclass(frozen=True, slots=True)
 class EnvironmentHook:
-    """A file that the setup files of a workspace run; `text` is its content, None for that of `source`."""
+    """A file that the setup files of a workspace run.
+
+    Attributes:
+        text: its content; None for that of `source`.
+        installed: its content in the install space; None if that is the same.
+    """
 
     name: str
     source: str
     text: str | None = None
+    installed: str | None = None
 
 
 @dataclass(slots=True)

@@ -20,6 +20,7 @@ from pipros.workspace.catkin import (
     interface_commands,
     package_commands,
     target_commands,
+    templates,
     testing_commands,
 )
 from pipros.workspace.catkin.context import FindPackage, FoundPackage, Handler, ReadContext
@@ -33,6 +34,7 @@ _HANDLERS: Mapping[str, Handler] = {
     **install_commands.COMMANDS,
     **target_commands.COMMANDS,
     **testing_commands.COMMANDS,
+    **templates.COMMANDS,
 }
 
 
@@ -92,7 +94,9 @@ def _check_known(context: ReadContext, command: Command, _words: list[str]) -> N
 
     near = get_close_matches(name, [*BUILTIN_COMMANDS, *CATKIN_COMMANDS], n=1, cutoff=0.8)
     if context.has_foreign_packages and not near:
-        context.need_cmake(command, f"{command.written_name}(), which another package brings")
+        context.need_cmake(
+            command, f"{command.written_name}(), which another package brings{context.empy_hint}"
+        )
         return
     hint = f"\n  Did you mean {near[0]}?" if near else ""
     raise context.error(command, f'Unknown CMake command "{command.written_name}".{hint}')

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pipros.cmake.language import CMakeError
+from pipros.env import DISTRIBUTION
 from pipros.workspace.catkin.steps import Step, Steps
 
 if TYPE_CHECKING:
@@ -27,12 +28,13 @@ class StepRunner:
 
         Args:
             binary: the folder for outputs whose paths are relative.
-            variables: the environment of the commands.
+            variables: the environment of the commands. `ROS_DISTRO` and the like have Noetic's
+                values if unset.
             say: called with a line for each step that runs.
         """
         self._steps = steps
         self._binary = binary
-        self._variables = variables
+        self._variables = {**DISTRIBUTION, **variables}
         self._say = say
         self._done: set[str] = set()
         self.has_run = False
@@ -103,7 +105,7 @@ class StepRunner:
             sys.stdout.flush()
             self.has_run = True
             try:
-                code = subprocess.run(command, cwd=folder, env=dict(self._variables), check=False).returncode  # noqa: S603
+                code = subprocess.run(command, cwd=folder, env=self._variables, check=False).returncode  # noqa: S603
             except OSError as error:
                 raise self._failed(step, command, f"cannot be run: {error.strerror}") from None
             if code != 0:

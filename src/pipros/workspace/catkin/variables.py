@@ -15,6 +15,7 @@ def package_variables(name: str, folder: str) -> dict[str, str]:
     return {
         "CATKIN_PACKAGE_BIN_DESTINATION": f"lib/{name}",
         "CATKIN_PACKAGE_LIB_DESTINATION": "lib",
+        "CATKIN_PACKAGE_LIBEXEC_DESTINATION": f"lib/{name}",
         "CATKIN_PACKAGE_SHARE_DESTINATION": f"share/{name}",
         "CATKIN_PACKAGE_INCLUDE_DESTINATION": f"include/{name}",
         "CATKIN_PACKAGE_PYTHON_DESTINATION": f"{PYTHON_DESTINATION}/{name}",

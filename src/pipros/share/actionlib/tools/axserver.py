@@ -2,5 +2,6 @@
 import sys
 
 from actionlib_tools.axserver import main
+from pipros.cli.streams import command
 
-sys.exit(main())
+sys.exit(command(main)())

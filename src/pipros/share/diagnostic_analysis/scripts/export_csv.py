@@ -2,5 +2,6 @@
 import sys
 
 from diagnostic_analysis.export_csv import main
+from pipros.cli.streams import command
 
-sys.exit(main())
+sys.exit(command(main)())

@@ -2,5 +2,6 @@
 import sys
 
 from diagnostic_common_diagnostics.nodes.ntp_monitor import main
+from pipros.cli.streams import command
 
-sys.exit(main())
+sys.exit(command(main)())

@@ -10,6 +10,7 @@ import rospkg
 
 import rosunit
 import rosunit.junitxml
+from pipros.cli.streams import command
 
 USAGE = """\
 Usage:
@@ -41,4 +42,4 @@ def main(words: list[str]) -> int:
     return 0
 
 
-sys.exit(main(sys.argv[1:]))
+sys.exit(command(main)(sys.argv[1:]))

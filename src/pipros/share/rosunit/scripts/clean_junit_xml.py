@@ -8,12 +8,13 @@ import sys
 
 import rospkg
 
+from pipros.cli.streams import command
 from rosunit import junitxml
 
 FOLDER = "_hudson"
 
 
-def main() -> None:
+def main() -> int:
     print("[clean_junit_xml]: STARTING")
     results = rospkg.get_test_results_dir()
     print("will read test results from", results)
@@ -27,6 +28,7 @@ def main() -> None:
             print("looking at", package)
             clean(os.path.join(results, package), package, target)
     print("[clean_junit_xml]: FINISHED")
+    return 0
 
 
 def clean(folder: str, package: str, target: str) -> None:
@@ -45,4 +47,4 @@ def clean(folder: str, package: str, target: str) -> None:
             print(f"ignoring [{os.path.join(folder, name)}]: {error}", file=sys.stderr)
 
 
-main()
+sys.exit(command(main)())

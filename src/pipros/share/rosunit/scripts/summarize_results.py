@@ -8,6 +8,7 @@ from optparse import OptionParser
 
 import rospkg
 
+from pipros.cli.streams import command
 from rosunit import junitxml
 
 
@@ -41,4 +42,4 @@ def summary(result: junitxml.Result, packages: list[str]) -> str:
     return "\n".join(lines) + "\n"
 
 
-sys.exit(main())
+sys.exit(command(main)())

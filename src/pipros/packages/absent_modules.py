@@ -1,0 +1,34 @@
+"""Says of modules that scripts of Noetic import, and that are not installed, what there is instead."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.abc import Loader
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+EM = "em is not installed. Noetic's scripts and templates need empy 3: pip install 'pipros[templates]'"
+_QT = (
+    "{} is not installed: pipros shows no Qt plugins. Its rqt is a page in the browser: "
+    "rqt_graph, rqt_plot, rqt_console, rqt_image_view, rqt_reconfigure, rqt_tf_tree and others"
+)
+
+_REASONS: Mapping[str, str] = {
+    "em": EM,
+    **dict.fromkeys(("python_qt_binding", "qt_gui", "rqt_gui", "rqt_gui_py", "rqt_py_common"), _QT),
+}
+
+
+class _Loader(Loader):
+    """Fails to load a module."""
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+        raise ModuleNotFoundError(_REASONS[spec.name].format(spec.name), name=spec.name)
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Is never called."""
+
+
+def absent_spec(name: str) -> ModuleSpec | None:
+    """The spec of a module whose import fails with the reason; None for all other modules."""
+    return ModuleSpec(name, _Loader()) if name in _REASONS else None

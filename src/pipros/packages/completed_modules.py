@@ -1,0 +1,77 @@
+"""Makes `rospkg` and `pkg_resources` find the packages of pipros, in every process of the environment.
+
+rospkg searches only the folders of `ROS_ROOT` and `ROS_PACKAGE_PATH`. If these were set at every start of
+Python, its child processes would inherit them. Instead, the function of rospkg that lists the folders
+returns one more.
+
+pkg_resources, which old versions of setuptools have, reads the metadata files of distributions.
+`distributions.py` says why there are none for the packages of pipros. They are added to the distributions
+that can be found by name, and left out of those that are listed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from types import ModuleType
+from typing import Any
+
+from pipros.packages import SHARE
+
+Complete = Callable[[Any], None]
+"""Changes a module that was just loaded."""
+
+
+class _Loader(SourceFileLoader):
+    """Loads a module, and completes it."""
+
+    def __init__(self, name: str, path: str, complete: Complete) -> None:
+        super().__init__(name, path)
+        self._complete = complete
+
+    def exec_module(self, module: ModuleType) -> None:
+        super().exec_module(module)
+        self._complete(module)
+
+
+def spec(name: str, path: Sequence[str] | None, complete: Complete | None = None) -> ModuleSpec | None:
+    """The spec of the module in `path`, completed after it is loaded; None if the module is not there.
+
+    Args:
+        name: one of `COMPLETED`.
+        complete: by default as `COMPLETED` says.
+    """
+    found = PathFinder.find_spec(name, path)
+    if found is not None and type(found.loader) is SourceFileLoader:
+        found.loader = _Loader(name, found.loader.path, complete or COMPLETED[name])
+    return found
+
+
+def add_folder(module: Any, folder: str = SHARE) -> None:
+    """Appends a folder to those that `rospkg.environment` lists."""
+    original: Callable[[Mapping[str, str] | None], list[str]] = module.get_ros_paths
+
+    def get_ros_paths(env: Mapping[str, str] | None = None) -> list[str]:
+        """The folders in which rospkg looks for packages, those that come with pipros last."""
+        paths = original(env)
+        return paths if folder in paths else [*paths, folder]
+
+    module.get_ros_paths = get_ros_paths
+
+
+def add_distributions(module: Any) -> None:
+    """Adds the packages that come with pipros to those that `pkg_resources` finds; installed ones win."""
+    from pipros.packages.distributions import shipped_distribution
+
+    for name in os.listdir(SHARE):
+        shipped = shipped_distribution(name)
+        if shipped is not None:
+            # A location outside of sys.path, whose distributions are not listed.
+            folder = os.path.join(SHARE, name)
+            found = module.Distribution(folder, project_name=name, version=shipped.version)
+            module.working_set.add(found, insert=False)
+
+
+COMPLETED: Mapping[str, Complete] = {"rospkg.environment": add_folder, "pkg_resources": add_distributions}
+"""The modules that are completed, and how."""

@@ -1,0 +1,105 @@
+"""Expands templates of empy 3 (`x.cmake.em`, `x.sh.em`) and carries out `em_expand()`.
+
+Templates contain Python. A separate process expands them, with the `em` of the environment.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from pipros.cmake.configure import configure_file
+from pipros.cmake.language import Command
+from pipros.env import DISTRIBUTION
+from pipros.workspace.catkin.context import Handler, ReadContext
+
+_TIME_LIMIT_S = 60.0
+_PREFIXES = ("CATKIN_", "CMAKE_", "PROJECT_", "PYTHON_")
+
+NEEDS_EMPY = "needs empy 3 (pip install 'pipros[templates]')"
+
+
+def can_expand() -> bool:
+    """Whether empy 3 is installed. Version 4 has another language."""
+    try:
+        return version("empy").startswith("3.")
+    except PackageNotFoundError:
+        return False
+
+
+def expanded(template: str, context: ReadContext, *, is_installed: bool = False) -> str:
+    """A template of a package with the variables that catkin gives to environment hooks and CFG_EXTRAS.
+
+    Args:
+        is_installed: for the install space; else for the devel space.
+
+    Raises:
+        ValueError: the template is wrong.
+    """
+    values, name = context.scope.values, context.project.name
+    variables: dict[str, object] = {
+        key: values[key] for key in values if key.startswith(_PREFIXES) and key.isidentifier()
+    }
+    devel = f"{values.get('CATKIN_DEVEL_PREFIX', '')}/share/{name}/cmake"
+    variables |= {"DEVELSPACE": not is_installed, "INSTALLSPACE": is_installed}
+    variables["PKG_CMAKE_DIR"] = f"${{{name}_DIR}}" if is_installed else devel
+    with tempfile.TemporaryDirectory(prefix="pipros_em_") as folder:
+        file = Path(folder, "context.py")
+        file.write_text("".join(f"{key} = {value!r}\n" for key, value in variables.items()), "utf-8")
+        return _run(template, str(file), context.scope.environment)
+
+
+def _run(template: str, definitions: str, environment: Mapping[str, str]) -> str:
+    """The expanded template; a Python file defines its variables."""
+    command = [sys.executable, "-m", "em", "--raw-errors", "-F", definitions, template]
+    try:
+        ended = subprocess.run(  # noqa: S603
+            command,
+            env={**DISTRIBUTION, **environment},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=_TIME_LIMIT_S,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise ValueError(f"the template {template} did not end within {_TIME_LIMIT_S:.0f} s") from None
+    if ended.returncode != 0:
+        last_lines = ended.stderr.decode("utf-8", "replace").strip().splitlines()[-3:]
+        raise ValueError(f"the template {template} failed:\n  " + "\n  ".join(last_lines))
+    return ended.stdout.decode("utf-8", "replace")
+
+
+def _em_expand(context: ReadContext, command: Command, words: list[str]) -> None:
+    if len(words) != 4:
+        raise ValueError("em_expand() called with incorrect number of arguments, expected 4")
+    scope = context.scope
+    definitions, template, target = (
+        scope.in_binary(words[1]),
+        scope.in_source(words[2]),
+        scope.in_binary(words[3]),
+    )
+    for file in (scope.in_source(words[0]), template):
+        if not os.path.isfile(file):
+            raise ValueError(f"em_expand() was given a file that does not exist: {file}")
+    if not can_expand():
+        context.need_native_build(command, f"expands the template {template}, which {NEEDS_EMPY}")
+        return
+    configure_file([words[0], words[1], "@ONLY"], scope)
+    write(target, _run(template, definitions, scope.environment))
+
+
+def write(file: str, text: str) -> None:
+    """Writes a file and the folders above it. Raises ValueError."""
+    try:
+        Path(file).parent.mkdir(parents=True, exist_ok=True)
+        Path(file).write_text(text, "utf-8")
+    except OSError as error:
+        raise ValueError(f"{error.filename}: {error.strerror}") from None
+
+
+COMMANDS: Mapping[str, Handler] = {"em_expand": _em_expand}
