@@ -6,17 +6,31 @@ Facade of `pipros.health.wtf`; see http://wiki.ros.org/roswtf.
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
+from functools import wraps
 
 from pipros.cli.roswtf import main as _main
 from pipros.health.wtf.context import WtfContext
 from pipros.health.wtf.report import print_results as print_results
 
-__all__ = ["print_results", "roswtf_main", "yaml_results"]
+__all__ = ["main", "print_results", "roswtf_main", "yaml_results"]
+
+
+@wraps(_main)
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command; its plugins find a node of rospy."""
+    return _main(argv, start_node=_start_node)
+
+
+def _start_node() -> None:
+    import rospy
+
+    rospy.init_node("roswtf", anonymous=True)
 
 
 def roswtf_main() -> None:
-    """The command, with the arguments of this process. Ends with SystemExit when something went wrong."""
-    code = _main(sys.argv[1:])
+    """Run the command with the arguments of this process; SystemExit with its exit code if that is not 0."""
+    code = main(sys.argv[1:])
     if code:
         sys.exit(code)
 

@@ -23,6 +23,7 @@ _MARKER_TEXT = (
     "# This file currently only serves to mark the location of a catkin workspace for tool integration\n"
 )
 _RED, _PLAIN = "\033[31m", "\033[0m"
+_SCRIPT_RUNNER = [sys.executable, "-m", "pipros.testing.script_runner"]
 
 
 @command
@@ -65,7 +66,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if tests and code == 0:
         from pipros.workspace.run_tests import run_tests
 
-        run_tests(result.projects, layout, tests, _say, _leave_error)
+        run_tests(result.projects, layout, tests, _say, _leave_error, _SCRIPT_RUNNER)
     return code
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
-from importlib import import_module
+from collections.abc import Callable, Mapping, Sequence
 from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,8 +22,12 @@ _RULE = "=" * 80
 
 
 @command
-def main(argv: Sequence[str] | None = None) -> int:
-    """Prints what is wrong. The exit code is 0 whatever was found, as Noetic's."""
+def main(argv: Sequence[str] | None = None, start_node: Callable[[], None] | None = None) -> int:
+    """Print what is wrong. The exit code is 0 whatever was found, as Noetic's.
+
+    Args:
+        start_node: called before online checks of plugins, which may need a node of their client library.
+    """
     parser = OptionParser(
         usage="usage: roswtf [launch file]",
         prog="roswtf",
@@ -36,10 +39,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     add_flag(parser, "--offline", dest="is_offline", help="only run offline tests")
     arguments = parse_arguments(list(sys.argv[1:] if argv is None else argv))
     options, files = parser.parse_args(list(arguments.rest))
-    return run(lambda: _check(options, files, arguments.remappings))
+    return run(lambda: _check(options, files, arguments.remappings, start_node))
 
 
-def _check(options: Any, files: Sequence[str], arguments: Mapping[str, str]) -> int:
+def _check(
+    options: Any,
+    files: Sequence[str],
+    arguments: Mapping[str, str],
+    start_node: Callable[[], None] | None,
+) -> int:
     from pipros.health.wtf.context import WtfException
     from pipros.health.wtf.plugins import load_plugins
     from pipros.health.wtf.report import print_results
@@ -68,7 +76,7 @@ def _check(options: Any, files: Sequence[str], arguments: Mapping[str, str]) -> 
         )
         return 0
     ctx.errors, ctx.warnings = [], []
-    _check_online(ctx, online)
+    _check_online(ctx, online, start_node)
     print("\nOnline checks summary:\n")
     print_results(ctx)
     return 0
@@ -100,7 +108,7 @@ def _check_offline(ctx: WtfContext, plugins: Sequence[Check]) -> None:
     _run_plugins(plugins, ctx)
 
 
-def _check_online(ctx: WtfContext, plugins: Sequence[Check]) -> None:
+def _check_online(ctx: WtfContext, plugins: Sequence[Check], start_node: Callable[[], None] | None) -> None:
     from pipros.health.wtf import graph, roslaunchwtf
 
     print("Beginning tests of your ROS graph. These may take a while...")
@@ -110,9 +118,8 @@ def _check_online(ctx: WtfContext, plugins: Sequence[Check]) -> None:
     graph.wtf_check_graph(ctx)
     print("... done running graph rules")
     roslaunchwtf.wtf_check_online(ctx)
-    if plugins:
-        # Plugins are programs of rospy, and find a node when they are called.
-        import_module("rospy").init_node("roswtf", anonymous=True)
+    if plugins and start_node is not None:
+        start_node()
     _run_plugins(plugins, ctx)
 
 

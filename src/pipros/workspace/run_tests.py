@@ -31,6 +31,7 @@ def run_tests(
     targets: Sequence[str],
     say: Say,
     leave_error: LeaveError,
+    script_runner: Sequence[str],
 ) -> None:
     """Runs tests one after another. As in Noetic, `catkin_test_results` reports the failures afterwards.
 
@@ -38,6 +39,7 @@ def run_tests(
         targets: the targets of `catkin_make`, such as `run_tests`.
         say: called with each line to print.
         leave_error: called for a test that cannot be run; writes a result file that says why.
+        script_runner: command that runs a Python test without pytest; the script and the result file follow.
     """
     results = layout.build / "test_results"
     environment = _environment(layout)
@@ -53,7 +55,7 @@ def run_tests(
                 say(str(error))
                 leave_error(results / name / f"gtest-{test.target}.xml", test.target, str(error))
                 continue
-            command = _command(test, project, layout, str(results))
+            command = _command(test, project, layout, str(results), script_runner)
             say(f"-- run_tests.py: execute command\n  {' '.join(command)}")
             subprocess.run(command, cwd=layout.build, env=environment, check=False)  # noqa: S603
 
@@ -74,10 +76,13 @@ def _compile(test: TestEntry, project: Project, layout: Layout) -> None:
     genuine_catkin.make(layout, test.target)
 
 
-def _command(test: TestEntry, project: Project, layout: Layout, results: str) -> list[str]:
+def _command(
+    test: TestEntry, project: Project, layout: Layout, results: str, script_runner: Sequence[str]
+) -> list[str]:
+    programs = os.path.dirname(sys.executable)
     if test.kind == "rostest":
         return [
-            os.path.join(os.path.dirname(sys.executable), "rostest"),
+            os.path.join(programs, "rostest"),
             f"--pkgdir={project.folder}",
             f"--package={project.name}",
             f"--results-filename={results_label(test)}.xml",
@@ -87,14 +92,14 @@ def _command(test: TestEntry, project: Project, layout: Layout, results: str) ->
         ]
     if test.kind == "roslaunch":
         output = os.path.join(results, project.name, f"roslaunch-check_{label(test)}.xml")
-        return [sys.executable, "-m", "pipros.cli.roslaunch_check", "-o", output, test.path, *test.arguments]
+        return [os.path.join(programs, "roslaunch-check"), "-o", output, test.path, *test.arguments]
     if test.kind == "gtest":
         output = os.path.join(results, project.name, f"gtest-{test.target}.xml")
         return [str(layout.devel / "lib" / project.name / test.target), f"--gtest_output=xml:{output}"]
     output = os.path.join(results, project.name, f"nosetests-{label(test)}.xml")
     if importlib.util.find_spec("pytest"):
         return [sys.executable, "-m", "pytest", test.path, f"--junitxml={output}"]
-    return [sys.executable, "-m", "pipros.testing.script_runner", test.path, output]
+    return [*script_runner, test.path, output]
 
 
 def _environment(layout: Layout) -> dict[str, str]:
