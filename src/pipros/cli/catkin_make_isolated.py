@@ -9,6 +9,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipros.cli.make_args import read_make_arguments
 from pipros.cli.streams import command
 from pipros.errors import PiprosError
 from pipros.workspace import genuine_catkin
@@ -68,7 +69,7 @@ def _end(result: IsolatedResult, arguments: Sequence[str]) -> int:
 
 
 def _run_genuine(package: str, arguments: Sequence[str]) -> int:
-    """Has genuine catkin build the whole workspace: packages need the CMake files of those before them."""
+    """Has genuine catkin build the whole workspace, which has packages that are none of catkin."""
     try:
         tools = genuine_catkin.find_tools(os.environ)
         program = tools.prefix / "bin" / "catkin_make_isolated"
@@ -79,7 +80,7 @@ def _run_genuine(package: str, arguments: Sequence[str]) -> int:
         return 1
     print(f"==> The package '{package}' needs CMake: genuine catkin builds the workspace", flush=True)
     ended = subprocess.run(  # noqa: S603
-        [program, *arguments], env=genuine_catkin.native_environment(tools), check=False
+        [program, *arguments], env=genuine_catkin.native_environment(tools, os.environ), check=False
     )
     return ended.returncode
 
@@ -88,7 +89,7 @@ def _parse(arguments: Sequence[str]) -> Namespace:
     parser = ArgumentParser(
         prog="catkin_make_isolated",
         description="Builds each catkin package of a workspace in isolation, but still in topological order. "
-        "If a package needs CMake, genuine catkin builds the workspace, when it is installed.",
+        "If a package needs CMake, genuine catkin builds it, when it is installed.",
     )
     add = parser.add_argument
     add(
@@ -143,6 +144,7 @@ def _parse(arguments: Sequence[str]) -> Namespace:
     own, collected = _split(arguments)
     options = parser.parse_args(own)
     options.cmake_args = collected["--cmake-args"]
+    options.make_args = collected["--make-args"]
     if options.only_pkg_with_deps and not (options.merge or options.install):
         parser.error("The --only-pkg-with-deps option can only be used together with --merge or --install")
     return options
@@ -222,7 +224,11 @@ def _build_options(options: Namespace) -> IsolatedOptions:
     return IsolatedOptions(
         merges=options.merge,
         is_quiet=options.quiet,
-        build=BuildOptions(definitions=definitions, installs=options.install),
+        build=BuildOptions(
+            definitions=definitions,
+            installs=options.install,
+            jobs=read_make_arguments(options.make_args).jobs,
+        ),
     )
 
 
