@@ -123,7 +123,9 @@ class _Build:
             if project is not None:
                 return FoundPackage(str(by_name[name].manifest.version), project.cfg_extras)
             folder = find_package(name)
-            return None if folder is None else FoundPackage(_version_of(folder))
+            if folder is not None:
+                return FoundPackage(_version_of(folder))
+            return FoundPackage() if genuine_catkin.is_installed(name, self._variables) else None
 
         definitions = Definitions(DefinitionFiles(find_package))
         natives = []

@@ -264,6 +264,12 @@ def has_package(tools: NativeTools, name: str, variables: Mapping[str, str]) -> 
     return any(_is_installed(name, Path(prefix)) for prefix in prefixes)
 
 
+def is_installed(name: str, variables: Mapping[str, str]) -> bool:
+    """Whether genuine ROS, or a workspace that is set up, has a package for CMake. catkin need not be installed."""
+    entries = filter(None, variables.get("CMAKE_PREFIX_PATH", "").split(os.pathsep))
+    return any(_is_installed(name, Path(prefix)) for prefix in (*entries, *_PREFIXES))
+
+
 def _is_installed(name: str, prefix: Path) -> bool:
     """Whether CMake finds a package below a prefix.
 

@@ -20,6 +20,7 @@ from pipros.workspace.genuine_catkin import (
 )
 from pipros.workspace.index import SHARED_PACKAGES
 from pipros.workspace.layout import Layout, SourcePackage, read_source_space
+from tests.support.workspaces import Workspace
 
 MANIFEST = """<package format="2"><name>arm</name><version>1.0.0</version><description>d</description>
 <maintainer email="m@example.org">m</maintainer><license>none</license>
@@ -121,6 +122,17 @@ def test_a_tool_that_fails_is_named(tmp_path: Path) -> None:
 
     with pytest.raises(NativeBuildFailed, match=r"cmake .* failed; the reason is printed above"):
         genuine_catkin.build(tools, arm(tmp_path / "src"), layout, BuildOptions(), lambda _line: None, {})
+
+
+def test_a_package_below_the_prefix_path_is_found_by_packages_without_compiled_code(tmp_path: Path) -> None:
+    workspace = Workspace(tmp_path)
+    workspace.add("p", "find_package(catkin REQUIRED COMPONENTS of_a_prefix)\ncatkin_package()")
+    prefix = prefix_with(tmp_path / "opt", "of_a_prefix")
+
+    assert workspace.build({"CMAKE_PREFIX_PATH": str(prefix)}).errors == []
+
+    (error,) = workspace.build({"CMAKE_PREFIX_PATH": ""}).errors
+    assert 'provided by "of_a_prefix"' in error
 
 
 PYTHON_PACKAGES = ("robot_state_publisher", "xacro", "joint_state_publisher", "diagnostic_updater", "angles",
