@@ -143,13 +143,25 @@ def test_an_isolated_workspace_is_set_up_alike(ros: RosSystem, tmp_path: Path, w
 
 
 @pytest.mark.timeout(300)
-def test_a_workspace_with_compiled_code_is_left_to_genuine_catkin(ros: RosSystem, tmp_path: Path) -> None:
-    write_package(tmp_path / "src", "b", cmake="add_executable(tool tool.cpp)\n")
-    (tmp_path / "src" / "b" / "tool.cpp").write_text("int main() { return 0; }\n")
-    write_package(tmp_path / "src", "a", "b")
+def test_packages_with_compiled_code_are_built_by_genuine_catkin_with_what_they_need(
+    ros: RosSystem, tmp_path: Path
+) -> None:
+    write_package(tmp_path / "src", "b")
+    write_package(
+        tmp_path / "src", "c", "b", cmake="find_package(b REQUIRED)\nadd_executable(tool tool.cpp)\n"
+    )
+    (tmp_path / "src" / "c" / "tool.cpp").write_text("int main() { return 0; }\n")
+    write_package(tmp_path / "src", "d", "c")
     ros.pipros.environment.pop("ROS_PACKAGE_PATH", None)
     path = {"PATH": f"{ros.pipros.environment['PATH']}:/usr/bin:/bin"}
     made = ros.pipros.processes.run("catkin_make_isolated", cwd=tmp_path, timeout_s=240, environment=path)
     assert made.returncode == 0, made.output
-    assert "==> The package 'b' needs CMake: genuine catkin builds the workspace" in made.stdout
-    assert os.access(tmp_path / "devel_isolated" / "b" / "lib" / "b" / "tool", os.X_OK)
+    assert "==> The package 'c' needs CMake: genuine catkin builds it and what it needs" in made.stdout
+    devel = tmp_path / "devel_isolated"
+    assert os.access(devel / "c" / "lib" / "c" / "tool", os.X_OK)
+    configurations = sorted(file.name for file in devel.glob("*/share/*/cmake/*Config.cmake"))
+    assert configurations == ["bConfig.cmake", "cConfig.cmake"]
+    shown = ros.pipros.processes.run(
+        "bash", "-c", f". {devel}/setup.bash; echo $ROS_DISTRO; rosrun c tool", cwd=tmp_path
+    )
+    assert (shown.stdout, shown.returncode) == (["noetic"], 0)

@@ -265,7 +265,7 @@ def has_package(tools: NativeTools, name: str, variables: Mapping[str, str]) -> 
 
 
 def is_installed(name: str, variables: Mapping[str, str]) -> bool:
-    """Whether genuine ROS, or a workspace that is set up, has a package for CMake. catkin need not be installed."""
+    """Whether CMake finds a package of genuine ROS, or of a workspace that is set up."""
     entries = filter(None, variables.get("CMAKE_PREFIX_PATH", "").split(os.pathsep))
     return any(_is_installed(name, Path(prefix)) for prefix in (*entries, *_PREFIXES))
 

@@ -66,8 +66,8 @@ _COMPILED = """
     bondcpp camera_calibration camera_info_manager collada_parser collada_urdf depth_image_proc
     eigen_conversions eigen_stl_containers geometric_shapes image_proc image_publisher image_rotate image_view
     joint_state_publisher_gui kdl_conversions kdl_parser nodelet_topic_tools pcl_conversions pcl_ros
-    python_qt_binding random_numbers ros_environment rosconsole_bridge roslisp rqt_gui_cpp rqt_gui_py self_test
-    stereo_image_proc tf2_bullet tf2_eigen urdf urdf_parser_plugin
+    python_qt_binding random_numbers ros_environment rosconsole_bridge roslisp rqt_gui_cpp rqt_gui_py
+    self_test stereo_image_proc tf2_bullet tf2_eigen urdf urdf_parser_plugin
 """
 
 CORE_PACKAGES = frozenset((*_CORE.split(), *_COMPILED.split()))
