@@ -13,10 +13,8 @@ from pathlib import Path
 from pipros.env import DISTRIBUTION
 from pipros.errors import PiprosError
 from pipros.workspace.build_options import BuildOptions
-from pipros.workspace.catkin.names import COMPONENT_COMMANDS, CORE_PACKAGES
-from pipros.workspace.index import SHARED_PACKAGES
-from pipros.workspace.layout import Layout, SourcePackage, read_source_space
-from pipros.workspace.setup_files import write_if_changed
+from pipros.workspace.layout import Layout, SourcePackage
+from pipros.workspace.shipped_packages import has_cmake, is_below, shipped_packages, write_configuration
 
 _PREFIXES = ("/opt/ros/noetic", "/opt/ros/one", "/opt/ros/melodic", "/usr")
 _TOPLEVEL = "share/catkin/cmake/toplevel.cmake"
@@ -25,20 +23,6 @@ _PYTHON = "/usr/bin/python3"
 # An environment hook of Debian's packages prints a line if ROS_DISTRO is another, into the output that catkin
 # evaluates as Python.
 _DEBIAN = "Debian"
-
-_CONFIGURATION = """\
-# Made by catkin_make of pipros: {name} comes with pipros, without C++.
-set({name}_FOUND_CATKIN_PROJECT TRUE)
-set({name}_VERSION {version})
-set({name}_INCLUDE_DIRS "")
-set({name}_LIBRARIES "")
-set({name}_EXPORTED_TARGETS "")
-"""
-
-_ONLY_GENUINE = frozenset(
-    ("message_runtime", *(name for names in COMPONENT_COMMANDS.values() for name in names))
-)
-"""Packages that give commands or C++ libraries to CMake, so that only the genuine ones will do."""
 
 
 class MissingTools(PiprosError):
@@ -143,13 +127,13 @@ def build(
     provided = folder / "provided"
     shutil.rmtree(provided, ignore_errors=True)
     for package in shipped:
-        if _has_cmake(package):
+        if has_cmake(package):
             say(
                 f"-- {package.name} is not installed: its messages are built from those that come with pipros"
             )
             (source / package.name).symlink_to(package.folder)
         else:
-            _write_configuration(package, provided)
+            write_configuration(package, provided)
             if package.name in components:
                 say(f"-- {package.name} is not installed: CMake finds the one of pipros, which has no C++")
     variables["CMAKE_PREFIX_PATH"] += os.pathsep + str(provided)
@@ -165,14 +149,54 @@ def build(
         "Unix Makefiles",
         *(f"-D{name}={value}" for name, value in options.definitions.items()),
     ]
+    _carry_out(configure, options, binary, say, variables, installs=options.installs)
+    for prefix in (layout.devel, layout.install):
+        use_python_of_environment(prefix)
+
+
+def build_plain(
+    tools: NativeTools,
+    package: SourcePackage,
+    binary: Path,
+    prefix: Path,
+    options: BuildOptions,
+    say: Callable[[str], object],
+    variables: Mapping[str, str],
+) -> None:
+    """Builds a package that has CMake and no catkin, and installs it below `prefix`.
+
+    Raises:
+        NativeBuildFailed: a tool failed.
+        OSError: the build space cannot be written.
+    """
+    binary.mkdir(parents=True, exist_ok=True)
+    configure = [
+        tools.cmake,
+        str(package.folder),
+        f"-DCMAKE_INSTALL_PREFIX={prefix}",
+        "-G",
+        "Unix Makefiles",
+        *(f"-D{name}={value}" for name, value in options.definitions.items()),
+    ]
+    _carry_out(configure, options, binary, say, native_environment(tools, variables), installs=True)
+
+
+def _carry_out(
+    configure: Sequence[str],
+    options: BuildOptions,
+    binary: Path,
+    say: Callable[[str], object],
+    variables: Mapping[str, str],
+    *,
+    installs: bool,
+) -> None:
+    """Runs CMake and make in a build folder. Raises NativeBuildFailed."""
     steps = [configure, ["make", *(options.jobs or (f"-j{os.cpu_count() or 1}",))]]
-    if options.installs:
+    if installs:
         steps.append(["make", "install"])
     for step in steps:
         say(f'####\n#### Running command: "{" ".join(step)}" in "{binary}"\n####')
         _run(step, binary, variables, f'Invoking "{" ".join(step[:2])}" failed; the reason is printed above')
-    for prefix in (layout.devel, layout.install):
-        use_python_of_environment(prefix)
 
 
 def use_python_of_environment(prefix: Path) -> None:
@@ -216,72 +240,16 @@ def _run(command: Sequence[str], folder: Path, variables: Mapping[str, str], fai
         raise NativeBuildFailed(failure)
 
 
-def shipped_packages(
-    packages: Sequence[SourcePackage], prefixes: Sequence[Path], components: Collection[str] = ()
-) -> list[SourcePackage]:
-    """The packages of pipros that these need, and that are installed below no prefix.
-
-    Those with commands for CMake, and those with messages and a C++ library, are not among them: only the
-    genuine ones will do. Message packages need others in turn.
-
-    Args:
-        components: names that are needed besides the dependencies in the manifests.
-    """
-    shipped = {package.name: package for package in read_source_space(SHARED_PACKAGES, os.environ).packages}
-    seen = {package.name for package in packages}
-    wanted = set(components).union(*(package.all_dependencies for package in packages))
-    needed: list[SourcePackage] = []
-    while wanted:
-        found = wanted & shipped.keys() - seen
-        seen |= found
-        wanted = set()
-        for name in sorted(found):
-            package = shipped[name]
-            has_to_be_genuine = name in (CORE_PACKAGES if _has_cmake(package) else _ONLY_GENUINE)
-            if has_to_be_genuine or any(_is_installed(name, prefix) for prefix in prefixes):
-                continue
-            needed.append(package)
-            if _has_cmake(package):
-                wanted |= package.all_dependencies
-    return needed
-
-
-def _has_cmake(package: SourcePackage) -> bool:
-    """Whether CMake can build a package that comes with pipros: those of Python have nothing to build."""
-    return (package.folder / "CMakeLists.txt").is_file()
-
-
-def _write_configuration(package: SourcePackage, prefix: Path) -> None:
-    """Has `find_package()` find a package without building it."""
-    name, version = package.name, str(package.manifest.version)
-    folder = prefix / "share" / name / "cmake"
-    write_if_changed(folder / f"{name}Config.cmake", _CONFIGURATION.format(name=name, version=version))
-
-
 def has_package(tools: NativeTools, name: str, variables: Mapping[str, str]) -> bool:
     """Whether genuine ROS on this machine, or a workspace that is set up, has a package."""
     prefixes = native_environment(tools, variables)["CMAKE_PREFIX_PATH"].split(os.pathsep)
-    return any(_is_installed(name, Path(prefix)) for prefix in prefixes)
+    return any(is_below(name, Path(prefix)) for prefix in prefixes)
 
 
 def is_installed(name: str, variables: Mapping[str, str]) -> bool:
     """Whether CMake finds a package of genuine ROS, or of a workspace that is set up."""
     entries = filter(None, variables.get("CMAKE_PREFIX_PATH", "").split(os.pathsep))
-    return any(_is_installed(name, Path(prefix)) for prefix in (*entries, *_PREFIXES))
-
-
-def _is_installed(name: str, prefix: Path) -> bool:
-    """Whether CMake finds a package below a prefix.
-
-    catkin installs to `share/<name>/cmake`; Debian moves packages that depend on the processor to
-    `lib/<triplet>/cmake/<name>`.
-    """
-    config = f"{name}Config.cmake"
-    if (prefix / "share" / name / "cmake" / config).is_file():
-        return True
-    return any((prefix / "lib").glob(f"cmake/{name}/{config}")) or any(
-        (prefix / "lib").glob(f"*/cmake/{name}/{config}")
-    )
+    return any(is_below(name, Path(prefix)) for prefix in (*entries, *_PREFIXES))
 
 
 def native_environment(tools: NativeTools, variables: Mapping[str, str]) -> dict[str, str]:

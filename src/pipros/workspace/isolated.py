@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.workspace import genuine_catkin
-from pipros.workspace.build import build
+from pipros.workspace.build import BuildResult, build
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.catkin.project import Project
+from pipros.workspace.environment import underlays_of_build
 from pipros.workspace.layout import Layout, SourcePackage, closure
-from pipros.workspace.setup_files import write_relaying_setup_files
+from pipros.workspace.setup_files import write_relaying_setup_files, write_setup_files
 
 if TYPE_CHECKING:
     from pipros.printable import Say
@@ -42,8 +43,7 @@ class IsolatedResult:
 
     Attributes:
         errors: what failed, at most of one package: the build ends there.
-        needs_genuine: the first package that the command of genuine catkin has to build, with the whole
-            workspace; the build ends there, too.
+        needs_genuine: a package that genuine catkin has to build; the build ends there, too.
     """
 
     errors: list[str] = field(default_factory=list)
@@ -76,7 +76,7 @@ def build_isolated(
     genuine: frozenset[str] = frozenset()
     while True:
         result = _build_all(layout, packages, chosen, options, genuine, say, variables)
-        if not result.needs_genuine or any(_is_plain_cmake(package) for package in packages):
+        if not result.needs_genuine:
             return result
         name = result.needs_genuine
         try:
@@ -90,7 +90,7 @@ def build_isolated(
 
 
 def _is_plain_cmake(package: SourcePackage) -> bool:
-    """Whether a package is no package of catkin, which only catkin's own command builds beside others."""
+    """Whether a package is built by CMake alone, without catkin."""
     return any(
         export.tagname == "build_type" and export.content == "cmake" for export in package.manifest.exports
     )
@@ -117,21 +117,22 @@ def _build_all(
             variables = _with_underlay(variables, layout.install if options.build.installs else devel)
             last = devel if devel.is_dir() else last
             continue
-        say(f"\n==> Processing catkin package: '{package.name}'")
+        is_plain = _is_plain_cmake(package)
+        say(f"\n==> Processing {'plain cmake' if is_plain else 'catkin'} package: '{package.name}'")
         lines: list[str] = []
-        outcome = build(
-            replace(layout, build=layout.build / package.name, devel=devel),
-            replace(
+        tell = lines.append if options.is_quiet else _without_headings(say)
+        spaces = replace(layout, build=layout.build / package.name, devel=devel)
+        if is_plain:
+            outcome = _build_plain(package, spaces, sources, options.build, tell, variables)
+        else:
+            alone = replace(
                 options.build,
                 only=frozenset((package.name,)),
                 is_alone=True,
                 genuine=genuine & {package.name},
                 sources=tuple(sources),
-            ),
-            lines.append if options.is_quiet else _without_headings(say),
-            variables,
-            projects,
-        )
+            )
+            outcome = build(spaces, alone, tell, variables, projects)
         if outcome.needs_genuine:
             result.needs_genuine = package.name
             return result
@@ -147,6 +148,30 @@ def _build_all(
         say(f"<== Finished processing package [{number} of {len(packages)}]: '{package.name}'")
     if last is not None and not options.merges:
         write_relaying_setup_files(layout.devel, last)
+    return result
+
+
+def _build_plain(
+    package: SourcePackage,
+    layout: Layout,
+    sources: Sequence[Path],
+    options: BuildOptions,
+    say: Say,
+    variables: Mapping[str, str],
+) -> BuildResult:
+    """Builds a package with CMake alone, and makes the devel space a workspace."""
+    tools = genuine_catkin.find_tools(variables)
+    prefix = layout.install if options.installs else layout.devel
+    result = BuildResult()
+    try:
+        genuine_catkin.build_plain(tools, package, layout.build, prefix, options, say, variables)
+    except genuine_catkin.NativeBuildFailed as error:
+        result.errors.append(f"{package.name}: {error}")
+    else:
+        underlays = underlays_of_build(variables, layout.devel)
+        write_setup_files(layout.devel, sources, underlays)
+        if options.installs:
+            write_setup_files(layout.install, (), underlays)
     return result
 
 

@@ -15,11 +15,11 @@ from pipros.workspace.genuine_catkin import (
     find_tools,
     has_tools,
     native_environment,
-    shipped_packages,
     use_python_of_environment,
 )
 from pipros.workspace.index import SHARED_PACKAGES
 from pipros.workspace.layout import Layout, SourcePackage, read_source_space
+from pipros.workspace.shipped_packages import shipped_packages
 from tests.support.workspaces import Workspace
 
 MANIFEST = """<package format="2"><name>arm</name><version>1.0.0</version><description>d</description>
