@@ -41,6 +41,18 @@ def write_package(source: Path, name: str, depends: str = "", cmake: str = "") -
     return folder
 
 
+def write_plain_package(source: Path, name: str) -> None:
+    """A package that CMake builds without catkin, and whose configuration it installs."""
+    folder = source / name
+    folder.mkdir()
+    export = "<export><build_type>cmake</build_type></export>"
+    (folder / "package.xml").write_text(MANIFEST.format(name=name, depends=export))
+    (folder / f"{name}Config.cmake").touch()
+    install = f"install(FILES {name}Config.cmake DESTINATION share/{name}/cmake)\n"
+    head = f"cmake_minimum_required(VERSION 3.0.2)\nproject({name} NONE)\n"
+    (folder / "CMakeLists.txt").write_text(head + install)
+
+
 @pytest.fixture
 def spaces(tmp_path: Path) -> Path:
     """A devel space `upper` with a source folder, above an install space `lower`."""
@@ -143,13 +155,25 @@ def test_an_isolated_workspace_is_set_up_alike(ros: RosSystem, tmp_path: Path, w
 
 
 @pytest.mark.timeout(300)
-def test_a_workspace_with_compiled_code_is_left_to_genuine_catkin(ros: RosSystem, tmp_path: Path) -> None:
-    write_package(tmp_path / "src", "b", cmake="add_executable(tool tool.cpp)\n")
-    (tmp_path / "src" / "b" / "tool.cpp").write_text("int main() { return 0; }\n")
-    write_package(tmp_path / "src", "a", "b")
+def test_packages_with_compiled_code_are_built_by_genuine_catkin_with_what_they_need(
+    ros: RosSystem, tmp_path: Path
+) -> None:
+    write_package(tmp_path / "src", "b")
+    write_plain_package(tmp_path / "src", "plain")
+    cmake = "find_package(b REQUIRED)\nfind_package(plain REQUIRED)\nadd_executable(tool tool.cpp)\n"
+    write_package(tmp_path / "src", "c", "b plain", cmake)
+    (tmp_path / "src" / "c" / "tool.cpp").write_text("int main() { return 0; }\n")
+    write_package(tmp_path / "src", "d", "c")
     ros.pipros.environment.pop("ROS_PACKAGE_PATH", None)
     path = {"PATH": f"{ros.pipros.environment['PATH']}:/usr/bin:/bin"}
     made = ros.pipros.processes.run("catkin_make_isolated", cwd=tmp_path, timeout_s=240, environment=path)
     assert made.returncode == 0, made.output
-    assert "==> The package 'b' needs CMake: genuine catkin builds the workspace" in made.stdout
-    assert os.access(tmp_path / "devel_isolated" / "b" / "lib" / "b" / "tool", os.X_OK)
+    assert "==> The package 'c' needs CMake: genuine catkin builds it and what it needs" in made.stdout
+    devel = tmp_path / "devel_isolated"
+    assert os.access(devel / "c" / "lib" / "c" / "tool", os.X_OK)
+    configurations = sorted(file.name for file in devel.glob("*/share/*/cmake/*Config.cmake"))
+    assert configurations == ["bConfig.cmake", "cConfig.cmake", "plainConfig.cmake"]
+    shown = ros.pipros.processes.run(
+        "bash", "-c", f". {devel}/setup.bash; echo $ROS_DISTRO; rosrun c tool", cwd=tmp_path
+    )
+    assert (shown.stdout, shown.returncode) == (["noetic"], 0)

@@ -25,7 +25,10 @@ EXAMPLES = [Path(__file__).with_name(name) for name in ("message_fields.txt", "r
 @pytest.fixture(scope="module")
 def stubs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("project") / "typings"
-    assert main([*sorted(package.name for package in SHARE.iterdir()), "--output", str(folder)]) == 0
+    assert (
+        main([*sorted(file.parent.name for file in SHARE.glob("*/package.xml")), "--output", str(folder)])
+        == 0
+    )
     return folder
 
 

@@ -110,7 +110,11 @@ def test_an_installation_has_executable_programs_and_stubs_for_what_ships(tmp_pa
     wheel = build_wheel(tmp_path)
 
     with zipfile.ZipFile(wheel) as archive:
-        assert "sensor_msgs-stubs/point_cloud2.pyi" in archive.namelist()
+        assert {
+            "pipros/etc/ros/python_logging.conf",
+            "pipros/share/ros/README",
+            "sensor_msgs-stubs/point_cloud2.pyi",
+        } <= set(archive.namelist())
         programs = {
             file.filename: stat.S_IMODE(file.external_attr >> 16)
             for file in archive.infolist()

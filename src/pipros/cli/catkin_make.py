@@ -240,6 +240,7 @@ def _clean(layout: Layout) -> int:
     """As `make clean`: removes everything that a build made."""
     for folder in (
         layout.build / "pipros",
+        layout.devel / "bin",
         layout.devel / "lib",
         layout.devel / "include",
         layout.devel / "share",

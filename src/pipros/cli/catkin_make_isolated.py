@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipros.cli.make_args import read_make_arguments
 from pipros.cli.streams import command
 from pipros.errors import PiprosError
-from pipros.workspace import genuine_catkin
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.isolated import IsolatedOptions, IsolatedResult, build_isolated
 from pipros.workspace.layout import (
@@ -53,12 +52,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (PiprosError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
-    return _end(result, arguments)
+    return _end(result)
 
 
-def _end(result: IsolatedResult, arguments: Sequence[str]) -> int:
-    if result.needs_genuine:
-        return _run_genuine(result.needs_genuine, arguments)
+def _end(result: IsolatedResult) -> int:
     for error in result.errors:
         print(error, file=sys.stderr)
     if result.errors:
@@ -67,28 +64,11 @@ def _end(result: IsolatedResult, arguments: Sequence[str]) -> int:
     return 0
 
 
-def _run_genuine(package: str, arguments: Sequence[str]) -> int:
-    """Has genuine catkin build the whole workspace: packages need the CMake files of those before them."""
-    try:
-        tools = genuine_catkin.find_tools(os.environ)
-        program = tools.prefix / "bin" / "catkin_make_isolated"
-        if not program.is_file():
-            raise genuine_catkin.MissingTools(f"there is no {program}. Install genuine catkin")
-    except genuine_catkin.MissingTools as error:
-        print(f"the package [{package}] has to be built by genuine catkin, but {error}", file=sys.stderr)
-        return 1
-    print(f"==> The package '{package}' needs CMake: genuine catkin builds the workspace", flush=True)
-    ended = subprocess.run(  # noqa: S603
-        [program, *arguments], env=genuine_catkin.native_environment(tools), check=False
-    )
-    return ended.returncode
-
-
 def _parse(arguments: Sequence[str]) -> Namespace:
     parser = ArgumentParser(
         prog="catkin_make_isolated",
         description="Builds each catkin package of a workspace in isolation, but still in topological order. "
-        "If a package needs CMake, genuine catkin builds the workspace, when it is installed.",
+        "If a package needs CMake, genuine catkin builds it, when it is installed.",
     )
     add = parser.add_argument
     add(
@@ -112,9 +92,9 @@ def _parse(arguments: Sequence[str]) -> Namespace:
     add("--merge", action="store_true", help="Build each catkin package into a common devel space.")
     add("--install-space", help="Sets the target install space (default 'workspace_base/install_isolated')")
     for tool in ("ninja", "nmake", "gmake"):
-        add(f"--use-{tool}", action="store_true", help="Only for genuine catkin")
+        add(f"--use-{tool}", action="store_true", help="Accepted for Noetic's sake; make is used")
     add("--install", action="store_true", help="Causes each catkin package to be installed.")
-    add("--force-cmake", action="store_true", help="Only for genuine catkin")
+    add("--force-cmake", action="store_true", help="Accepted for Noetic's sake; CMake always runs")
     add("--no-color", action="store_true", help="Disables colored output")
     choice = parser.add_mutually_exclusive_group()
     choice.add_argument(
@@ -139,10 +119,11 @@ def _parse(arguments: Sequence[str]) -> Namespace:
             default=[],
             help="All arguments that follow; -DNAME=VALUE of --cmake-args counts",
         )
-    add("--override-build-tool-check", action="store_true", help="Only for genuine catkin")
+    add("--override-build-tool-check", action="store_true", help="Accepted for Noetic's sake")
     own, collected = _split(arguments)
     options = parser.parse_args(own)
     options.cmake_args = collected["--cmake-args"]
+    options.make_args = collected["--make-args"]
     if options.only_pkg_with_deps and not (options.merge or options.install):
         parser.error("The --only-pkg-with-deps option can only be used together with --merge or --install")
     return options
@@ -222,7 +203,11 @@ def _build_options(options: Namespace) -> IsolatedOptions:
     return IsolatedOptions(
         merges=options.merge,
         is_quiet=options.quiet,
-        build=BuildOptions(definitions=definitions, installs=options.install),
+        build=BuildOptions(
+            definitions=definitions,
+            installs=options.install,
+            jobs=read_make_arguments(options.make_args).jobs,
+        ),
     )
 
 

@@ -28,7 +28,12 @@ from pipros.workspace.catkin.context import FindPackage, FoundPackage
 from pipros.workspace.catkin.project import NativeTarget, Project
 from pipros.workspace.catkin.project_reader import read_project
 from pipros.workspace.catkin.step_runner import StepRunner
-from pipros.workspace.devel import install_package, python_sources, write_devel_files
+from pipros.workspace.devel import (
+    install_package,
+    python_sources,
+    write_devel_files,
+    write_over_genuine,
+)
 from pipros.workspace.environment import underlays_of_build
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.layout import Layout, SourcePackage, WorkspaceError, closure, read_source_space
@@ -118,7 +123,9 @@ class _Build:
             if project is not None:
                 return FoundPackage(str(by_name[name].manifest.version), project.cfg_extras)
             folder = find_package(name)
-            return None if folder is None else FoundPackage(_version_of(folder))
+            if folder is not None:
+                return FoundPackage(_version_of(folder))
+            return FoundPackage() if genuine_catkin.is_installed(name, self._variables) else None
 
         definitions = Definitions(DefinitionFiles(find_package))
         natives = []
@@ -128,13 +135,17 @@ class _Build:
                 continue
             self._result.projects[package.name] = project
             self._note_compiled_tests(project)
-            if project.needs_cmake:
+            if project.needs_cmake or package.name in self._options.genuine:
                 natives.append(package)
-        if natives and self._options.is_alone:
-            self._result.needs_genuine = [package.name for package in natives]
-            return self._result
+        if self._options.is_alone:
+            names = {package.name for package in natives}
+            self._result.needs_genuine = sorted(names - self._options.genuine)
+            if self._result.needs_genuine:
+                return self._result
         self._check_reconfigure_options(natives)
-        native_names = closure(packages, {package.name for package in natives}) if natives else set()
+        native_names = {package.name for package in natives}
+        if natives and genuine_catkin.has_tools(self._variables):
+            native_names = closure(packages, native_names)
         for package in packages:
             if package.name in self._result.projects and not self._is_blocked(package):
                 self._build_package(package, definitions, native_names)
@@ -243,7 +254,7 @@ class _Build:
             return
         with suppress(genuine_catkin.MissingTools):  # reported when packages are built
             tools = genuine_catkin.find_tools(self._variables)
-            if genuine_catkin.has_package(tools, "dynamic_reconfigure"):
+            if genuine_catkin.has_package(tools, "dynamic_reconfigure", self._variables):
                 return
             for package in users:
                 target = self._result.projects[package.name].needs_cmake[0]
@@ -299,8 +310,8 @@ class _Build:
                     steps.run(target)
             digest = self._digest(package, project)
             is_unchanged = self._state.get(package.name) == digest and not is_native
-            if not is_unchanged:
-                write_devel_files(project, self._layout, definitions, self._say, is_native=is_native)
+            if not is_unchanged and not is_native:
+                write_devel_files(project, self._layout, definitions, self._say)
         except PiprosError as error:
             self._fail(package, str(error))
             return
@@ -320,7 +331,13 @@ class _Build:
         chosen = [item for item in packages if item.name in names and item.name not in self._failed]
         try:
             tools = genuine_catkin.find_tools(self._variables)
-            genuine_catkin.build(tools, chosen, self._layout, self._options, self._say)
+            projects = [self._result.projects[package.name] for package in chosen]
+            components = {name for project in projects for name, _ in project.components}
+            genuine_catkin.build(
+                tools, chosen, self._layout, self._options, self._say, self._variables, components
+            )
+            for project in projects:
+                write_over_genuine(project, self._layout.devel)
         except genuine_catkin.MissingTools as error:
             for package in natives:
                 target = self._result.projects[package.name].needs_cmake[0]

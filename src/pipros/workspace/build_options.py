@@ -20,7 +20,8 @@ class BuildOptions:
         jobs: arguments for make, for packages with compiled code.
         targets: custom targets to run besides those of `all`.
         is_alone: whether to build the packages in `only` without those that they depend on. Packages for
-            genuine catkin are then named in the result, not built.
+            genuine catkin are then named in the result, not built, unless they are in `genuine`.
+        genuine: packages that genuine catkin builds, whatever their code, with `is_alone`.
         sources: the source folders that the devel space lists; empty for that of the workspace.
     """
 
@@ -32,4 +33,5 @@ class BuildOptions:
     jobs: tuple[str, ...] = ()
     targets: tuple[str, ...] = ()
     is_alone: bool = False
+    genuine: frozenset[str] = frozenset()
     sources: tuple[Path, ...] = ()

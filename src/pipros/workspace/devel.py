@@ -60,13 +60,8 @@ def python_sources(project: Project) -> list[str]:
     return [setup] if project.has_python_setup else []
 
 
-def write_devel_files(
-    project: Project, layout: Layout, definitions: Definitions, say: Say, *, is_native: bool
-) -> None:
-    """Writes the files of a package to the devel space.
-
-    Args:
-        is_native: whether genuine catkin makes the Python modules.
+def write_devel_files(project: Project, layout: Layout, definitions: Definitions, say: Say) -> None:
+    """Writes the files of a package without compiled code to the devel space.
 
     Raises:
         SetupPyError: its `setup.py` fails.
@@ -74,24 +69,45 @@ def write_devel_files(
         OSError: the devel space cannot be written.
     """
     setup = read_setup_py(project.folder) if project.has_python_setup else None
-    if not is_native:
-        for file in project.config_files:
-            # Its module is made when it is imported. The build tells what is wrong with it, as in Noetic.
-            say(f"Generating dynamic reconfigure files from {file}")
-            path = Path(project.folder, file)
-            if not path.is_file():
-                raise NotFound(f"{path} does not exist; {project.file} names it as a .cfg file")
-            cfg_file.read(path)
-        _write_python_packages(project, setup, layout.devel, say)
-        if project.interfaces:
-            _write_stubs(project, definitions, layout.devel)
-    relayed = [item.source for item in project.installations if item.is_python]
-    relayed += list(setup.scripts) if setup else []
-    for script in relayed:
-        relay = layout.devel / "lib" / project.name / os.path.basename(script)
+    for file in project.config_files:
+        # Its module is made when it is imported. The build tells what is wrong with it, as in Noetic.
+        say(f"Generating dynamic reconfigure files from {file}")
+        path = Path(project.folder, file)
+        if not path.is_file():
+            raise NotFound(f"{path} does not exist; {project.file} names it as a .cfg file")
+        cfg_file.read(path)
+    _write_python_packages(project, setup, layout.devel, say)
+    if project.interfaces:
+        _write_stubs(project, definitions, layout.devel)
+    _write_relays(project, setup, layout.devel)
+    _write_hooks(project, layout.devel, is_installed=False)
+
+
+def write_over_genuine(project: Project, devel: Path) -> None:
+    """Writes the programs and environment hooks of a package that genuine catkin built.
+
+    catkin's own programs run Python scripts on the Python of genuine rospy.
+
+    Raises:
+        SetupPyError: its `setup.py` fails.
+        OSError: the devel space cannot be written.
+    """
+    setup = read_setup_py(project.folder) if project.has_python_setup else None
+    _write_relays(project, setup, devel)
+    _write_hooks(project, devel, is_installed=False)
+
+
+def _write_relays(project: Project, setup: PythonSetup | None, devel: Path) -> None:
+    """Writes programs that run the scripts of a package in the source space."""
+    relays: dict[Path, str] = {}
+    for item in project.installations:
+        if item.is_python and item.copy is not None and not os.path.isabs(item.copy.target):
+            relays[devel / item.copy.target / os.path.basename(item.source)] = item.source
+    for script in setup.scripts if setup else ():
+        relays[devel / "lib" / project.name / os.path.basename(script)] = script
+    for relay, script in relays.items():
         write_if_changed(relay, _RELAY.format(script=script))
         relay.chmod(0o755)
-    _write_hooks(project, layout.devel, is_installed=False)
 
 
 def _write_hooks(project: Project, prefix: Path, *, is_installed: bool) -> None:

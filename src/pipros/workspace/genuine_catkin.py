@@ -6,18 +6,23 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipros.env import DISTRIBUTION
 from pipros.errors import PiprosError
 from pipros.workspace.build_options import BuildOptions
-from pipros.workspace.catkin.names import CORE_PACKAGES
-from pipros.workspace.index import SHARED_PACKAGES
-from pipros.workspace.layout import Layout, SourcePackage, read_source_space
+from pipros.workspace.layout import Layout, SourcePackage
+from pipros.workspace.shipped_packages import has_cmake, is_below, shipped_packages, write_configuration
 
 _PREFIXES = ("/opt/ros/noetic", "/opt/ros/one", "/opt/ros/melodic", "/usr")
 _TOPLEVEL = "share/catkin/cmake/toplevel.cmake"
+_PYTHON = "/usr/bin/python3"
+
+# An environment hook of Debian's packages prints a line if ROS_DISTRO is another, into the output that catkin
+# evaluates as Python.
+_DEBIAN = "Debian"
 
 
 class MissingTools(PiprosError):
@@ -91,14 +96,19 @@ def build(
     layout: Layout,
     options: BuildOptions,
     say: Callable[[str], object],
+    variables: Mapping[str, str],
+    components: Collection[str] = (),
 ) -> None:
     """Builds packages into the devel space. The output of the tools goes to that of this process.
 
-    Packages that come with pipros, and that genuine ROS lacks on this machine, are built with them.
+    Message packages that come with pipros, and that genuine ROS lacks on this machine, are built with them.
+    Those of Python are found by CMake without a build.
 
     Args:
         packages: must include the packages of the workspace that the others need.
         say: called with each line that pipros itself has to print.
+        variables: the environment.
+        components: what the packages find by `find_package()`, besides the dependencies in their manifests.
 
     Raises:
         NativeBuildFailed: a tool failed.
@@ -110,31 +120,102 @@ def build(
     source.mkdir(parents=True)
     binary.mkdir(parents=True, exist_ok=True)
     (source / "CMakeLists.txt").symlink_to(tools.toplevel)
-    variables = native_environment(tools)
+    variables = native_environment(tools, variables)
     prefixes = map(Path, variables["CMAKE_PREFIX_PATH"].split(os.pathsep))
     others = [prefix for prefix in prefixes if prefix not in (layout.devel, layout.install)]
-    shipped = shipped_packages(packages, others)
+    shipped = shipped_packages(packages, others, components)
+    provided = folder / "provided"
+    shutil.rmtree(provided, ignore_errors=True)
     for package in shipped:
-        say(f"-- {package.name} is not installed: its messages are built from those that come with pipros")
-    for package in (*shipped, *packages):
+        if has_cmake(package):
+            say(
+                f"-- {package.name} is not installed: its messages are built from those that come with pipros"
+            )
+            (source / package.name).symlink_to(package.folder)
+        else:
+            write_configuration(package, provided)
+            if package.name in components:
+                say(f"-- {package.name} is not installed: CMake finds the one of pipros, which has no C++")
+    variables["CMAKE_PREFIX_PATH"] += os.pathsep + str(provided)
+    for package in packages:
         (source / package.name).symlink_to(package.folder)
-    python = "/usr/bin/python3"
     configure = [
         tools.cmake,
         str(source),
         f"-DCATKIN_DEVEL_PREFIX={layout.devel}",
         f"-DCMAKE_INSTALL_PREFIX={layout.install}",
-        f"-DPYTHON_EXECUTABLE={python}",
+        f"-DPYTHON_EXECUTABLE={_PYTHON}",
         "-G",
         "Unix Makefiles",
         *(f"-D{name}={value}" for name, value in options.definitions.items()),
     ]
+    _carry_out(configure, options, binary, say, variables, installs=options.installs)
+    for prefix in (layout.devel, layout.install):
+        use_python_of_environment(prefix)
+
+
+def build_plain(
+    tools: NativeTools,
+    package: SourcePackage,
+    binary: Path,
+    prefix: Path,
+    options: BuildOptions,
+    say: Callable[[str], object],
+    variables: Mapping[str, str],
+) -> None:
+    """Builds a package that has CMake and no catkin, and installs it below `prefix`.
+
+    Raises:
+        NativeBuildFailed: a tool failed.
+        OSError: the build space cannot be written.
+    """
+    binary.mkdir(parents=True, exist_ok=True)
+    configure = [
+        tools.cmake,
+        str(package.folder),
+        f"-DCMAKE_INSTALL_PREFIX={prefix}",
+        "-G",
+        "Unix Makefiles",
+        *(f"-D{name}={value}" for name, value in options.definitions.items()),
+    ]
+    _carry_out(configure, options, binary, say, native_environment(tools, variables), installs=True)
+
+
+def _carry_out(
+    configure: Sequence[str],
+    options: BuildOptions,
+    binary: Path,
+    say: Callable[[str], object],
+    variables: Mapping[str, str],
+    *,
+    installs: bool,
+) -> None:
+    """Runs CMake and make in a build folder. Raises NativeBuildFailed."""
     steps = [configure, ["make", *(options.jobs or (f"-j{os.cpu_count() or 1}",))]]
-    if options.installs:
+    if installs:
         steps.append(["make", "install"])
     for step in steps:
         say(f'####\n#### Running command: "{" ".join(step)}" in "{binary}"\n####')
         _run(step, binary, variables, f'Invoking "{" ".join(step[:2])}" failed; the reason is printed above')
+
+
+def use_python_of_environment(prefix: Path) -> None:
+    """Has the Python programs that genuine catkin wrote below a prefix run on the first `python3` in `PATH`.
+
+    catkin makes them run on the Python of genuine rospy, wherever `rosrun` and `roslaunch` come from.
+
+    Raises:
+        OSError: a program cannot be written.
+    """
+    wrong = f"#!{_PYTHON}".encode()
+    for folder in (prefix / "bin", *(prefix / "lib").glob("*")):
+        for program in folder.iterdir() if folder.is_dir() else ():
+            if program.is_symlink() or not program.is_file():
+                continue
+            with program.open("rb") as file:
+                if file.readline(len(wrong) + 1).rstrip() != wrong:
+                    continue
+            program.write_bytes(b"#!/usr/bin/env python3" + program.read_bytes()[len(wrong) :])
 
 
 def make(layout: Layout, target: str) -> None:
@@ -149,7 +230,7 @@ def make(layout: Layout, target: str) -> None:
     except MissingTools as error:
         raise MissingTools(f"[{target}] has to be compiled, but {error}") from None
     folder = layout.build / "pipros" / "native" / "build"
-    _run(["make", target], folder, native_environment(tools), f'Invoking "make {target}" failed')
+    _run(["make", target], folder, native_environment(tools, os.environ), f'Invoking "make {target}" failed')
 
 
 def _run(command: Sequence[str], folder: Path, variables: Mapping[str, str], failure: str) -> None:
@@ -159,54 +240,37 @@ def _run(command: Sequence[str], folder: Path, variables: Mapping[str, str], fai
         raise NativeBuildFailed(failure)
 
 
-def shipped_packages(packages: Sequence[SourcePackage], prefixes: Sequence[Path]) -> list[SourcePackage]:
-    """Message packages of pipros that these need, directly or not, and that are installed below no prefix."""
-    shipped = {package.name: package for package in read_source_space(SHARED_PACKAGES, os.environ).packages}
-    seen = {*CORE_PACKAGES, *(package.name for package in packages)}
-    needed: list[SourcePackage] = []
-    pending = list(packages)
-    while pending:
-        for name in sorted(pending.pop().all_dependencies & shipped.keys() - seen):
-            seen.add(name)
-            if not any(_is_installed(name, prefix) for prefix in prefixes):
-                needed.append(shipped[name])
-                pending.append(shipped[name])
-    return needed
-
-
-def has_package(tools: NativeTools, name: str) -> bool:
+def has_package(tools: NativeTools, name: str, variables: Mapping[str, str]) -> bool:
     """Whether genuine ROS on this machine, or a workspace that is set up, has a package."""
-    prefixes = native_environment(tools)["CMAKE_PREFIX_PATH"].split(os.pathsep)
-    return any(_is_installed(name, Path(prefix)) for prefix in prefixes)
+    prefixes = native_environment(tools, variables)["CMAKE_PREFIX_PATH"].split(os.pathsep)
+    return any(is_below(name, Path(prefix)) for prefix in prefixes)
 
 
-def _is_installed(name: str, prefix: Path) -> bool:
-    """Whether CMake finds a package below a prefix.
+def is_installed(name: str, variables: Mapping[str, str]) -> bool:
+    """Whether CMake finds a package of genuine ROS, or of a workspace that is set up."""
+    entries = filter(None, variables.get("CMAKE_PREFIX_PATH", "").split(os.pathsep))
+    return any(is_below(name, Path(prefix)) for prefix in (*entries, *_PREFIXES))
 
-    catkin installs to `share/<name>/cmake`; Debian moves packages that depend on the processor to
-    `lib/<triplet>/cmake/<name>`.
+
+def native_environment(tools: NativeTools, variables: Mapping[str, str]) -> dict[str, str]:
+    """The environment for genuine catkin: the system's Python, and the distribution of genuine ROS.
+
+    Args:
+        variables: the environment of the user, which may be that of pipros.
     """
-    config = f"{name}Config.cmake"
-    if (prefix / "share" / name / "cmake" / config).is_file():
-        return True
-    return any((prefix / "lib").glob(f"cmake/{name}/{config}")) or any(
-        (prefix / "lib").glob(f"*/cmake/{name}/{config}")
-    )
-
-
-def native_environment(tools: NativeTools) -> dict[str, str]:
-    """The environment of this process with the system's Python in place of a virtual one."""
-    variables = {
-        name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "PYTHONHOME")
-    }
+    left_out = ("VIRTUAL_ENV", "PYTHONHOME", "ROS_ROOT", "ROS_ETC_DIR")
+    result = {name: value for name, value in variables.items() if name not in left_out}
     own = os.path.dirname(os.path.abspath(sys.executable))
-    entries = [entry for entry in variables.get("PATH", os.defpath).split(os.pathsep) if entry != own]
+    entries = [entry for entry in result.get("PATH", os.defpath).split(os.pathsep) if entry != own]
+    result |= DISTRIBUTION
     if tools.prefix != Path("/usr"):
         entries.insert(0, str(tools.prefix / "bin"))
-        variables["PYTHONPATH"] = str(tools.prefix / "lib" / "python3" / "dist-packages")
+        result["PYTHONPATH"] = str(tools.prefix / "lib" / "python3" / "dist-packages")
+        result["ROS_DISTRO"] = tools.prefix.name
     else:
-        variables.pop("PYTHONPATH", None)
-    variables["PATH"] = os.pathsep.join(entries)
-    underlays = variables.get("CMAKE_PREFIX_PATH", "")
-    variables["CMAKE_PREFIX_PATH"] = os.pathsep.join(filter(None, [underlays, str(tools.prefix)]))
-    return variables
+        result.pop("PYTHONPATH", None)
+        result["ROS_DISTRO"] = _DEBIAN
+    result["PATH"] = os.pathsep.join(entries)
+    underlays = result.get("CMAKE_PREFIX_PATH", "")
+    result["CMAKE_PREFIX_PATH"] = os.pathsep.join(filter(None, [underlays, str(tools.prefix)]))
+    return result

@@ -8,11 +8,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.workspace.build import build
+from pipros.workspace import genuine_catkin
+from pipros.workspace.build import BuildResult, build
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.catkin.project import Project
-from pipros.workspace.layout import Layout, SourcePackage
-from pipros.workspace.setup_files import write_relaying_setup_files
+from pipros.workspace.environment import underlays_of_build
+from pipros.workspace.layout import Layout, SourcePackage, closure
+from pipros.workspace.setup_files import write_relaying_setup_files, write_setup_files
 
 if TYPE_CHECKING:
     from pipros.printable import Say
@@ -41,7 +43,7 @@ class IsolatedResult:
 
     Attributes:
         errors: what failed, at most of one package: the build ends there.
-        needs_genuine: the first package that only genuine catkin can build; the build ends there, too.
+        needs_genuine: a package that genuine catkin has to build; the build ends there, too.
     """
 
     errors: list[str] = field(default_factory=list)
@@ -58,6 +60,9 @@ def build_isolated(
 ) -> IsolatedResult:
     """Builds packages one after another; each finds those before it as underlays.
 
+    Packages with compiled code, and those that they depend on, are built by genuine catkin. As this is known
+    when such a package is reached, the build begins again there.
+
     Args:
         layout: build and devel are the folders for the spaces of all packages.
         packages: all packages of the workspace in the order in which they are built.
@@ -65,8 +70,42 @@ def build_isolated(
 
     Raises:
         WorkspaceError: nothing can be built.
+        MissingTools: a package has compiled code, and genuine catkin is not installed.
         OSError: a space cannot be written.
     """
+    genuine: frozenset[str] = frozenset()
+    while True:
+        result = _build_all(layout, packages, chosen, options, genuine, say, variables)
+        if not result.needs_genuine:
+            return result
+        name = result.needs_genuine
+        try:
+            genuine_catkin.find_tools(variables)
+        except genuine_catkin.MissingTools as error:
+            raise genuine_catkin.MissingTools(
+                f"the package [{name}] has to be built by genuine catkin, but {error}"
+            ) from None
+        say(f"==> The package '{name}' needs CMake: genuine catkin builds it and what it needs")
+        genuine |= closure(packages, {name})
+
+
+def _is_plain_cmake(package: SourcePackage) -> bool:
+    """Whether a package is built by CMake alone, without catkin."""
+    return any(
+        export.tagname == "build_type" and export.content == "cmake" for export in package.manifest.exports
+    )
+
+
+def _build_all(
+    layout: Layout,
+    packages: Sequence[SourcePackage],
+    chosen: Sequence[SourcePackage],
+    options: IsolatedOptions,
+    genuine: frozenset[str],
+    say: Say,
+    variables: Mapping[str, str],
+) -> IsolatedResult:
+    """Builds packages until one fails, or needs genuine catkin and is not in `genuine`."""
     result = IsolatedResult()
     projects: dict[str, Project] = {}
     sources: list[Path] = []
@@ -78,15 +117,22 @@ def build_isolated(
             variables = _with_underlay(variables, layout.install if options.build.installs else devel)
             last = devel if devel.is_dir() else last
             continue
-        say(f"\n==> Processing catkin package: '{package.name}'")
+        is_plain = _is_plain_cmake(package)
+        say(f"\n==> Processing {'plain cmake' if is_plain else 'catkin'} package: '{package.name}'")
         lines: list[str] = []
-        outcome = build(
-            replace(layout, build=layout.build / package.name, devel=devel),
-            replace(options.build, only=frozenset((package.name,)), is_alone=True, sources=tuple(sources)),
-            lines.append if options.is_quiet else _without_headings(say),
-            variables,
-            projects,
-        )
+        tell = lines.append if options.is_quiet else _without_headings(say)
+        spaces = replace(layout, build=layout.build / package.name, devel=devel)
+        if is_plain:
+            outcome = _build_plain(package, spaces, sources, options.build, tell, variables)
+        else:
+            alone = replace(
+                options.build,
+                only=frozenset((package.name,)),
+                is_alone=True,
+                genuine=genuine & {package.name},
+                sources=tuple(sources),
+            )
+            outcome = build(spaces, alone, tell, variables, projects)
         if outcome.needs_genuine:
             result.needs_genuine = package.name
             return result
@@ -102,6 +148,30 @@ def build_isolated(
         say(f"<== Finished processing package [{number} of {len(packages)}]: '{package.name}'")
     if last is not None and not options.merges:
         write_relaying_setup_files(layout.devel, last)
+    return result
+
+
+def _build_plain(
+    package: SourcePackage,
+    layout: Layout,
+    sources: Sequence[Path],
+    options: BuildOptions,
+    say: Say,
+    variables: Mapping[str, str],
+) -> BuildResult:
+    """Builds a package with CMake alone, and makes the devel space a workspace."""
+    tools = genuine_catkin.find_tools(variables)
+    prefix = layout.install if options.installs else layout.devel
+    result = BuildResult()
+    try:
+        genuine_catkin.build_plain(tools, package, layout.build, prefix, options, say, variables)
+    except genuine_catkin.NativeBuildFailed as error:
+        result.errors.append(f"{package.name}: {error}")
+    else:
+        underlays = underlays_of_build(variables, layout.devel)
+        write_setup_files(layout.devel, sources, underlays)
+        if options.installs:
+            write_setup_files(layout.install, (), underlays)
     return result
 
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -95,6 +96,74 @@ def test_compiled_code_without_cmake_says_what_to_install(
     workspace.add("cpp", "add_executable(x x.cpp)")
     assert catkin_make_isolated.main([]) == 1
     assert "the package [cpp] has to be built by genuine catkin, but cmake" in capsys.readouterr().err
+
+
+@pytest.fixture
+def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A file in which CMake and make, which do nothing else, write their arguments and working folders."""
+    log = tmp_path / "called"
+    (tmp_path / "bin").mkdir()
+    for name in ("cmake", "make", "c++"):
+        program = tmp_path / "bin" / name
+        program.write_text(f"#!/bin/sh\necho {name} $(pwd) $* >> {log}\n[ ! -e {tmp_path}/fails ]\n")
+        program.chmod(0o755)
+    toplevel = tmp_path / "opt/share/catkin/cmake/toplevel.cmake"
+    toplevel.parent.mkdir(parents=True)
+    toplevel.touch()
+    monkeypatch.setenv("PATH", f"{tmp_path / 'bin'}:/usr/bin:/bin")
+    monkeypatch.setenv("CMAKE_PREFIX_PATH", str(tmp_path / "opt"))
+    return log
+
+
+def test_compiled_code_and_what_it_needs_are_built_by_genuine_catkin(
+    workspace: Workspace, tools: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    workspace.add("cpp", "add_executable(x x.cpp)", "zero")
+
+    assert catkin_make_isolated.main([]) == 0
+
+    folders = [line.split()[1] for line in tools.read_text().splitlines() if line.startswith("cmake ")]
+    build = f"{workspace.base}/build_isolated"
+    assert folders == [f"{build}/{name}/pipros/native/build" for name in ("zero", "cpp")]
+    assert (
+        "==> The package 'cpp' needs CMake: genuine catkin builds it and what it needs"
+        in capsys.readouterr().out
+    )
+
+
+PLAIN = "<export><build_type>cmake</build_type></export>"
+
+
+@pytest.mark.parametrize("words", ["", "--install", "--merge -q"])
+def test_a_package_without_catkin_is_built_and_installed_by_cmake(
+    workspace: Workspace, tools: Path, words: str
+) -> None:
+    manifest = workspace.add("plain") / "package.xml"
+    manifest.write_text(manifest.read_text().replace("</package>", f"{PLAIN}</package>"))
+
+    assert catkin_make_isolated.main(["--pkg", "plain", *words.split()]) == 0
+
+    base = workspace.base
+    devel = base / "devel_isolated" if "--merge" in words else base / "devel_isolated" / "plain"
+    prefix = base / "install_isolated" if "--install" in words else devel
+    build = base / "build_isolated" / "plain"
+    configured, *made = tools.read_text().splitlines()
+    assert configured.startswith(f"cmake {build} {base}/src/plain -DCMAKE_INSTALL_PREFIX={prefix} -G ")
+    assert made == [f"make {build} -j{os.cpu_count()}", f"make {build} install"]
+    assert (devel / ".catkin").read_text().endswith(f"{base}/src/plain")
+    assert (prefix / "setup.sh").is_file()
+
+
+def test_a_package_whose_cmake_fails_ends_the_build(
+    workspace: Workspace, tools: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tools.parent / "fails").touch()
+    manifest = workspace.add("plain") / "package.xml"
+    manifest.write_text(manifest.read_text().replace("</package>", f"{PLAIN}</package>"))
+
+    assert catkin_make_isolated.main(["--pkg", "plain"]) == 1
+
+    assert "plain: Invoking" in capsys.readouterr().err
 
 
 def test_files_are_found_in_workspaces_sources_and_what_comes_with_pipros(

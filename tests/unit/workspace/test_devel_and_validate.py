@@ -24,7 +24,7 @@ def workspace(tmp_path: Path) -> Workspace:
 def test_a_relayed_script_runs_in_its_own_folder_with_its_arguments(workspace: Workspace) -> None:
     folder = workspace.add(
         "p",
-        "catkin_install_python(PROGRAMS scripts/a.py DESTINATION x)",
+        "catkin_install_python(PROGRAMS scripts/a.py DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})",
         scripts__a_dot_py="import sys, beside\nprint(__name__, beside.WORD, sys.argv[1:])\n",
         scripts__beside_dot_py="WORD = 'w'\n",
     )
@@ -36,6 +36,20 @@ def test_a_relayed_script_runs_in_its_own_folder_with_its_arguments(workspace: W
     )
     assert shown.stdout == "__main__ w ['b', 'c d']\n"
     assert (folder / "scripts" / "a.py").is_file()
+
+
+def test_a_script_is_relayed_from_the_folder_that_it_is_installed_to(workspace: Workspace) -> None:
+    workspace.add(
+        "p",
+        "catkin_install_python(PROGRAMS scripts/a.py DESTINATION ${CATKIN_GLOBAL_BIN_DESTINATION})\n"
+        "catkin_install_python(PROGRAMS scripts/a.py DESTINATION /nowhere)",
+        scripts__a_dot_py="",
+    )
+
+    assert workspace.build().errors == []
+
+    assert os.access(workspace.layout.devel / "bin/a.py", os.X_OK)
+    assert not (workspace.layout.devel / "lib/p").exists()
 
 
 def test_python_packages_are_relayed_or_empty(workspace: Workspace) -> None:

@@ -41,6 +41,13 @@ def test_a_workspace_sets_what_noetics_setup_files_set(devel: Path, tmp_path: Pa
     }
 
 
+def test_the_folders_of_ros_exist(devel: Path) -> None:
+    changes = workspace_environment(devel, [], {})
+
+    assert Path(changes["ROS_ROOT"]).is_dir()
+    assert Path(changes["ROS_ETC_DIR"], "python_logging.conf").is_file()
+
+
 def test_sourcing_twice_changes_nothing(devel: Path, underlay: Path) -> None:
     once = {"PATH": "/bin"}
     once |= workspace_environment(devel, [underlay], once)

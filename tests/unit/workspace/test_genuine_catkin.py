@@ -14,10 +14,13 @@ from pipros.workspace.genuine_catkin import (
     NativeTools,
     find_tools,
     has_tools,
-    shipped_packages,
+    native_environment,
+    use_python_of_environment,
 )
 from pipros.workspace.index import SHARED_PACKAGES
 from pipros.workspace.layout import Layout, SourcePackage, read_source_space
+from pipros.workspace.shipped_packages import shipped_packages
+from tests.support.workspaces import Workspace
 
 MANIFEST = """<package format="2"><name>arm</name><version>1.0.0</version><description>d</description>
 <maintainer email="m@example.org">m</maintainer><license>none</license>
@@ -46,7 +49,6 @@ def test_packages_that_genuine_ros_does_not_have_come_from_pipros_with_their_dep
     prefix = prefix_with(tmp_path / "opt", "std_msgs", "geometry_msgs", "trajectory_msgs")
 
     shipped = shipped_packages(arm(tmp_path / "src"), [tmp_path / "other", prefix])
-
     assert {package.name for package in shipped} == {"control_msgs", "actionlib_msgs"}
     assert all(package.folder == SHARED_PACKAGES / package.name for package in shipped)
 
@@ -119,7 +121,133 @@ def test_a_tool_that_fails_is_named(tmp_path: Path) -> None:
     tools = NativeTools(str(tmp_path / "bin" / "cmake"), tmp_path / "opt")
 
     with pytest.raises(NativeBuildFailed, match=r"cmake .* failed; the reason is printed above"):
-        genuine_catkin.build(tools, arm(tmp_path / "src"), layout, BuildOptions(), lambda _line: None)
+        genuine_catkin.build(tools, arm(tmp_path / "src"), layout, BuildOptions(), lambda _line: None, {})
+
+
+def test_a_package_below_the_prefix_path_is_found_by_packages_without_compiled_code(tmp_path: Path) -> None:
+    workspace = Workspace(tmp_path)
+    workspace.add("p", "find_package(catkin REQUIRED COMPONENTS of_a_prefix)\ncatkin_package()")
+    prefix = prefix_with(tmp_path / "opt", "of_a_prefix")
+
+    assert workspace.build({"CMAKE_PREFIX_PATH": str(prefix)}).errors == []
+
+    (error,) = workspace.build({"CMAKE_PREFIX_PATH": ""}).errors
+    assert 'provided by "of_a_prefix"' in error
+
+
+PYTHON_PACKAGES = ("robot_state_publisher", "xacro", "joint_state_publisher", "diagnostic_updater", "angles",
+                   "rqt_graph", "cv_bridge", "image_geometry", "interactive_markers", "rospy")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PYTHON_PACKAGES)
+def test_a_python_package_of_pipros_is_found_by_cmake_and_not_built(tmp_path: Path, name: str) -> None:
+    """Genuine catkin would look for its CMakeLists.txt."""
+    folder, layout = programs_and_layout(tmp_path)
+    add_manifest(tmp_path / "src", f"<exec_depend>{name}</exec_depend>")
+    packages = read_source_space(tmp_path / "src", {}).packages
+    lines: list[str] = []
+
+    genuine_catkin.build(folder, packages, layout, BuildOptions(), lines.append, {"PATH": "/bin"})
+
+    native = tmp_path / "build" / "pipros" / "native"
+    assert sorted(path.name for path in (native / "src").iterdir()) == ["CMakeLists.txt", "arm"]
+    configuration = native / "provided" / "share" / name / "cmake" / f"{name}Config.cmake"
+    assert f"set({name}_FOUND_CATKIN_PROJECT TRUE)" in configuration.read_text()
+    prefix_path = (tmp_path / "prefix_path").read_text().strip()
+    assert prefix_path == f"{tmp_path / 'opt'}:{native / 'provided'}"
+    assert not any("is not installed" in line for line in lines)
+
+
+def test_a_python_package_that_is_installed_is_left_to_cmake(tmp_path: Path) -> None:
+    add_manifest(tmp_path / "src", "<exec_depend>xacro</exec_depend>")
+    packages = read_source_space(tmp_path / "src", {}).packages
+
+    assert shipped_packages(packages, [prefix_with(tmp_path / "opt", "xacro")]) == []
+
+
+def test_what_a_cmakelists_finds_without_a_dependency_is_found_too(tmp_path: Path) -> None:
+    folder, layout = programs_and_layout(tmp_path)
+    add_manifest(tmp_path / "src", "")
+    packages = read_source_space(tmp_path / "src", {}).packages
+    lines: list[str] = []
+
+    genuine_catkin.build(
+        folder, packages, layout, BuildOptions(), lines.append, {"PATH": "/bin"}, {"tf2_ros"}
+    )
+
+    assert "-- tf2_ros is not installed: CMake finds the one of pipros, which has no C++" in lines
+
+
+@pytest.mark.parametrize("name", ["message_generation", "message_runtime", "rostest", "dynamic_reconfigure"])
+def test_only_the_genuine_package_with_commands_for_cmake_will_do(tmp_path: Path, name: str) -> None:
+    add_manifest(tmp_path / "src", f"<depend>{name}</depend>")
+    packages = read_source_space(tmp_path / "src", {}).packages
+
+    assert name not in {package.name for package in shipped_packages(packages, []) if not has_cmake(package)}
+
+
+@pytest.mark.parametrize(
+    ("prefix", "distribution"), [("/usr", "Debian"), ("/opt/ros/noetic", "noetic"), ("/opt/ros/one", "one")]
+)
+def test_genuine_catkin_gets_the_environment_of_its_own_distribution(prefix: str, distribution: str) -> None:
+    """A hook of Debian's packages complains about another one, and what it prints ends the build."""
+    sourced = {
+        "ROS_DISTRO": "noetic",
+        "ROS_ROOT": "/p/ros",
+        "ROS_ETC_DIR": "/p/etc",
+        "VIRTUAL_ENV": "/v",
+        "A": "b",
+    }
+
+    variables = native_environment(NativeTools("/usr/bin/cmake", Path(prefix)), sourced)
+
+    assert variables["ROS_DISTRO"] == distribution
+    assert (variables["ROS_VERSION"], variables["ROS_PYTHON_VERSION"]) == ("1", "3")
+    assert not variables.keys() & {"ROS_ROOT", "ROS_ETC_DIR", "VIRTUAL_ENV"}
+    assert variables["A"] == "b"
+
+
+def test_programs_of_genuine_catkin_run_on_the_python_of_the_environment(tmp_path: Path) -> None:
+    texts = {
+        "lib/p/node.py": b"#!/usr/bin/python3\npass\n",
+        "bin/tool": b"#!/usr/bin/python3\n",
+        "lib/p/other": b"#!/usr/bin/python3.9\n",
+        "lib/p/compiled": b"\x7fELF\n",
+        "lib/p/empty": b"",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(text)
+        (tmp_path / name).chmod(0o755)
+    (tmp_path / "lib" / "p" / "link").symlink_to("/usr/bin/python3")
+
+    use_python_of_environment(tmp_path)
+    use_python_of_environment(tmp_path / "nowhere")
+
+    changed = {"lib/p/node.py": b"#!/usr/bin/env python3\npass\n", "bin/tool": b"#!/usr/bin/env python3\n"}
+    assert {name: (tmp_path / name).read_bytes() for name in texts} == texts | changed
+    assert (tmp_path / "bin" / "tool").stat().st_mode & 0o777 == 0o755
+
+
+def add_manifest(source: Path, dependencies: str) -> None:
+    folder = source / "arm"
+    folder.mkdir(parents=True)
+    begin, _, _ = MANIFEST.partition("<depend>")
+    (folder / "package.xml").write_text(f"{begin}{dependencies}</package>")
+
+
+def has_cmake(package: SourcePackage) -> bool:
+    return (package.folder / "CMakeLists.txt").is_file()
+
+
+def programs_and_layout(tmp_path: Path) -> tuple[NativeTools, Layout]:
+    """Tools that do nothing, but `cmake` writes its prefix path to a file; and the spaces of a workspace."""
+    layout = Layout(tmp_path, *(tmp_path / name for name in ("src", "build", "devel", "install")))
+    programs(tmp_path / "bin", "cmake")
+    (tmp_path / "bin" / "cmake").write_text(f"#!/bin/sh\necho $CMAKE_PREFIX_PATH > {tmp_path}/prefix_path\n")
+    (tmp_path / "opt" / "bin").mkdir(parents=True)
+    (tmp_path / "opt" / "bin" / "make").symlink_to("/bin/true")
+    return NativeTools(str(tmp_path / "bin" / "cmake"), tmp_path / "opt"), layout
 
 
 def test_catkin_tools_in_the_environment_of_pipros_are_told_what_to_do() -> None:

@@ -136,6 +136,20 @@ def test_a_message_dependency_brings_its_own_dependencies(
     assert len(workspace.build().errors) == errors
 
 
+def test_without_genuine_catkin_what_compiled_code_needs_is_built_as_ever(workspace: Workspace) -> None:
+    workspace.add(
+        "messages",
+        f"find_package(catkin REQUIRED message_generation)\n{MESSAGES}",
+        msg__A_dot_msg="int32 a\n",
+    )
+    workspace.add("cpp", "add_executable(x x.cpp)", "messages")
+
+    result = workspace.build()
+
+    assert [error.partition(":")[0] for error in result.errors] == ["cpp"]
+    assert (workspace.layout.devel / "lib/python3/dist-packages/messages/__init__.py").is_file()
+
+
 def test_cfg_files_without_dynamic_reconfigure_do_not_fail_the_rest(
     workspace: Workspace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,6 +10,8 @@ from pipros.cmake.language import CMakeError
 from pipros.workspace.catkin.context import FoundPackage
 from pipros.workspace.catkin.project import Project
 from pipros.workspace.catkin.project_reader import read_project
+from pipros.workspace.index import SHARED_PACKAGES
+from tests.support.debian_packages import FOUND_BY_CMAKE
 
 FILES = (
     "msg/A.msg", "msg/B.msg", "srv/S.srv", "action/D.action", "test/x.test", "test/test_it.py",
@@ -32,6 +34,15 @@ def read(folder: Path, text: str, packages: dict[str, FoundPackage] | None = Non
     (folder / "CMakeLists.txt").write_text(text)
     known = {"rospy": FoundPackage("1.15.15"), **(packages or {})}
     return read_project(str(folder), "p", {}, {}, lambda name: known.get(name), "1.2.3")
+
+
+@pytest.mark.parametrize("name", [*FOUND_BY_CMAKE, "rqt_gui_py"])
+def test_every_ros_package_that_cmake_finds_on_debian_is_found(folder: Path, name: str) -> None:
+    shipped = {name: FoundPackage()} if (SHARED_PACKAGES / name).is_dir() else {}
+
+    project = read(folder, f"find_package(catkin REQUIRED COMPONENTS {name})\ncatkin_package()", shipped)
+
+    assert ([component for component, _ in project.components], project.needs_cmake) == ([name], [])
 
 
 @pytest.mark.parametrize(

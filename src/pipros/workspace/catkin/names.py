@@ -63,5 +63,16 @@ _CORE = """
     rosunit roswtf tf2 tf2_py tf2_ros topic_tools xmlrpcpp actionlib pluginlib class_loader nodelet tf
 """
 
-CORE_PACKAGES = frozenset(_CORE.split())
-"""Packages of ROS that pipros stands in for, so that `find_package()` finds them without a folder."""
+_COMPILED = """
+    bondcpp camera_calibration camera_info_manager collada_parser collada_urdf depth_image_proc
+    eigen_conversions eigen_stl_containers geometric_shapes image_proc image_publisher image_rotate image_view
+    joint_state_publisher_gui kdl_conversions kdl_parser nodelet_topic_tools pcl_conversions pcl_ros
+    python_qt_binding random_numbers ros_environment rosconsole_bridge roslisp rqt_gui_cpp rqt_gui_py
+    self_test stereo_image_proc tf2_bullet tf2_eigen urdf urdf_parser_plugin
+"""
+
+CORE_PACKAGES = frozenset((*_CORE.split(), *_COMPILED.split()))
+"""Packages of ROS that `find_package()` finds without a folder.
+
+pipros stands in for them, or they have C++ libraries, which a package without compiled code does not need.
+"""

@@ -1,0 +1,25 @@
+#!/usr/bin/env python3
+"""Adds numbers by the C++ service, and reports each water level with the sum and the file of rospy."""
+
+from mixed.msg import Level
+from mixed.srv import Add
+from std_msgs.msg import String
+
+import rospy
+
+
+def main() -> None:
+    rospy.init_node("listener")
+    rospy.wait_for_service("add")
+    total = rospy.ServiceProxy("add", Add)(3, 4).sum
+    reports = rospy.Publisher("report", String, queue_size=10)
+
+    def report(level: Level) -> None:
+        reports.publish(f"{level.tank} {level.height} {total} {rospy.__file__}")
+
+    rospy.Subscriber("level", Level, report)
+    rospy.spin()
+
+
+if __name__ == "__main__":
+    main()
