@@ -79,6 +79,7 @@ class Limits(NamedTuple):
         bag_connection_bytes: a connection header, or the list of a chunk's connections, in a bag.
         bag_chunk_bytes: one chunk of a bag, uncompressed.
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
+        page_topics: topics that all browsers of a page watch together.
         message_values: values in a new message.
         empty_elements: values in one message beyond the eight that each of its bytes pays for.
         yaml_values: values of a YAML text, aliases and merged mappings counted as often as they are used.
@@ -138,6 +139,7 @@ class Limits(NamedTuple):
     bag_connection_bytes: int = 16 * _MIB
     bag_chunk_bytes: int = 2048 * _MIB
     bag_cache_bytes: int = 256 * _MIB
+    page_topics: int = 500
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
     yaml_values: int = 1_000_000

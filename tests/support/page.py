@@ -24,8 +24,9 @@ class Page:
         url: as printed, with the token.
     """
 
-    def __init__(self, ros: RosSystem, *options: str, command: str = "rqt_graph") -> None:
-        self.process: Process = ros.pipros.start(command, "--no-browser", *options)
+    def __init__(self, ros: RosSystem, *options: str, command: str = "rqt_graph", **variables: str) -> None:
+        """Keywords are environment variables."""
+        self.process: Process = ros.pipros.start(command, "--no-browser", *options, **variables)
         self.url = self.process.wait_for(r"http\S+")[0]
         parts = urlsplit(self.url)
         self.host = parts.netloc

@@ -32,7 +32,7 @@ from pipros.web.views.plot import PlotViews
 from pipros.web.views.processes import ProcessViews
 from pipros.web.views.reconfigure import ReconfigureViews
 from pipros.web.views.topics import TopicViews
-from pipros.web.watched_system import WatchedSystem
+from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
 
 CHANGING = frozenset(
     {"call_service", "delete_param", "publishing", "set_logger_level", "set_param", "set_reconfigured"}
@@ -76,7 +76,10 @@ def serve_page(options: PageOptions) -> int:
     Raises:
         ServerFailed: the port is taken, or the certificate cannot be read.
     """
-    with GraphClient(options.tool) as graph, Node(options.tool, anonymous=True) as node:
+    with (
+        GraphClient(options.tool, timeout_s=MASTER_DEADLINE_S) as graph,
+        Node(options.tool, anonymous=True) as node,
+    ):
         asyncio.run(_serve(options, WatchedSystem(graph, node)))
     return 0
 

@@ -29,6 +29,7 @@ from websockets.http11 import Request, Response
 
 from pipros.errors import PiprosError
 from pipros.web.access import LOOPBACK_HOSTS, Access, Denied
+from pipros.web.browser_share import begin_browser
 
 logger = logging.getLogger("pipros.web")
 
@@ -139,6 +140,7 @@ class PageServer:
 
     async def _attend(self, connection: ServerConnection) -> None:
         """Serves one browser until it disconnects."""
+        begin_browser()
         self._browsers += 1
         browser = _Browser(connection, self._services)
         try:

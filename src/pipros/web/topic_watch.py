@@ -9,8 +9,10 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
+from pipros.errors import LimitExceeded
 from pipros.graph.raw_decoder import RawDecoder
 from pipros.graph.samples import BandwidthWindow, RateWindow
+from pipros.limits import Limits, limit_text, process_limits
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
 from pipros.node.subscriber import Subscriber
@@ -45,8 +47,10 @@ class Newest:
 class TopicWatch:
     """The messages of one topic, counted in the threads of its links."""
 
-    def __init__(self, topic: str, decoder: RawDecoder) -> None:
+    def __init__(self, topic: str, decoder: RawDecoder, queue_size: int = WINDOW) -> None:
         self.topic = topic
+        self.queue_size = queue_size
+        self.users = 0
         self.newest: Newest | None = None
         self._decoder = decoder
         self._lock = threading.Lock()
@@ -101,13 +105,19 @@ class TopicWatch:
 
 
 class TopicWatches:
-    """The topics that are being watched."""
+    """The topics that are being watched.
 
-    def __init__(self, node: Node) -> None:
+    A thread subscribes and unsubscribes, because the master may take its time, or never answer.
+    """
+
+    def __init__(self, node: Node, limits: Limits | None = None) -> None:
         self._node = node
+        self._most = (limits or process_limits()).page_topics
         self._decoder = RawDecoder()
         self._lock = threading.Lock()
-        self._watches: dict[str, tuple[TopicWatch, Subscriber[RawMessage], int]] = {}
+        self._watches: dict[str, TopicWatch] = {}
+        self._subscribers: dict[str, tuple[TopicWatch, Subscriber[RawMessage]]] = {}
+        self._is_subscribing = False
 
     @contextlib.contextmanager
     def watch(self, topic: str, *, queue_size: int = WINDOW) -> Iterator[TopicWatch]:
@@ -115,25 +125,63 @@ class TopicWatches:
 
         Args:
             queue_size: how many messages may wait. The first context of a topic decides.
+
+        Raises:
+            LimitExceeded: the contexts have `Limits.page_topics` topics already.
         """
         with self._lock:
-            watch, subscriber, users = self._watches.get(topic) or (*self._subscribe(topic, queue_size), 0)
-            self._watches[topic] = watch, subscriber, users + 1
+            watch = self._watches.get(topic)
+            if watch is None:
+                if len(self._watches) >= self._most:
+                    raise LimitExceeded(
+                        f"too many topics are watched at a time; {limit_text('page_topics', self._most)}"
+                    )
+                watch = self._watches[topic] = TopicWatch(topic, self._decoder, queue_size)
+            watch.users += 1
+        self._subscribe()
         try:
             yield watch
         finally:
             with self._lock:
-                watch, subscriber, users = self._watches[topic]
-                if users > 1:
-                    self._watches[topic] = watch, subscriber, users - 1
-                else:
+                watch.users -= 1
+                if not watch.users:
                     del self._watches[topic]
-            if users <= 1:
-                subscriber.unregister()
+            self._subscribe()
 
-    def _subscribe(self, topic: str, queue_size: int) -> tuple[TopicWatch, Subscriber[RawMessage]]:
-        watch = TopicWatch(topic, self._decoder)
-        return watch, self._node.subscribe(topic, RawMessage, watch.note, queue_size=queue_size)
+    def _subscribe(self) -> None:
+        """Makes the subscriptions those of the watches, in a thread."""
+        with self._lock:
+            if not self._is_subscribing and self._next_change() is not None:
+                self._is_subscribing = True
+                threading.Thread(target=self._make_changes, name="subscriptions", daemon=True).start()
+
+    def _make_changes(self) -> None:
+        while self._make_change():
+            pass
+
+    def _make_change(self) -> bool:
+        """False when there was nothing to change."""
+        with self._lock:
+            change = self._next_change()
+            if change is None:
+                self._is_subscribing = False
+                return False
+            topic, watch = change
+            subscribed = self._subscribers.pop(topic, None)
+        if subscribed is not None:
+            subscribed[1].unregister()
+        elif watch is not None:
+            subscriber = self._node.subscribe(topic, RawMessage, watch.note, queue_size=watch.queue_size)
+            with self._lock:
+                self._subscribers[topic] = watch, subscriber
+        return True
+
+    def _next_change(self) -> tuple[str, TopicWatch | None] | None:
+        """A topic whose subscription is not that of its watch, and that watch, if any."""
+        for topic, (watch, _) in self._subscribers.items():
+            if self._watches.get(topic) is not watch:
+                return topic, self._watches.get(topic)
+        return next((item for item in self._watches.items() if item[0] not in self._subscribers), None)
 
 
 class NewSamples:

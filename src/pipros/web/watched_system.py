@@ -10,10 +10,18 @@ from collections.abc import AsyncIterator
 from pipros.graph.client import GraphClient
 from pipros.graph.observer import Observation, SystemObserver
 from pipros.node import Node
+from pipros.web.daemon_pool import DaemonPool
+from pipros.web.service_calls import ServiceCalls
 from pipros.web.topic_watch import TopicWatches
 
 LOOK_INTERVAL_S = 1.0
 """How often the system is observed while at least one browser shows it."""
+MASTER_DEADLINE_S = 30.0
+"""How long a call of the master may take."""
+QUESTIONS_AT_ONCE = 8
+"""Calls of the master, and of nodes, that views make at a time."""
+COMPUTATIONS_AT_ONCE = 4
+"""Messages and drawings under way; more threads would not make them sooner."""
 
 
 class WatchedSystem:
@@ -23,6 +31,9 @@ class WatchedSystem:
         graph: the connection to the master.
         node: the page's own node. It is registered with its first subscription.
         topics: the topics that are being watched.
+        calls: the service calls of browsers.
+        questions: threads for calls of the master and of the APIs of nodes.
+        computations: threads that decode and draw.
         observation: the last one.
     """
 
@@ -30,6 +41,9 @@ class WatchedSystem:
         self.graph = graph
         self.node = node
         self.topics = TopicWatches(node)
+        self.calls = ServiceCalls(lambda: graph.master)
+        self.questions = DaemonPool("question", QUESTIONS_AT_ONCE)
+        self.computations = DaemonPool("computation", COMPUTATIONS_AT_ONCE)
         self.observation = Observation()
         self._observer = SystemObserver(graph.master)
         self._waiting: set[asyncio.Future[Observation]] = set()

@@ -8,8 +8,11 @@ from typing import Any
 
 from pipros.errors import PiprosError
 from pipros.graph.service_call import ServiceCaller
+from pipros.net.master_client import MasterClient
 from pipros.node.any_msg import RawMessage
+from pipros.node.service_client import OpenCalls
 from pipros.web.server import RequestRefused
+from pipros.web.service_calls import TOOL_CALL_S
 from pipros.web.topic_watch import NewSamples, TopicWatch
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
@@ -55,11 +58,11 @@ class ConsoleViews:
         return True
 
     async def _call(self, service: str, values: list[Any]) -> Any:
-        def call() -> Any:
-            caller = ServiceCaller(self._system.graph.master, service)
-            return caller.call(caller.request(values))
+        def call(master: MasterClient, calls: OpenCalls) -> Any:
+            caller = ServiceCaller(master, service, calls=calls)
+            return caller.call(caller.request(values), TOOL_CALL_S)
 
-        return await asyncio.to_thread(call)
+        return await self._system.calls.run(call)
 
 
 class _Log:

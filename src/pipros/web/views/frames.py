@@ -115,7 +115,7 @@ class FrameViews:
                 graph = tree.graph()
                 if graph != shown:
                     shown = graph
-                    values["scene"] = scene_values(await asyncio.to_thread(draw, graph))
+                    values["scene"] = scene_values(await self._system.computations.run(draw, graph))
                 yield values
                 await asyncio.sleep(SEND_INTERVAL_S)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 from collections.abc import AsyncIterator, Mapping
 from dataclasses import fields
@@ -65,7 +64,11 @@ class GraphViews:
             if graph != shown:
                 shown = graph
                 is_small = len(graph.vertices) <= MOST_DRAWN
-                scene = await asyncio.to_thread(draw, graph, with_traffic=True) if is_small else Scene()
+                scene = (
+                    await self._system.computations.run(draw, graph, with_traffic=True)
+                    if is_small
+                    else Scene()
+                )
                 too_many = 0 if is_small else len(graph.vertices)
                 yield {"scene": scene_values(scene), "too_many": too_many, "most": MOST_DRAWN}
             yield {
@@ -81,7 +84,7 @@ class GraphViews:
         async for observation in self._system.observations():
             yield {
                 **node_values(observation, name),
-                "parameters": await asyncio.to_thread(self._parameters, name),
+                "parameters": await self._system.questions.run(self._parameters, name),
             }
 
     def _parameters(self, node: str) -> list[list[str]]:
@@ -106,7 +109,7 @@ class GraphViews:
         if kind == "dot":
             return to_dot(graph)
         if kind == "svg":
-            return to_svg(await asyncio.to_thread(draw, graph))
+            return to_svg(await self._system.computations.run(draw, graph))
         raise RequestRefused(f"format must be svg or dot, got {kind!r}")
 
 

@@ -38,8 +38,8 @@ class ImageViews:
                 newest = watch.newest
                 if newest is not None and newest.number != number:
                     number = newest.number
-                    message = await asyncio.to_thread(watch.decode, newest.message)
-                    head, pixels = await asyncio.to_thread(packed, message)
+                    message = await self._system.computations.run(watch.decode, newest.message)
+                    head, pixels = await self._system.computations.run(packed, message)
                     yield json.dumps({**head, **watch.figures()}).encode() + b"\n" + pixels
                 await asyncio.sleep(SEND_INTERVAL_S)
 

@@ -30,7 +30,7 @@ class ParamViews:
         shown: Any = None
         while True:
             try:
-                values = await asyncio.to_thread(self._read)
+                values = await self._system.questions.run(self._read)
             except PiprosError as error:
                 values = {"error": str(error)}
             if values != shown:
@@ -53,10 +53,10 @@ class ParamViews:
         if not isinstance(text, str):
             raise RequestRefused(f"value must be a text in YAML, got {type(text).__name__}")
         value = load(text, "value", angles=False) if text else ""
-        await asyncio.to_thread(params.write, self._system.graph.master, name, value)
+        await self._system.questions.run(params.write, self._system.graph.master, name, value)
         return True
 
     async def delete_param(self, arguments: Mapping[str, Any]) -> Any:
         """Deletes a parameter or a namespace."""
-        await asyncio.to_thread(params.delete, self._system.graph.master, topic_name(arguments))
+        await self._system.questions.run(params.delete, self._system.graph.master, topic_name(arguments))
         return True

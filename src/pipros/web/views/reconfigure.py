@@ -10,6 +10,8 @@ from contextlib import ExitStack
 from typing import Any
 
 from pipros.graph.service_call import ServiceCaller
+from pipros.net.master_client import MasterClient
+from pipros.node.service_client import OpenCalls
 from pipros.reconfigure.config import (
     all_groups,
     change_fields,
@@ -19,6 +21,7 @@ from pipros.reconfigure.config import (
     values,
 )
 from pipros.web.server import RequestRefused
+from pipros.web.service_calls import TOOL_CALL_S
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
@@ -78,11 +81,11 @@ class ReconfigureViews:
             groups = _decoded(described)
         fields = change_fields(groups, changes, states)
 
-        def call() -> Any:
-            caller = ServiceCaller(self._system.graph.master, name + SERVICE)
-            return caller.call(caller.request([{"config": fields}])).config
+        def call(master: MasterClient, calls: OpenCalls) -> Any:
+            caller = ServiceCaller(master, name + SERVICE, calls=calls)
+            return caller.call(caller.request([{"config": fields}]), TOOL_CALL_S).config
 
-        answer = await asyncio.to_thread(call)
+        answer = await self._system.calls.run(call)
         return {"values": shown_values(values(answer)), "states": _states(answer, groups)}
 
 

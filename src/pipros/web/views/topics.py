@@ -14,6 +14,7 @@ from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
 from pipros.web.watched_system import WatchedSystem
 
+LONGEST_NAME = 1000
 UPDATE_INTERVAL_S = 0.1
 """How often a browser gets the newest message."""
 
@@ -71,7 +72,9 @@ def topic_name(arguments: Mapping[str, Any]) -> str:
     """The global name in a request. Raises `RequestRefused` for anything else."""
     name = arguments.get("name")
     if not isinstance(name, str) or not names.is_legal(name) or not names.is_global(name):
-        raise RequestRefused(f"name must be a global name such as /battery_topic, got {name!r}")
+        raise RequestRefused(f"name must be a global name such as /battery_topic, got {name!r:.100}")
+    if len(name) > LONGEST_NAME:
+        raise RequestRefused(f"name must have at most {LONGEST_NAME} characters, got {len(name)}")
     return names.canonicalize(name)
 
 
