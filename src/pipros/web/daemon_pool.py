@@ -27,7 +27,7 @@ class DaemonPool:
     async def run(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Return what the function returns, or raise what it raises.
 
-        A function whose caller is cancelled meanwhile is not run if it still waits, and else runs on unheeded.
+        If the caller is cancelled, a function that still waits is not run; the result of another is dropped.
         """
         return await asyncio.wrap_future(self.start(function, *args, **kwargs))
 

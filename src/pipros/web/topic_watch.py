@@ -8,14 +8,19 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
-from pipros.errors import LimitExceeded
+from pipros.errors import LimitExceeded, PiprosError
 from pipros.graph.raw_decoder import RawDecoder
 from pipros.graph.samples import BandwidthWindow, RateWindow
 from pipros.limits import Limits, limit_text, process_limits
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
 from pipros.node.subscriber import Subscriber
+from pipros.printable import printable
+
+if TYPE_CHECKING:
+    from pipros.msg.base import Message
 
 WINDOW = 200
 """The number of messages over which rates and bandwidths are computed."""
@@ -27,6 +32,10 @@ SHORTEST_S = 0.1
 
 Listener = Callable[[RawMessage, float], object]
 """Called in the thread of the link with each message and the wall time of its arrival, in seconds."""
+
+
+class WrongDefinition(PiprosError):
+    """A publisher has another definition of a message than this installation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +56,11 @@ class Newest:
 class TopicWatch:
     """The messages of one topic, counted in the threads of its links."""
 
-    def __init__(self, topic: str, decoder: RawDecoder, queue_size: int = WINDOW) -> None:
+    def __init__(
+        self, topic: str, decoder: RawDecoder, queue_size: int = WINDOW, limits: Limits | None = None
+    ) -> None:
         self.topic = topic
+        self._most_bytes = (limits or process_limits()).page_message_bytes
         self.queue_size = queue_size
         self.users = 0
         self.newest: Newest | None = None
@@ -89,11 +101,14 @@ class TopicWatch:
             }
 
     @contextlib.contextmanager
-    def listening(self, listener: Listener) -> Iterator[None]:
-        """Within the context, calls `listener` with each message."""
+    def listening(self, listener: Listener, *, from_newest: bool = False) -> Iterator[None]:
+        """Within the context, calls `listener` with each message; with `from_newest` also the newest."""
         with self._lock:
             self._listeners.append(listener)
+            newest = self.newest
         try:
+            if from_newest and newest is not None:
+                listener(newest.message, newest.wall_s)
             yield
         finally:
             with self._lock:
@@ -101,7 +116,30 @@ class TopicWatch:
 
     def decode(self, message: RawMessage) -> object:
         """The message, decoded by its publisher's definition. Raises `PiprosError` when that fails."""
+        self._check_size(message)
         return self._decoder.decode(message)
+
+    def decode_as(self, message: RawMessage, message_class: type[Message]) -> Any:
+        """The message, decoded as one of a class, so that its fields are those of the class.
+
+        Raises:
+            WrongDefinition: its publisher has another definition.
+            PiprosError: it cannot be decoded.
+        """
+        self._check_size(message)
+        header = message.header
+        if header.get("md5sum") != message_class._md5sum:
+            raise WrongDefinition(
+                f"{self.topic}: {printable(header.get('callerid', 'a node'))} publishes "
+                f"[{printable(header.get('type'))}/{printable(header.get('md5sum'))}], "
+                f"which is not [{message_class._type}/{message_class._md5sum}]"
+            )
+        return message_class._from_bytes(message.body)
+
+    def _check_size(self, message: RawMessage) -> None:
+        if len(message.body) > self._most_bytes:
+            what = f"{self.topic}: a message of {len(message.body)} bytes is too large to show"
+            raise LimitExceeded(f"{what}; {limit_text('page_message_bytes', self._most_bytes)}")
 
 
 class TopicWatches:
@@ -112,7 +150,7 @@ class TopicWatches:
 
     def __init__(self, node: Node, limits: Limits | None = None) -> None:
         self._node = node
-        self._most = (limits or process_limits()).page_topics
+        self._limits = limits or process_limits()
         self._decoder = RawDecoder()
         self._lock = threading.Lock()
         self._watches: dict[str, TopicWatch] = {}
@@ -132,11 +170,10 @@ class TopicWatches:
         with self._lock:
             watch = self._watches.get(topic)
             if watch is None:
-                if len(self._watches) >= self._most:
-                    raise LimitExceeded(
-                        f"too many topics are watched at a time; {limit_text('page_topics', self._most)}"
-                    )
-                watch = self._watches[topic] = TopicWatch(topic, self._decoder, queue_size)
+                most = self._limits.page_topics
+                if len(self._watches) >= most:
+                    raise LimitExceeded(f"too many topics are watched; {limit_text('page_topics', most)}")
+                watch = self._watches[topic] = TopicWatch(topic, self._decoder, queue_size, self._limits)
             watch.users += 1
         self._subscribe()
         try:

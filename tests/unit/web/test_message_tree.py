@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +13,7 @@ from sensor_msgs.msg import BatteryState, Image, JointState
 from std_msgs.msg import Float64, Header, String
 
 from genpy import Time
+from pipros.msg.dynamic import message_classes_from_text
 from pipros.web.message_tree import LEAVES, message_tree
 from pipros.web.views.topics import percentage
 
@@ -40,6 +42,17 @@ def test_a_message_of_many_parts_stays_small() -> None:
 
     nested = {str(key): PoseArray(poses=[Pose()] * 40) for key in range(1000)}
     assert len(json.dumps(message_tree(nested))) < LEAVES * 60
+
+
+def test_a_message_of_long_texts_stays_small() -> None:
+    texts = {f"{key}" + "k" * 10_000: ["x" * 4000] * 40 for key in range(1000)}
+    assert len(json.dumps(message_tree(texts))) < LEAVES * 60
+    assert message_tree(["x" * 4000] * 40 + [""])["…"] == 41
+
+
+def test_fields_that_are_named_like_those_of_a_time_are_not_one() -> None:
+    message = message_classes_from_text("a/T", "float64 secs\nfloat64 nsecs\n")["a/T"](math.inf, math.nan)
+    assert message_tree(message) == {"secs": "inf", "nsecs": "nan"}
 
 
 @pytest.mark.parametrize("value", [Float64(float("inf")), {"a": float("-inf")}, [float("nan")]])

@@ -24,6 +24,8 @@ MOST_PARAMETERS = 200
 """How many parameters of a node are listed."""
 MOST_DRAWN = 3000
 """Nodes and topics of the largest graph that is drawn. For larger graphs only their number is sent."""
+MOST_CHARACTERS = 300_000
+"""Characters of their names together."""
 
 
 def options_from(arguments: Mapping[str, Any]) -> GraphOptions:
@@ -63,7 +65,7 @@ class GraphViews:
             graph = graph_of(observation, options)
             if graph != shown:
                 shown = graph
-                is_small = len(graph.vertices) <= MOST_DRAWN
+                is_small = _can_be_drawn(graph)
                 scene = (
                     await self._system.computations.run(draw, graph, with_traffic=True)
                     if is_small
@@ -104,13 +106,18 @@ class GraphViews:
         rest = dict(arguments)
         kind = rest.pop("format", "svg")
         graph = graph_of(self._system.observation, options_from(rest))
-        if len(graph.vertices) > MOST_DRAWN:
+        if not _can_be_drawn(graph):
             raise RequestRefused(f"{len(graph.vertices)} nodes and topics are too many for a picture")
         if kind == "dot":
             return to_dot(graph)
         if kind == "svg":
             return to_svg(await self._system.computations.run(draw, graph))
         raise RequestRefused(f"format must be svg or dot, got {kind!r}")
+
+
+def _can_be_drawn(graph: NodeGraph) -> bool:
+    characters = sum(len(vertex.name) for vertex in graph.vertices.values())
+    return len(graph.vertices) <= MOST_DRAWN and characters <= MOST_CHARACTERS
 
 
 def scene_values(scene: Scene) -> Mapping[str, Any]:
