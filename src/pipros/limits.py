@@ -71,6 +71,7 @@ class Limits(NamedTuple):
         lookups: look-ups of host names under way.
         subscriber_bytes: what a subscriber may send on a topic link after its header.
         definition_bytes: the text of a message definition that a peer or a bag brings.
+        definition_cache_bytes: such texts whose classes are kept for the next message.
         definition_types: types in such a text.
         definition_fields: fields and constants of all types in such a text, or of one type in a file; those
             of embedded types count each time.
@@ -136,6 +137,7 @@ class Limits(NamedTuple):
     lookups: int = 64
     subscriber_bytes: int = 4 * _KIB
     definition_bytes: int = 4 * _MIB
+    definition_cache_bytes: int = 64 * _MIB
     definition_types: int = 1000
     definition_fields: int = 3000
     definition_copies_bytes: int = 64 * _MIB

@@ -10,14 +10,13 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pipros.errors import LimitExceeded, PiprosError
-from pipros.graph.raw_decoder import RawDecoder
+from pipros.errors import LimitExceeded
+from pipros.graph.raw_decoder import RawDecoder, decode_as
 from pipros.graph.samples import BandwidthWindow, RateWindow
 from pipros.limits import Limits, limit_text, process_limits
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
 from pipros.node.subscriber import Subscriber
-from pipros.printable import printable
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -32,10 +31,6 @@ SHORTEST_S = 0.1
 
 Listener = Callable[[RawMessage, float], object]
 """Called in the thread of the link with each message and the wall time of its arrival, in seconds."""
-
-
-class WrongDefinition(PiprosError):
-    """A publisher has another definition of a message than this installation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,14 +122,7 @@ class TopicWatch:
             PiprosError: it cannot be decoded.
         """
         self._check_size(message)
-        header = message.header
-        if header.get("md5sum") != message_class._md5sum:
-            raise WrongDefinition(
-                f"{self.topic}: {printable(header.get('callerid', 'a node'))} publishes "
-                f"[{printable(header.get('type'))}/{printable(header.get('md5sum'))}], "
-                f"which is not [{message_class._type}/{message_class._md5sum}]"
-            )
-        return message_class._from_bytes(message.body)
+        return decode_as(message, self.topic, message_class)
 
     def _check_size(self, message: RawMessage) -> None:
         if len(message.body) > self._most_bytes:
