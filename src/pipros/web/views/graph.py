@@ -74,7 +74,7 @@ class GraphViews:
                 too_many = 0 if is_small else len(graph.vertices)
                 yield {"scene": scene_values(scene), "too_many": too_many, "most": MOST_DRAWN}
             yield {
-                "traffic": _traffic(observation, scene),
+                "traffic": traffic_values(observation, scene),
                 "error": observation.error,
                 "nodes": len(observation.nodes),
                 "topics": len(observation.state.topics()),
@@ -157,7 +157,7 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
     }
 
 
-def _traffic(observation: Observation, scene: Scene) -> list[list[float] | None]:
+def traffic_values(observation: Observation, scene: Scene) -> list[list[float] | None]:
     """Messages and bytes per second of each arrow; None where they are unknown."""
     sums: dict[tuple[str, str, str], list[float]] = {}
     for connection, traffic in observation.connections.items():

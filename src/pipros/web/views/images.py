@@ -43,12 +43,12 @@ class ImageViews:
                 newest = watch.newest
                 if newest is not None and newest.number != number:
                     number = newest.number
-                    head, pixels = await self._system.computations.run(_decoded, watch, newest.message)
+                    head, pixels = await self._system.computations.run(decoded_image, watch, newest.message)
                     yield json.dumps({**head, **watch.figures()}).encode() + b"\n" + pixels
                 await asyncio.sleep(SEND_INTERVAL_S)
 
 
-def _decoded(watch: TopicWatch, message: RawMessage) -> tuple[Mapping[str, Any], bytes]:
+def decoded_image(watch: TopicWatch, message: RawMessage) -> tuple[Mapping[str, Any], bytes]:
     """The image in a message, if it is one: a type of the same name may have other fields."""
     kind = message.header.get("type", "")
     if kind not in IMAGE_TYPES:

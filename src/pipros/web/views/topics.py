@@ -35,7 +35,7 @@ class TopicViews:
     async def topics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """All topics with types, nodes and, as far as publishers report it, traffic."""
         async for observation in self._system.observations():
-            yield {"topics": list(_rows(observation)), "error": observation.error}
+            yield {"topics": list(topic_rows(observation)), "error": observation.error}
 
     async def topic(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """The newest message, rate and bandwidth of one topic, while a browser shows it."""
@@ -93,7 +93,7 @@ def topic_name(arguments: Mapping[str, Any]) -> str:
     return names.canonicalize(name)
 
 
-def _rows(observation: Observation) -> Iterator[Mapping[str, Any]]:
+def topic_rows(observation: Observation) -> Iterator[Mapping[str, Any]]:
     """The topics, until their names take what a page keeps for a tab."""
     rates: dict[str, dict[str, list[float]]] = {}
     for connection, traffic in observation.connections.items():
