@@ -144,6 +144,12 @@ class TopicWatches:
         self._watches: dict[str, TopicWatch] = {}
         self._subscribers: dict[str, tuple[TopicWatch, Subscriber[RawMessage]]] = {}
         self._is_subscribing = False
+        self._is_closed = False
+
+    def close(self) -> None:
+        """Leaves the subscriptions to the end of the node, which waits for the master only once."""
+        with self._lock:
+            self._is_closed = True
 
     @contextlib.contextmanager
     def watch(self, topic: str, *, queue_size: int = WINDOW) -> Iterator[TopicWatch]:
@@ -203,6 +209,8 @@ class TopicWatches:
 
     def _next_change(self) -> tuple[str, TopicWatch | None] | None:
         """A topic whose subscription is not that of its watch, and that watch, if any."""
+        if self._is_closed:
+            return None
         for topic, (watch, _) in self._subscribers.items():
             if self._watches.get(topic) is not watch:
                 return topic, self._watches.get(topic)

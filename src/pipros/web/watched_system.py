@@ -56,7 +56,8 @@ class WatchedSystem:
         threading.Thread(target=self._observe, args=(loop,), name="observer", daemon=True).start()
 
     def close(self) -> None:
-        """Stops observing."""
+        """Stops observing and subscribing."""
+        self.topics.close()
         self._is_over.set()
         self._wanted.set()
         self._observer.close()

@@ -13,7 +13,9 @@ from sensor_msgs.msg import BatteryState, Image, JointState
 from std_msgs.msg import Float64, Header, String
 
 from genpy import Time
+from pipros.limits import process_limits
 from pipros.msg.dynamic import message_classes_from_text
+from pipros.web.bounded_list import bounded_list
 from pipros.web.message_tree import LEAVES, message_tree
 from pipros.web.views.topics import percentage
 
@@ -79,3 +81,10 @@ def test_json_takes_every_number(value: Any) -> None:
 )
 def test_a_percentage_is_found(message: object, percent: float | None) -> None:
     assert percentage(message) == percent
+
+
+def test_lists_that_nodes_make_long_are_cut_for_browsers() -> None:
+    most = process_limits().page_view_bytes
+    assert bounded_list(["/a", "/b"]) == ["/a", "/b"]
+    names = bounded_list((f"/{number}" + "x" * 1000 for number in range(100_000)), share=4)
+    assert 0 < sum(map(len, names)) <= most // 4

@@ -17,6 +17,7 @@ from pipros.net.master_client import MasterClient
 from pipros.node.publisher import Publisher
 from pipros.node.service_client import OpenCalls
 from pipros.safe.yaml import load
+from pipros.web.bounded_list import bounded_list
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
 from pipros.web.service_calls import CALL_BY_HAND_S
@@ -37,7 +38,8 @@ class CallViews:
         """All services with their nodes."""
         async for observation in self._system.observations():
             services = observation.state.services
-            yield {"services": [[name, *nodes[:1]] for name, nodes in sorted(services.items())]}
+            rows = ([name, *nodes[:1]] for name, nodes in sorted(services.items()))
+            yield {"services": bounded_list(rows)}
 
     async def service(self, arguments: Mapping[str, Any]) -> Any:
         """The type of a service, the names of its arguments, and a request with default values."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Iterable, Mapping
 from dataclasses import fields
 from typing import Any, cast
 
@@ -15,6 +15,7 @@ from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import middle_of, path, to_svg
 from pipros.graph.observer import Observation
 from pipros.graph.system_state import of_node
+from pipros.web.bounded_list import bounded_list
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
 from pipros.web.watched_system import WatchedSystem
@@ -182,6 +183,10 @@ def traffic_values(observation: Observation, scene: Scene) -> list[list[float] |
     ]
 
 
+def _with_types(observation: Observation, topics: Iterable[str]) -> list[list[str]]:
+    return bounded_list(([topic, observation.types.get(topic, "*")] for topic in topics), share=4)
+
+
 def node_values(observation: Observation, name: str) -> Mapping[str, Any]:
     """What the master and the node itself say about a node."""
     node = observation.nodes.get(name)
@@ -191,16 +196,15 @@ def node_values(observation: Observation, name: str) -> Mapping[str, Any]:
         "known": node is not None,
         "uri": node.uri if node else "",
         "error": node.error if node else "",
-        "publications": [
-            [topic, observation.types.get(topic, "*")] for topic in of_node(name, state.publishers)
-        ],
-        "subscriptions": [
-            [topic, observation.types.get(topic, "*")] for topic in of_node(name, state.subscribers)
-        ],
-        "services": of_node(name, state.services),
-        "connections": [
-            [*connection, *(traffic or (None, None))]
-            for connection, traffic in sorted(observation.connections.items(), key=lambda item: item[0])
-            if name in (connection.publisher, connection.subscriber)
-        ],
+        "publications": _with_types(observation, of_node(name, state.publishers)),
+        "subscriptions": _with_types(observation, of_node(name, state.subscribers)),
+        "services": bounded_list(of_node(name, state.services), share=4),
+        "connections": bounded_list(
+            (
+                [*connection, *(traffic or (None, None))]
+                for connection, traffic in sorted(observation.connections.items(), key=lambda item: item[0])
+                if name in (connection.publisher, connection.subscriber)
+            ),
+            share=4,
+        ),
     }

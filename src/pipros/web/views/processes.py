@@ -14,6 +14,7 @@ from pipros.graph.observer import Observation
 from pipros.net.address import split_uri
 from pipros.net.rpc_client import RpcClient
 from pipros.net.this_machine import is_this_machine
+from pipros.web.bounded_list import bounded_list
 from pipros.web.server import RequestRefused
 from pipros.web.watched_system import WatchedSystem
 
@@ -35,7 +36,7 @@ class ProcessViews:
         table = _Table(psutil, self._system.graph.caller_id)
         async for observation in self._system.observations():
             yield {
-                "nodes": await self._system.questions.run(table.rows, observation),
+                "nodes": bounded_list(await self._system.questions.run(table.rows, observation)),
                 "error": "" if psutil else "processor and memory need psutil: pip install 'pipros[monitor]'",
             }
             await asyncio.sleep(LOOK_INTERVAL_S)

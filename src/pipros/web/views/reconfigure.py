@@ -21,6 +21,7 @@ from pipros.reconfigure.config import (
     decode_description,
     values,
 )
+from pipros.web.bounded_list import bounded_list
 from pipros.web.server import RequestRefused
 from pipros.web.service_calls import TOOL_CALL_S
 from pipros.web.topic_watch import TopicWatch
@@ -48,7 +49,7 @@ class ReconfigureViews:
             services, publishers = observation.state.services, observation.state.publishers
             names = (name.removesuffix(SERVICE) for name in services if name.endswith(SERVICE))
             yield {
-                "servers": sorted(name for name in names if name + DESCRIPTIONS in publishers),
+                "servers": bounded_list(sorted(name for name in names if name + DESCRIPTIONS in publishers)),
                 "error": observation.error,
             }
 

@@ -11,7 +11,7 @@ from typing import Any
 from pipros import names
 from pipros.errors import PiprosError
 from pipros.graph.observer import Observation
-from pipros.limits import process_limits
+from pipros.web.bounded_list import bounded_list
 from pipros.web.known_topic import LONGEST_NAME
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
@@ -35,7 +35,7 @@ class TopicViews:
     async def topics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """All topics with types, nodes and, as far as publishers report it, traffic."""
         async for observation in self._system.observations():
-            yield {"topics": list(topic_rows(observation)), "error": observation.error}
+            yield {"topics": bounded_list(topic_rows(observation)), "error": observation.error}
 
     async def topic(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """The newest message, rate and bandwidth of one topic, while a browser shows it."""
@@ -62,8 +62,8 @@ class TopicViews:
         state = self._system.observation.state
         return {
             "type": self._system.observation.types.get(name, ""),
-            "publishers": list(state.publishers.get(name, ())),
-            "subscribers": list(state.subscribers.get(name, ())),
+            "publishers": bounded_list(state.publishers.get(name, ()), share=50),
+            "subscribers": bounded_list(state.subscribers.get(name, ()), share=50),
         }
 
 
@@ -94,25 +94,18 @@ def topic_name(arguments: Mapping[str, Any]) -> str:
 
 
 def topic_rows(observation: Observation) -> Iterator[Mapping[str, Any]]:
-    """The topics, until their names take what a page keeps for a tab."""
     rates: dict[str, dict[str, list[float]]] = {}
     for connection, traffic in observation.connections.items():
         if traffic is not None:
             rates.setdefault(connection.topic, {}).setdefault(connection.publisher, []).append(traffic.rate)
     state = observation.state
-    room = process_limits().page_view_bytes
     for topic in state.topics():
-        publishers, subscribers = state.publishers.get(topic, ()), state.subscribers.get(topic, ())
-        kind = observation.types.get(topic, "*")
-        room -= len(topic) + len(kind) + sum(map(len, publishers)) + sum(map(len, subscribers))
-        if room < 0:
-            return
         by_publisher = rates.get(topic)
         yield {
             "name": topic,
-            "type": kind,
-            "publishers": list(publishers),
-            "subscribers": list(subscribers),
+            "type": observation.types.get(topic, "*"),
+            "publishers": list(state.publishers.get(topic, ())),
+            "subscribers": list(state.subscribers.get(topic, ())),
             "rate": round(sum(map(max, by_publisher.values())), 2) if by_publisher else None,
         }
 
