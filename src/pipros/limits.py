@@ -73,6 +73,7 @@ class Limits(NamedTuple):
         lookups: look-ups of host names under way.
         subscriber_bytes: what a subscriber may send on a topic link after its header.
         definition_bytes: the text of a message definition that a peer or a bag brings.
+        definition_cache_bytes: such texts whose classes are kept for the next message.
         definition_types: types in such a text.
         definition_fields: fields and constants of all types in such a text, or of one type in a file; those
             of embedded types count each time.
@@ -81,6 +82,11 @@ class Limits(NamedTuple):
         bag_connection_bytes: a connection header, or the list of a chunk's connections, in a bag.
         bag_chunk_bytes: one chunk of a bag, uncompressed.
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
+        edit_method_characters: the constants of one enum of dynamic_reconfigure.
+        bus_answer_bytes: what a node says of its connections, to tools that show the graph.
+        page_message_bytes: a message that a page decodes.
+        page_view_bytes: what a page keeps for one of its tabs: log entries, diagnostics, parameters.
+        page_topics: topics that all browsers of a page watch together.
         message_values: values in a new message.
         empty_elements: values in one message beyond the eight that each of its bytes pays for.
         yaml_values: values of a YAML text, aliases and merged mappings counted as often as they are used.
@@ -135,6 +141,7 @@ class Limits(NamedTuple):
     lookups: int = 64
     subscriber_bytes: int = 4 * _KIB
     definition_bytes: int = 4 * _MIB
+    definition_cache_bytes: int = 64 * _MIB
     definition_types: int = 1000
     definition_fields: int = 3000
     definition_copies_bytes: int = 64 * _MIB
@@ -142,6 +149,11 @@ class Limits(NamedTuple):
     bag_connection_bytes: int = 16 * _MIB
     bag_chunk_bytes: int = 2048 * _MIB
     bag_cache_bytes: int = 256 * _MIB
+    edit_method_characters: int = 100_000
+    bus_answer_bytes: int = 8 * _MIB
+    page_message_bytes: int = 128 * _MIB
+    page_view_bytes: int = 8 * _MIB
+    page_topics: int = 500
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
     yaml_values: int = 1_000_000

@@ -184,3 +184,56 @@ def test_markup_stays_text(ros: RosSystem, open_tab: OpenTab, place: str) -> Non
         expect(tab.locator("aside h2")).to_have_text(MARKUP)
     assert tab.locator("#view img, #view b:not(.swatch)").count() == 0
     assert tab.title().startswith("pipros: ")
+
+
+DEEP = """
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+rospy.init_node("deep")
+publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=1, latch=True)
+names = "a/" * 12000, "plain"
+publisher.publish(DiagnosticArray(status=[DiagnosticStatus(name=name) for name in names]))
+rospy.spin()
+"""
+
+
+def test_a_diagnostic_name_of_many_parts_leaves_the_others_visible(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, "-c", DEEP)
+    ros.wait_for_publisher("/diagnostics")
+    tab = open_tab(Page(ros), "diagnostics")
+    expect(tab.get_by_role("button", name="plain")).to_be_visible()
+    expect(tab.locator(".tree details")).to_have_count(49)
+
+
+OTHER_DEFINITION = """
+import sys
+import rospy
+from pipros.msg.dynamic import message_classes_from_text
+cls = message_classes_from_text(sys.argv[2], "string[] transforms\\n")[sys.argv[2]]
+rospy.init_node("liar")
+publisher = rospy.Publisher(sys.argv[1], cls, queue_size=1)
+rate = rospy.Rate(10)
+while not rospy.is_shutdown():
+    publisher.publish(cls(["x"]))
+    rate.sleep()
+"""
+
+
+@pytest.mark.parametrize(
+    ("topic", "type_name", "place"),
+    [
+        ("/tf", "tf2_msgs/TFMessage", "tf"),
+        ("/diagnostics", "diagnostic_msgs/DiagnosticArray", "diagnostics"),
+        ("/rosout_agg", "rosgraph_msgs/Log", "console"),
+        ("/image", "sensor_msgs/Image", "images/%2Fimage"),
+    ],
+)
+def test_another_definition_is_shown_in_the_tab(
+    ros: RosSystem, open_tab: OpenTab, topic: str, type_name: str, place: str
+) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, "-c", OTHER_DEFINITION, topic, type_name)
+    ros.wait_for_publisher(topic)
+    tab = open_tab(Page(ros), place)
+    expect(tab.get_by_role("alert").filter(has_text="/liar publishes").first).to_be_visible()

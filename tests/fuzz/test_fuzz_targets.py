@@ -11,12 +11,15 @@ import pytest
 
 from tests.fuzz import (
     bags,
+    bus_answers,
     cmake,
     definitions,
+    edit_methods,
     expressions,
     listings,
     mcap_files,
     messages,
+    page_messages,
     replies,
     strange_messages,
     yaml_texts,
@@ -42,6 +45,9 @@ SUBJECTS = {
     "yaml_texts": Subject(lambda: yaml_texts.target, yaml_texts.WORDS, 500),
     "expressions": Subject(lambda: expressions.target, expressions.WORDS, 1500),
     "cmake": Subject(lambda: cmake.target, cmake.WORDS, 500),
+    "edit_methods": Subject(lambda: edit_methods.target, edit_methods.WORDS, 500),
+    "bus_answers": Subject(lambda: bus_answers.target, bus_answers.WORDS, 300),
+    "page_messages": Subject(lambda: page_messages.target, page_messages.WORDS, 200),
     "replies": Subject(replies.Replies, replies.WORDS, 500),
     "listings": Subject(listings.Listings, listings.WORDS, 40),
 }

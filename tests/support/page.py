@@ -27,10 +27,15 @@ class Page:
     """
 
     def __init__(
-        self, ros: RosSystem, *options: str | Path, command: str = "rqt_graph", prefix: Sequence[str] = ()
+        self,
+        ros: RosSystem,
+        *options: str | Path,
+        command: str = "rqt_graph",
+        prefix: Sequence[str] = (),
+        **variables: str,
     ) -> None:
-        """`prefix`: a program that starts the command, with its arguments."""
-        self.process: Process = ros.pipros.start(*prefix, command, "--no-browser", *options)
+        """`prefix`: a program that starts the command; `variables`: of its environment."""
+        self.process: Process = ros.pipros.start(*prefix, command, "--no-browser", *options, **variables)
         self.url = self.process.wait_for(r"http\S+")[0]
         parts = urlsplit(self.url)
         self.host = parts.netloc

@@ -7,6 +7,7 @@ import zlib
 from typing import Any
 
 from pipros.bag.errors import BagError
+from pipros.msg.class_finder import installed_class
 
 # For each encoding: bytes per sample, samples per pixel, PNG's colour type, the order of the samples.
 _ENCODINGS = {
@@ -23,8 +24,12 @@ def image_file(message: Any) -> tuple[str, bytes]:
     """The suffix and the content of a file with the image.
 
     Raises:
-        BagError: the encoding cannot be written, or the image has fewer bytes than its size requires.
+        BagError: the encoding cannot be written, the image has fewer bytes than its size requires, or its
+            type has other fields than the installed one of that name.
     """
+    installed = installed_class(message._type)
+    if installed is None or installed._md5sum != message._md5sum:
+        raise BagError(f"images must have the installed definition of [{message._type}]")
     if message._type == "sensor_msgs/CompressedImage":
         data = bytes(message.data)
         return (".png" if data.startswith(b"\x89PNG") else ".jpg"), data

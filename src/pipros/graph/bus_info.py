@@ -95,9 +95,10 @@ def sent_counts(rows: Sequence[Any]) -> Iterator[tuple[str, SentCount]]:
             if not isinstance(link, list) or len(link) < 3:
                 continue
             size, messages = link[1], link[3] if len(link) >= 5 else link[2]
-            if _are_numbers((size, messages)):
+            if _is_count(size) and _is_count(messages):
                 yield str(link[0]), SentCount(messages, size)
 
 
-def _are_numbers(values: Sequence[object]) -> bool:
-    return all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in values)
+def _is_count(value: object) -> bool:
+    """False for infinity and NaN, which JSON lacks, and for what no counter of 63 bits reaches."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value < 2**63

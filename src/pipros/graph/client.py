@@ -19,14 +19,22 @@ class GraphClient:
     A context manager that closes the connections to the master.
     """
 
-    def __init__(self, tool: str, environment: Environment | None = None) -> None:
-        """`tool` is the name below which private names are resolved: `rostopic`."""
+    def __init__(
+        self, tool: str, environment: Environment | None = None, *, timeout_s: float | None = None
+    ) -> None:
+        """Nothing is connected yet.
+
+        Args:
+            tool: the name below which private names are resolved: `rostopic`.
+            timeout_s: how long one call of the master may take; None is without limit.
+        """
         self._environment = environment
         self.master_uri = environment.master_uri if environment else master_uri_of(os.environ)
         namespace = environment.namespace if environment else namespace_of(os.environ)
         self.caller_id = f"/{tool}"
         self._node_name = names.join(namespace, tool)
         self._master: MasterClient | None = None
+        self._timeout_s = timeout_s
 
     @property
     def environment(self) -> Environment:
@@ -52,7 +60,7 @@ class GraphClient:
             from pipros.net.master_client import MasterClient
 
             split_master_uri(self.master_uri)
-            self._master = MasterClient(self.master_uri, self.caller_id)
+            self._master = MasterClient(self.master_uri, self.caller_id, timeout_s=self._timeout_s)
         return self._master
 
     def __enter__(self) -> GraphClient:

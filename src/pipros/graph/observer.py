@@ -9,14 +9,16 @@ from __future__ import annotations
 import concurrent.futures
 import time
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 from pipros.errors import PiprosError
 from pipros.graph.bus_info import BusConnection, SentCount, established, rows_of, sent_counts, statistics_of
 from pipros.graph.system_state import SystemState, TopicConnection
+from pipros.limits import process_limits
 from pipros.net.rpc_client import RpcClient
+from pipros.printable import printable
 
 Ask = Callable[[str], tuple[Any, Any]]
 
@@ -157,7 +159,7 @@ class SystemObserver:
             state,
             types,
             {name: NodeState(node.uri, node.error) for name, node in self._nodes.items()},
-            self._connections(),
+            self._connections({*state.topics()}),
         )
         return self._last
 
@@ -171,7 +173,7 @@ class SystemObserver:
             counts = dict(sent_counts(statistics_of(statistics)))
         except (PiprosError, ValueError, OSError) as error:
             node.failures += 1
-            node.error = str(error)
+            node.error = printable(str(error))
             node.links = ()
             node.counts.clear()
             return
@@ -180,17 +182,19 @@ class SystemObserver:
         node.counts.append((now_s, counts))
 
     def _ask_by_rpc(self, uri: str) -> tuple[Any, Any]:
-        with RpcClient(uri, timeout_s=ANSWER_DEADLINE_S) as api:
+        limit_bytes = process_limits().bus_answer_bytes
+        with RpcClient(uri, timeout_s=ANSWER_DEADLINE_S, answer_limit_bytes=limit_bytes) as api:
             caller_id = self._master.caller_id
             return api.call("getBusInfo", caller_id), api.call("getBusStats", caller_id)
 
-    def _connections(self) -> dict[TopicConnection, Traffic | None]:
+    def _connections(self, topics: Set[str]) -> dict[TopicConnection, Traffic | None]:
+        """The connections between registered nodes; for topics that the master knows, whatever nodes say."""
         names = {node.uri.rstrip("/"): name for name, node in self._nodes.items() if node.uri}
         connections: dict[TopicConnection, Traffic | None] = {}
         for name, node in self._nodes.items():
             for link in node.links:
                 peer = names.get(link.peer.rstrip("/"), link.peer)
-                if peer not in self._nodes:
+                if peer not in self._nodes or link.topic not in topics:
                     continue
                 if link.direction in ("o", "b"):
                     connections[TopicConnection(name, link.topic, peer)] = node.traffic(link.id)

@@ -6,12 +6,36 @@ says what came.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipros.graph.errors import GraphError
 from pipros.msg.class_finder import ClassFinder, MissingDefinition
 from pipros.node.any_msg import RawMessage
 from pipros.printable import printable
+
+if TYPE_CHECKING:
+    from pipros.msg.base import Message
+
+
+class WrongDefinition(GraphError):
+    """A publisher has another definition of a type than this installation."""
+
+
+def decode_as(raw: RawMessage, topic: str, message_class: type[Message]) -> Any:
+    """The message, decoded as one of a class: for those who read its fields.
+
+    Raises:
+        WrongDefinition: its publisher has another definition, whatever the name of the type.
+        DeserializationError: the bytes do not fit the announced type.
+    """
+    header = raw.header
+    if header.get("md5sum") != message_class._md5sum:
+        raise WrongDefinition(
+            f"[{topic}]: {printable(header.get('callerid', 'a node'))} publishes "
+            f"[{printable(header.get('type'))}/{printable(header.get('md5sum'))}], "
+            f"which is not [{message_class._type}/{message_class._md5sum}]"
+        )
+    return message_class._from_bytes(raw.body)
 
 
 class RawDecoder:

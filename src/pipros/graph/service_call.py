@@ -11,6 +11,7 @@ from pipros.graph.services import argument_names, service_class_of, uri_of
 from pipros.net.master_client import MasterClient
 
 if TYPE_CHECKING:
+    from pipros.node.service_client import OpenCalls
     from pipros.node.service_server import ServiceClass
 
 POLL_PERIOD_S = 0.05
@@ -27,16 +28,27 @@ def wait_for_service(
 class ServiceCaller:
     """Calls one service with YAML values."""
 
-    def __init__(self, master: MasterClient, service: str, service_class: ServiceClass | None = None) -> None:
-        """`service_class` is by default that of the server, which is asked for it.
+    def __init__(
+        self,
+        master: MasterClient,
+        service: str,
+        service_class: ServiceClass | None = None,
+        *,
+        calls: OpenCalls | None = None,
+    ) -> None:
+        """Ask the server for its type, unless the class is given.
+
+        Args:
+            calls: interrupts this, and the calls to come.
 
         Raises:
             GraphError: the service is not offered, or its type is not installed.
         """
         from pipros.node.service_client import OpenCalls, ServiceClient
 
-        self._class = service_class or service_class_of(master, service)
-        self._client = ServiceClient(service, self._class, master=lambda: master, calls=OpenCalls())
+        calls = calls or OpenCalls()
+        self._class = service_class or service_class_of(master, service, calls)
+        self._client = ServiceClient(service, self._class, master=lambda: master, calls=calls)
 
     @property
     def takes_arguments(self) -> bool:
@@ -76,13 +88,14 @@ class ServiceCaller:
             ) from None
         return request
 
-    def call(self, request: Any) -> Any:
+    def call(self, request: Any, timeout_s: float | None = None) -> Any:
         """Returns the response.
 
         Raises:
+            CallTimeout: there was none within `timeout_s`.
             ServiceFailed: the server does not answer, or answered with an error.
         """
-        return self._client.call(request)
+        return self._client.call(request, timeout_s)
 
     def _definition(self) -> str:
         request, response = self._class._request_class, self._class._response_class

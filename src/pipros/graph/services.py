@@ -12,6 +12,7 @@ from pipros.net.master_client import MasterClient
 from pipros.printable import printable
 
 if TYPE_CHECKING:
+    from pipros.node.service_client import OpenCalls
     from pipros.node.service_server import ServiceClass
 
 PROBE_DEADLINE_S = 5.0
@@ -31,18 +32,21 @@ def uri_of(master: MasterClient, service: str) -> str | None:
         return None
 
 
-def header_of(master: MasterClient, service: str) -> Mapping[str, str] | None:
+def header_of(master: MasterClient, service: str, calls: OpenCalls | None = None) -> Mapping[str, str] | None:
     """The connection header that the server answers with: `type`, `md5sum`, …; None without a server.
 
     Raises:
         GraphError: the server does not answer.
     """
     uri = uri_of(master, service)
-    return None if uri is None else header_at(uri, service, master.caller_id)
+    return None if uri is None else header_at(uri, service, master.caller_id, calls)
 
 
-def header_at(uri: str, service: str, caller_id: str) -> Mapping[str, str]:
+def header_at(uri: str, service: str, caller_id: str, calls: OpenCalls | None = None) -> Mapping[str, str]:
     """The connection header with which the server at a URI answers for a service.
+
+    Args:
+        calls: interrupts this.
 
     Raises:
         GraphError: the server does not answer, or the URI is not valid.
@@ -54,7 +58,9 @@ def header_at(uri: str, service: str, caller_id: str) -> Mapping[str, str]:
 
     deadline = time.monotonic() + PROBE_DEADLINE_S
     try:
-        link = ServiceLink(uri, service, caller_id, WireType("*", "*"), deadline=deadline, probe=True)
+        link = ServiceLink(
+            uri, service, caller_id, WireType("*", "*"), deadline=deadline, probe=True, calls=calls
+        )
     except ServiceFailed as error:
         raise GraphError(
             f"Unable to communicate with service [{service}] at [{printable(uri)}]: {error}"
@@ -63,21 +69,24 @@ def header_at(uri: str, service: str, caller_id: str) -> Mapping[str, str]:
     return link.fields
 
 
-def type_of(master: MasterClient, service: str) -> str | None:
+def type_of(master: MasterClient, service: str, calls: OpenCalls | None = None) -> str | None:
     """The type of a service, None when it is not offered. `GraphError` when the server does not answer."""
-    header = header_of(master, service)
+    header = header_of(master, service, calls)
     return None if header is None else header.get("type")
 
 
-def service_class_of(master: MasterClient, service: str) -> ServiceClass:
+def service_class_of(master: MasterClient, service: str, calls: OpenCalls | None = None) -> ServiceClass:
     """The class of a service; its type is that of the server.
+
+    Args:
+        calls: interrupts this.
 
     Raises:
         GraphError: the service is not offered, or its type is not installed.
     """
     from pipros.msg import load_service_class
 
-    type_name = type_of(master, service)
+    type_name = type_of(master, service, calls)
     if type_name is None:
         raise GraphError(f"Service [{service}] is not available.")
     try:

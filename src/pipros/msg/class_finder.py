@@ -8,8 +8,11 @@ that are not installed can be read too, and an installed type of the same name i
 from __future__ import annotations
 
 from pipros.errors import PiprosError
+from pipros.limits import Limits, process_limits
 from pipros.msg.base import Message
 
+_CLASS_BYTES = 20_000
+"""What the class of a small definition takes, about."""
 _MD5_OF_NO_FIELDS = "d41d8cd98f00b204e9800998ecf8427e"
 
 
@@ -18,9 +21,14 @@ class MissingDefinition(PiprosError):
 
 
 class ClassFinder:
-    """Finds the class of a type, once for each definition."""
+    """Finds the class of a type, once for each definition.
 
-    def __init__(self) -> None:
+    A peer may send other definitions for ever: beyond `Limits.definition_cache_bytes` all are forgotten.
+    """
+
+    def __init__(self, limits: Limits | None = None) -> None:
+        self._most_bytes = (limits or process_limits()).definition_cache_bytes
+        self._bytes = 0
         self._known: dict[tuple[str, str, str], type[Message]] = {}
 
     def find(self, type_name: str, md5sum: str, definition: str) -> type[Message]:
@@ -33,7 +41,13 @@ class ClassFinder:
         key = type_name, md5sum, definition
         found = self._known.get(key)
         if found is None:
-            found = self._known[key] = _find(*key)
+            found = _find(*key)
+            size = _CLASS_BYTES + len(definition)
+            if self._bytes + size > self._most_bytes:
+                self._bytes = 0
+                self._known.clear()
+            self._bytes += size
+            self._known[key] = found
         return found
 
 

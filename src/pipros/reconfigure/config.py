@@ -6,11 +6,13 @@ A message here is any object with the fields of `dynamic_reconfigure/Config` or 
 from __future__ import annotations
 
 from ast import literal_eval
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
+from functools import lru_cache
 from typing import Any
 
 from pipros.errors import PiprosError
+from pipros.limits import process_limits
 from pipros.reconfigure.generator import TYPES
 
 _TRUE = ("yes", "true", "t", "1")
@@ -58,23 +60,26 @@ def get_tree(m: Any, group: Any = None) -> Config:
 
     Of groups with the same id the first counts."""
     placed = {0} if group is None else {0, group.id}
+    by_parent: dict[int, list[Any]] = {}
+    for each in m.groups:
+        by_parent.setdefault(each.parent, []).append(each)
     if group is not None:
-        return _below(m, group, placed)
+        return _below(by_parent, group, placed)
     root = next((each for each in m.groups if each.id == 0), None)
     if root is None:
         return Config()
     tree = group_dict(root)
-    tree["groups"] = _below(m, root, placed)
+    tree["groups"] = _below(by_parent, root, placed)
     return tree
 
 
-def _below(message: Any, group: Any, placed: set[int]) -> Config:
+def _below(by_parent: Mapping[int, Sequence[Any]], group: Any, placed: set[int]) -> Config:
     children = Config()
-    for each in message.groups:
-        if each.parent == group.id and each.id not in placed:
+    for each in by_parent.get(group.id, ()):
+        if each.id not in placed:
             placed.add(each.id)  # a peer may have sent groups that contain each other
             child = group_dict(each)
-            child["groups"] = _below(message, each, placed)
+            child["groups"] = _below(by_parent, each, placed)
             children[child["name"]] = child
     return children
 
@@ -138,14 +143,35 @@ def decode_description(msg: Any) -> Config:
 
 
 def constants(edit_method: str) -> list[dict[str, Any]]:
-    """The constants of an enum. They come from a peer, so only literals are read."""
-    if not edit_method:
+    """The constants of an enum; malformed ones are left out.
+
+    They come from a peer, so only literals are read, and none from a text longer than
+    `Limits.edit_method_characters`: Python's parser takes some 360 bytes for each character.
+    """
+    if not edit_method or len(edit_method) > process_limits().edit_method_characters:
         return []
+    return [dict(each) for each in _constants(edit_method)]
+
+
+@lru_cache(maxsize=64)
+def _constants(edit_method: str) -> Sequence[Mapping[str, Any]]:
     try:
         found = literal_eval(edit_method)["enum"]
-        return [each for each in found if {"name", "type", "value"} <= each.keys() and each["type"] in TYPES]
+        return [each for each in found if _is_constant(each)]
     except (ValueError, SyntaxError, KeyError, TypeError, AttributeError, MemoryError, RecursionError):
         return []
+
+
+def _is_constant(found: Any) -> bool:
+    if not isinstance(found, dict) or not isinstance(found.get("name"), str):
+        return False
+    kind, value = TYPES.get(str(found.get("type"))), found.get("value")
+    if kind is None or not isinstance(value, (bool, int, float, str)):
+        return False
+    try:
+        return not isinstance(kind(value), int) or -(2**63) <= kind(value) < 2**63
+    except (ValueError, OverflowError):
+        return False
 
 
 def converted(described: Any, value: Any) -> Any:

@@ -6,11 +6,16 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from pipros.msg.time import TVal
+
 SHOWN_ELEMENTS = 40
 SHOWN_CHARACTERS = 4000
 SHOWN_BYTES = 32
+SHOWN_NAME = 300
+"""Characters of the name of a field or a key."""
 LEAVES = 4000
-"""The number of values of one message that are shown."""
+"""The number of values of one message that are shown. A long text or name counts as several."""
+CHARACTERS_PER_LEAF = 50
 
 MORE = "…"
 """The key of an entry that says how much was left out."""
@@ -39,24 +44,35 @@ class _Tree:
         if isinstance(value, float):
             return value if math.isfinite(value) else str(value)
         if isinstance(value, str):
-            return value if len(value) <= SHOWN_CHARACTERS else value[:SHOWN_CHARACTERS] + MORE
+            return self._cut(value, SHOWN_CHARACTERS)
         if isinstance(value, (bytes, bytearray, memoryview)):
             return {MORE: len(value), "hex": bytes(value[:SHOWN_BYTES]).hex(" ")}
-        if hasattr(value, "secs") and hasattr(value, "nsecs"):
+        if isinstance(value, TVal):
             return {"secs": value.secs, "nsecs": value.nsecs}
         slots = getattr(value, "__slots__", None)
         if slots is not None and hasattr(value, "_slot_types"):
-            return {name: self.of(getattr(value, name)) for name in slots if self._left > 0}
+            return {
+                self._cut(name, SHOWN_NAME): self.of(getattr(value, name)) for name in slots if self._left > 0
+            }
         if isinstance(value, Mapping):
-            return {str(key): self.of(part) for key, part in value.items() if self._left > 0}
+            return {
+                self._cut(str(key), SHOWN_NAME): self.of(part)
+                for key, part in value.items()
+                if self._left > 0
+            }
         if hasattr(value, "tolist") and hasattr(value, "dtype"):
             return self._array(value)
         if isinstance(value, Sequence):
             return self._array(value)
-        return str(value)
+        return self._cut(str(value), SHOWN_CHARACTERS)
+
+    def _cut(self, text: str, most: int) -> str:
+        self._left -= min(len(text), most) // CHARACTERS_PER_LEAF
+        return text if len(text) <= most else text[:most] + MORE
 
     def _array(self, values: Any) -> Any:
         length = len(values)
         shown = values[:SHOWN_ELEMENTS]
-        items = [self.of(item) for item in (shown.tolist() if hasattr(shown, "tolist") else shown)]
-        return items if length <= SHOWN_ELEMENTS else {MORE: length, "items": items}
+        shown = shown.tolist() if hasattr(shown, "tolist") else shown
+        items = [self.of(item) for item in shown if self._left > 0]
+        return items if len(items) == length else {MORE: length, "items": items}

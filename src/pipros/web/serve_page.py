@@ -34,7 +34,7 @@ from pipros.web.views.plot import PlotViews
 from pipros.web.views.processes import ProcessViews
 from pipros.web.views.reconfigure import ReconfigureViews
 from pipros.web.views.topics import TopicViews
-from pipros.web.watched_system import WatchedSystem
+from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
 
 CHANGING = frozenset(
     {"call_service", "delete_param", "publishing", "set_logger_level", "set_param", "set_reconfigured"}
@@ -87,7 +87,7 @@ def serve_page(options: PageOptions) -> int:
     loop = BackgroundLoop(options.tool)
     with (
         _set_by_signals(over),
-        GraphClient(options.tool) as graph,
+        GraphClient(options.tool, timeout_s=MASTER_DEADLINE_S) as graph,
         Node(options.tool, anonymous=True) as node,
     ):
         loop.start()

@@ -37,6 +37,7 @@ from websockets.http11 import Request, Response
 from pipros.errors import PiprosError
 from pipros.limits import process_limits
 from pipros.web.access import LOOPBACK_HOSTS, Access
+from pipros.web.browser_share import begin_browser
 from pipros.web.entrance import ACCEPTED_AT_A_TIME, Entrance, Visitor
 from pipros.web.json_text import json_text
 from pipros.web.secret import Denied
@@ -184,6 +185,7 @@ class PageServer:
 
     async def _attend(self, connection: ServerConnection) -> None:
         """Serve one browser until it disconnects."""
+        begin_browser()
         try:
             first = await asyncio.wait_for(connection.recv(), self._limits.login_s)
             self.access.secret.check_first_message(first)

@@ -8,12 +8,18 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
-from pipros.graph.raw_decoder import RawDecoder
+from pipros.errors import LimitExceeded
+from pipros.graph.raw_decoder import RawDecoder, decode_as
 from pipros.graph.samples import BandwidthWindow, RateWindow
+from pipros.limits import Limits, limit_text, process_limits
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
 from pipros.node.subscriber import Subscriber
+
+if TYPE_CHECKING:
+    from pipros.msg.base import Message
 
 WINDOW = 200
 """The number of messages over which rates and bandwidths are computed."""
@@ -45,8 +51,13 @@ class Newest:
 class TopicWatch:
     """The messages of one topic, counted in the threads of its links."""
 
-    def __init__(self, topic: str, decoder: RawDecoder) -> None:
+    def __init__(
+        self, topic: str, decoder: RawDecoder, queue_size: int = WINDOW, limits: Limits | None = None
+    ) -> None:
         self.topic = topic
+        self._most_bytes = (limits or process_limits()).page_message_bytes
+        self.queue_size = queue_size
+        self.users = 0
         self.newest: Newest | None = None
         self._decoder = decoder
         self._lock = threading.Lock()
@@ -85,11 +96,14 @@ class TopicWatch:
             }
 
     @contextlib.contextmanager
-    def listening(self, listener: Listener) -> Iterator[None]:
-        """Within the context, calls `listener` with each message."""
+    def listening(self, listener: Listener, *, from_newest: bool = False) -> Iterator[None]:
+        """Within the context, calls `listener` with each message; with `from_newest` also the newest."""
         with self._lock:
             self._listeners.append(listener)
+            newest = self.newest
         try:
+            if from_newest and newest is not None:
+                listener(newest.message, newest.wall_s)
             yield
         finally:
             with self._lock:
@@ -97,17 +111,45 @@ class TopicWatch:
 
     def decode(self, message: RawMessage) -> object:
         """The message, decoded by its publisher's definition. Raises `PiprosError` when that fails."""
+        self._check_size(message)
         return self._decoder.decode(message)
+
+    def decode_as(self, message: RawMessage, message_class: type[Message]) -> Any:
+        """The message, decoded as one of a class, so that its fields are those of the class.
+
+        Raises:
+            WrongDefinition: its publisher has another definition.
+            PiprosError: it cannot be decoded.
+        """
+        self._check_size(message)
+        return decode_as(message, self.topic, message_class)
+
+    def _check_size(self, message: RawMessage) -> None:
+        if len(message.body) > self._most_bytes:
+            what = f"{self.topic}: a message of {len(message.body)} bytes is too large to show"
+            raise LimitExceeded(f"{what}; {limit_text('page_message_bytes', self._most_bytes)}")
 
 
 class TopicWatches:
-    """The topics that are being watched."""
+    """The topics that are being watched.
 
-    def __init__(self, node: Node) -> None:
+    A thread subscribes and unsubscribes, because the master may take its time, or never answer.
+    """
+
+    def __init__(self, node: Node, limits: Limits | None = None) -> None:
         self._node = node
+        self._limits = limits or process_limits()
         self._decoder = RawDecoder()
         self._lock = threading.Lock()
-        self._watches: dict[str, tuple[TopicWatch, Subscriber[RawMessage], int]] = {}
+        self._watches: dict[str, TopicWatch] = {}
+        self._subscribers: dict[str, tuple[TopicWatch, Subscriber[RawMessage]]] = {}
+        self._is_subscribing = False
+        self._is_closed = False
+
+    def close(self) -> None:
+        """Leaves the subscriptions to the end of the node, which waits for the master only once."""
+        with self._lock:
+            self._is_closed = True
 
     @contextlib.contextmanager
     def watch(self, topic: str, *, queue_size: int = WINDOW) -> Iterator[TopicWatch]:
@@ -115,25 +157,64 @@ class TopicWatches:
 
         Args:
             queue_size: how many messages may wait. The first context of a topic decides.
+
+        Raises:
+            LimitExceeded: the contexts have `Limits.page_topics` topics already.
         """
         with self._lock:
-            watch, subscriber, users = self._watches.get(topic) or (*self._subscribe(topic, queue_size), 0)
-            self._watches[topic] = watch, subscriber, users + 1
+            watch = self._watches.get(topic)
+            if watch is None:
+                most = self._limits.page_topics
+                if len(self._watches) >= most:
+                    raise LimitExceeded(f"too many topics are watched; {limit_text('page_topics', most)}")
+                watch = self._watches[topic] = TopicWatch(topic, self._decoder, queue_size, self._limits)
+            watch.users += 1
+        self._subscribe()
         try:
             yield watch
         finally:
             with self._lock:
-                watch, subscriber, users = self._watches[topic]
-                if users > 1:
-                    self._watches[topic] = watch, subscriber, users - 1
-                else:
+                watch.users -= 1
+                if not watch.users:
                     del self._watches[topic]
-            if users <= 1:
-                subscriber.unregister()
+            self._subscribe()
 
-    def _subscribe(self, topic: str, queue_size: int) -> tuple[TopicWatch, Subscriber[RawMessage]]:
-        watch = TopicWatch(topic, self._decoder)
-        return watch, self._node.subscribe(topic, RawMessage, watch.note, queue_size=queue_size)
+    def _subscribe(self) -> None:
+        """Makes the subscriptions those of the watches, in a thread."""
+        with self._lock:
+            if not self._is_subscribing and self._next_change() is not None:
+                self._is_subscribing = True
+                threading.Thread(target=self._make_changes, name="subscriptions", daemon=True).start()
+
+    def _make_changes(self) -> None:
+        while self._make_change():
+            pass
+
+    def _make_change(self) -> bool:
+        """False when there was nothing to change."""
+        with self._lock:
+            change = self._next_change()
+            if change is None:
+                self._is_subscribing = False
+                return False
+            topic, watch = change
+            subscribed = self._subscribers.pop(topic, None)
+        if subscribed is not None:
+            subscribed[1].unregister()
+        elif watch is not None:
+            subscriber = self._node.subscribe(topic, RawMessage, watch.note, queue_size=watch.queue_size)
+            with self._lock:
+                self._subscribers[topic] = watch, subscriber
+        return True
+
+    def _next_change(self) -> tuple[str, TopicWatch | None] | None:
+        """A topic whose subscription is not that of its watch, and that watch, if any."""
+        if self._is_closed:
+            return None
+        for topic, (watch, _) in self._subscribers.items():
+            if self._watches.get(topic) is not watch:
+                return topic, self._watches.get(topic)
+        return next((item for item in self._watches.items() if item[0] not in self._subscribers), None)
 
 
 class NewSamples:

@@ -12,12 +12,20 @@ from dataclasses import replace
 from pipros.graph.client import GraphClient
 from pipros.graph.observer import Observation, SystemObserver
 from pipros.node import Node
+from pipros.web.daemon_pool import DaemonPool
+from pipros.web.service_calls import ServiceCalls
 from pipros.web.topic_watch import TopicWatches
 
 logger = logging.getLogger("pipros.web")
 
 LOOK_INTERVAL_S = 1.0
 """How often the system is observed while at least one browser shows it."""
+MASTER_DEADLINE_S = 30.0
+"""How long a call of the master may take."""
+QUESTIONS_AT_ONCE = 8
+"""Calls of the master, and of nodes, that views make at a time."""
+COMPUTATIONS_AT_ONCE = 4
+"""Messages and drawings under way; more threads would not make them sooner."""
 
 
 class WatchedSystem:
@@ -27,6 +35,9 @@ class WatchedSystem:
         graph: the connection to the master.
         node: the page's own node. It is registered with its first subscription.
         topics: the topics that are being watched.
+        calls: the service calls of browsers.
+        questions: threads for calls of the master and of the APIs of nodes.
+        computations: threads that decode and draw.
         observation: the last one.
     """
 
@@ -34,6 +45,9 @@ class WatchedSystem:
         self.graph = graph
         self.node = node
         self.topics = TopicWatches(node)
+        self.calls = ServiceCalls(lambda: graph.master)
+        self.questions = DaemonPool("question", QUESTIONS_AT_ONCE)
+        self.computations = DaemonPool("computation", COMPUTATIONS_AT_ONCE)
         self.observation = Observation()
         self._observer = SystemObserver(graph.master)
         self._waiting: set[asyncio.Future[Observation]] = set()
@@ -46,7 +60,8 @@ class WatchedSystem:
         threading.Thread(target=self._observe, args=(loop,), name="observer", daemon=True).start()
 
     def close(self) -> None:
-        """Stops observing."""
+        """Stops observing and subscribing."""
+        self.topics.close()
         self._is_over.set()
         self._wanted.set()
         self._observer.close()

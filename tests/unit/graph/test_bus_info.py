@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -42,6 +43,12 @@ def test_malformed_counts_are_left_out() -> None:
     statistics = [[["/t", 0, [[1, 10, 2], [2, "x", 3], None]], None, [], ["/u", 0, None]], 5]
     assert dict(sent_counts(statistics)) == {"1": (2, 10)}
     assert dict(sent_counts([])) == {}
+
+
+@pytest.mark.parametrize("number", [math.inf, -math.inf, math.nan, -1, 2**63, 2.0**70, True])
+def test_counts_that_no_counter_reaches_are_left_out(number: float) -> None:
+    statistics = [[["/t", 0, [[1, 10, number], [2, number, 10], [3, 10, 10]]]]]
+    assert [link for link, _ in sent_counts(statistics)] == ["3"]
 
 
 def test_the_statistics_of_roscpp_are_read() -> None:

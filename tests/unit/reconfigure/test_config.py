@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -75,6 +76,19 @@ def test_groups_that_a_peer_wrote_in_a_circle_end() -> None:
     assert depth == 29
 
 
+def test_groups_are_walked_once_however_many_there_are() -> None:
+    walks = []
+
+    class Groups(list[Any]):
+        def __iter__(self) -> Iterator[Any]:
+            walks.append(self)
+            return super().__iter__()
+
+    tree = get_tree(SimpleNamespace(groups=Groups([group(number, 0) for number in range(100)])))
+    assert len(tree["groups"]) == 99
+    assert len(walks) <= 2
+
+
 def test_a_description_needs_bounds() -> None:
     nothing = SimpleNamespace(bools=[], ints=[], strs=[], doubles=[])
     root = group(0, 0)
@@ -88,3 +102,30 @@ def test_a_description_needs_bounds() -> None:
 )
 def test_an_edit_method_is_only_read(text: str) -> None:
     assert constants(text) == []
+
+
+def test_a_long_edit_method_is_not_parsed() -> None:
+    padded = ENUM + " " * 100_000
+    assert len(constants(ENUM)) == 2
+    assert constants(padded) == []
+
+
+@pytest.mark.parametrize(
+    "constant",
+    [
+        {"name": 5, "type": "int", "value": 1},
+        {"name": "a", "type": "int", "value": "one"},
+        {"name": "a", "type": "int", "value": 2**63},
+        {"name": "a", "type": "int", "value": [1]},
+        {"name": "a", "type": ["int"], "value": 1},
+        {"name": "a", "type": "str", "value": {1, 2}},
+    ],
+)
+def test_malformed_constants_are_left_out(constant: Any) -> None:
+    good = {"name": "b", "type": "str", "value": "x"}
+    assert constants(repr({"enum": [constant, good]})) == [good]
+
+
+def test_constants_are_the_callers_own() -> None:
+    constants(ENUM)[0]["name"] = "Changed"
+    assert constants(ENUM)[0]["name"] == "Small"

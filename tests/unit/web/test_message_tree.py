@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +13,9 @@ from sensor_msgs.msg import BatteryState, Image, JointState
 from std_msgs.msg import Float64, Header, String
 
 from genpy import Time
+from pipros.limits import process_limits
+from pipros.msg.dynamic import message_classes_from_text
+from pipros.web.bounded_list import bounded_list
 from pipros.web.message_tree import LEAVES, message_tree
 from pipros.web.views.topics import percentage
 
@@ -42,6 +46,17 @@ def test_a_message_of_many_parts_stays_small() -> None:
     assert len(json.dumps(message_tree(nested))) < LEAVES * 60
 
 
+def test_a_message_of_long_texts_stays_small() -> None:
+    texts = {f"{key}" + "k" * 10_000: ["x" * 4000] * 40 for key in range(1000)}
+    assert len(json.dumps(message_tree(texts))) < LEAVES * 60
+    assert message_tree(["x" * 4000] * 40 + [""])["…"] == 41
+
+
+def test_fields_that_are_named_like_those_of_a_time_are_not_one() -> None:
+    message = message_classes_from_text("a/T", "float64 secs\nfloat64 nsecs\n")["a/T"](math.inf, math.nan)
+    assert message_tree(message) == {"secs": "inf", "nsecs": "nan"}
+
+
 @pytest.mark.parametrize("value", [Float64(float("inf")), {"a": float("-inf")}, [float("nan")]])
 def test_json_takes_every_number(value: Any) -> None:
     json.dumps(message_tree(value), allow_nan=False)
@@ -66,3 +81,10 @@ def test_json_takes_every_number(value: Any) -> None:
 )
 def test_a_percentage_is_found(message: object, percent: float | None) -> None:
     assert percentage(message) == percent
+
+
+def test_lists_that_nodes_make_long_are_cut_for_browsers() -> None:
+    most = process_limits().page_view_bytes
+    assert bounded_list(["/a", "/b"]) == ["/a", "/b"]
+    names = bounded_list((f"/{number}" + "x" * 1000 for number in range(100_000)), share=4)
+    assert 0 < sum(map(len, names)) <= most // 4

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import TransformStamped
+from rosgraph_msgs.msg import Log as LogMessage
 from sensor_msgs.msg import CompressedImage, Image, Imu, JointState
 from std_msgs.msg import Bool, Float64, Header, String
 from tf2_msgs.msg import TFMessage
@@ -16,7 +18,8 @@ from genpy import Time
 from pipros.graph.drawing.layered_layout import Box
 from pipros.web.server import RequestRefused
 from pipros.web.topic_watch import NewSamples
-from pipros.web.views.diagnostics import STALE, Statuses
+from pipros.web.views import console
+from pipros.web.views.diagnostics import Statuses
 from pipros.web.views.frames import FrameTree
 from pipros.web.views.images import LARGEST_BYTES, packed
 from pipros.web.views.plot import expand, find_field, number_in
@@ -128,7 +131,6 @@ def test_an_image_without_pixels_is_shown_as_such(height: int, step: int) -> Non
         (Image(width=2, height=2, step=1, encoding="mono8", data=b"1234"), "in rows of 1 bytes"),
         (Image(width=2, height=9, step=2, encoding="mono8", data=b"1234"), "need 18 bytes, got 4"),
         (Image(width=1, height=1, step=1, encoding="<b>", data=b"1"), "encoding must be one of"),
-        (String("x"), "must have the type sensor_msgs/Image"),
     ],
 )
 def test_images_that_cannot_be_shown(message: Any, words: str) -> None:
@@ -181,11 +183,80 @@ def test_a_tree_with_a_cycle_can_be_drawn() -> None:
 
 
 def test_components_have_levels_values_and_a_history() -> None:
-    statuses = Statuses()
+    statuses = Statuses(1_000_000)
     for wall_s, level in ((1.0, 0), (2.0, 2)):
         status = DiagnosticStatus(level, "/Motors/left", "hot", "m1", [KeyValue("temperature", "90")])
-        statuses.add(DiagnosticArray(status=[status]), wall_s)
-    (row,) = statuses.rows(3.0)
+        statuses.add(DiagnosticArray(status=[status]), None, wall_s)
+    sent: dict[str, int] = {}
+    (row,) = statuses.news(sent, 1_000_000)
     assert (row["name"], row["level"], row["values"]) == ("/Motors/left", 2, [["temperature", "90"]])
     assert row["history"] == [(1.0, 0), (2.0, 2)]
-    assert statuses.rows(30.0)[0]["level"] == STALE
+    assert row["last"] == 2.0
+    assert statuses.news(sent, 1_000_000) == []
+
+
+def test_names_of_frames_are_cut() -> None:
+    tree = FrameTree()
+    tree.add(TFMessage([transform("p" * 20_000, "c" * 20_000)]), 1.0, "/a" * 10_000, is_static=False)
+    (row,) = tree.rows(1.0)
+    assert [len(row[key]) for key in ("frame", "parent", "authority")] == [300] * 3
+
+
+def components(count: int, text: str, name: str = "/{}") -> DiagnosticArray:
+    values = [KeyValue("k", text)] * 200
+    return DiagnosticArray(
+        status=[DiagnosticStatus(0, name.format(at), "", "", values) for at in range(count)]
+    )
+
+
+def test_components_without_news_are_not_sent_again() -> None:
+    statuses = Statuses(1_000_000)
+    statuses.add(components(3, ""), None, 1.0)
+    sent: dict[str, int] = {}
+    assert len(statuses.news(sent, 1_000_000)) == 3
+    statuses.add(DiagnosticArray(status=[DiagnosticStatus(1, "/1", "", "", [])]), None, 2.0)
+    assert [(row["name"], row["level"]) for row in statuses.news(sent, 1_000_000)] == [("/1", 1)]
+
+
+def test_many_components_are_sent_in_parts_and_none_waits_for_ever() -> None:
+    statuses = Statuses(10_000_000)
+    sent: dict[str, int] = {}
+    for moment in range(30):
+        statuses.add(components(50, "x" * 100), None, float(moment))
+        assert len(json.dumps(statuses.news(sent, 200_000))) < 400_000
+    assert sent.keys() == {f"/{at}" for at in range(50)}
+
+
+def test_diagnostics_stay_within_their_budget() -> None:
+    statuses = Statuses(1_000_000)
+    statuses.add(components(100, "x" * 50_000, name="/" + "n/" * 12_000 + "{}"), None, 1.0)
+    statuses.add(components(100, "x" * 50_000), None, 1.0)
+    rows = statuses.news({}, 10**9)
+    assert len(json.dumps(rows)) < 1_500_000
+    assert max(len(row["name"]) for row in rows) == 300
+    assert any("page_view_bytes" in row["values"][0][1] for row in rows)
+
+
+def test_log_entries_stay_within_their_budget_and_the_lost_are_counted() -> None:
+    log = console.Log(1_000_000)
+    entry = LogMessage(name="n" * 16_000, msg="m" * 16_000, file="f" * 16_000, function="g" * 16_000)
+    for _ in range(1000):
+        log.add(entry, None, 1.0)
+    entries, lost, number = log.since(0, 10**9)
+    assert len(entries) + lost == number == 1000
+    assert len(json.dumps(entries)) < 1_000_000
+    assert [len(part) for part in entries[0] if isinstance(part, str)] == [300, 4000, 300, 300]
+    assert log.since(number, 10**9) == ([], 0, 1000)
+
+
+def test_log_entries_are_sent_in_parts_in_their_order() -> None:
+    log = console.Log(1_000_000)
+    for line in range(100):
+        log.add(LogMessage(line=line, msg="m" * 1000), None, 1.0)
+    lines: list[int] = []
+    number = 0
+    while number < log.end:
+        entries, lost, number = log.since(number, 10_000)
+        assert (len(entries) < 20, lost) == (True, 0)
+        lines += [entry[5] for entry in entries]
+    assert lines == list(range(100))

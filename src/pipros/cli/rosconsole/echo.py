@@ -72,12 +72,13 @@ def _pattern(text: str) -> re.Pattern[str]:
 def _follow(topic: str, printer: LogPrinter, *, is_once: bool, argv: Sequence[str]) -> None:
     from pipros.cli.command_node import command_node
     from pipros.graph.listening import Listening
-    from pipros.graph.raw_decoder import RawDecoder
+    from pipros.graph.raw_decoder import decode_as
+    from pipros.msg import load_message_class
 
     with GraphClient("rosconsole") as graph:
         graph.master.get_pid()  # so that a missing master is an error, not a wait
         name = graph.resolve(topic)
-    decoder = RawDecoder()
+    log_class = load_message_class("rosgraph_msgs/Log")
     with command_node("rosconsole", argv) as node:
         listening = Listening(node)
 
@@ -87,7 +88,7 @@ def _follow(topic: str, printer: LogPrinter, *, is_once: bool, argv: Sequence[st
                     f"topic [{name}] must be of type rosgraph_msgs/Log, got "
                     f"[{listed(message.header.get('type'))}]"
                 )
-            if printer.show(decoder.decode(message)) and is_once:
+            if printer.show(decode_as(message, name, log_class)) and is_once:
                 listening.finish()
 
         listening.subscribe(name, show)

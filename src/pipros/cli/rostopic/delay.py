@@ -72,14 +72,18 @@ class Delays:
 
     def add(self, raw: RawMessage, now_ns: int) -> None:
         """Counts a message that arrived at `now_ns`; one without a header prints an error, once."""
+        from pipros.msg.time import Time
+
         message = self._decoder.decode(raw)
-        if not message._has_header:
+        # A stranger's std_msgs/Header may have other fields.
+        stamp = getattr(message.header, "stamp", None) if message._has_header else None
+        if not isinstance(stamp, Time):
             if not self._has_warned:
                 self._has_warned = True
                 print(f"[ERROR] [{now_ns / 1e9:.6f}]: msg does not have header", file=sys.stderr, flush=True)
             return
         with self._lock:
-            self._delays_s.add((now_ns - message.header.stamp.to_nsec()) / 1e9)
+            self._delays_s.add((now_ns - stamp.to_nsec()) / 1e9)
             self._has_new = True
 
     def report(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import AsyncIterator, Mapping
+from concurrent.futures import Future
 from typing import Any
 
 from pipros.errors import PiprosError
@@ -12,9 +13,14 @@ from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.graph.service_call import ServiceCaller
 from pipros.graph.services import argument_names, service_class_of
 from pipros.msg import load_message_class
+from pipros.net.master_client import MasterClient
+from pipros.node.publisher import Publisher
+from pipros.node.service_client import OpenCalls
 from pipros.safe.yaml import load
+from pipros.web.bounded_list import bounded_list
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
+from pipros.web.service_calls import CALL_BY_HAND_S
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
@@ -32,12 +38,15 @@ class CallViews:
         """All services with their nodes."""
         async for observation in self._system.observations():
             services = observation.state.services
-            yield {"services": [[name, *nodes[:1]] for name, nodes in sorted(services.items())]}
+            rows = ([name, *nodes[:1]] for name, nodes in sorted(services.items()))
+            yield {"services": bounded_list(rows)}
 
     async def service(self, arguments: Mapping[str, Any]) -> Any:
         """The type of a service, the names of its arguments, and a request with default values."""
         name = topic_name(arguments)
-        service_class = await asyncio.to_thread(service_class_of, self._system.graph.master, name)
+        service_class = await self._system.calls.run(
+            lambda master, calls: service_class_of(master, name, calls)
+        )
         return {
             "type": service_class._type,
             "arguments": argument_names(service_class),
@@ -48,13 +57,13 @@ class CallViews:
         """Calls a service with a request in YAML."""
         name, value = topic_name(arguments), _yaml(arguments, "request")
 
-        def call() -> Any:
-            caller = ServiceCaller(self._system.graph.master, name)
+        def call(master: MasterClient, calls: OpenCalls) -> Any:
+            caller = ServiceCaller(master, name, calls=calls)
             begin_s = time.monotonic()
-            response = caller.call(caller.request([] if value is None else [value]))
+            response = caller.call(caller.request([] if value is None else [value]), CALL_BY_HAND_S)
             return {"response": message_tree(response), "seconds": round(time.monotonic() - begin_s, 4)}
 
-        return await asyncio.to_thread(call)
+        return await self._system.calls.run(call)
 
     async def message(self, arguments: Mapping[str, Any]) -> Any:
         """A message of a type with default values."""
@@ -70,10 +79,13 @@ class CallViews:
         message_from_yaml(
             message_class, value, time.time_ns()
         )  # mistakes are reported before anything is advertised
-        publisher = self._system.node.advertise(topic, message_class, queue_size=10, latch=not rate)
-        count = 0
-        begin_s = told_s = time.monotonic()
+        advertising = self._system.questions.start(
+            self._system.node.advertise, topic, message_class, queue_size=10, latch=not rate
+        )
         try:
+            publisher = await asyncio.wrap_future(advertising)
+            count = 0
+            begin_s = told_s = time.monotonic()
             while True:
                 publisher.publish(message_from_yaml(message_class, value, time.time_ns()))
                 count += 1
@@ -84,8 +96,12 @@ class CallViews:
                 if not rate:
                     await asyncio.Event().wait()
                 await asyncio.sleep(max(0.0, begin_s + count / rate - time.monotonic()))
-        finally:
-            await asyncio.to_thread(publisher.unregister)
+        finally:  # at once, even if the master still has to answer
+            advertising.add_done_callback(self._withdraw)
+
+    def _withdraw(self, advertised: Future[Publisher[Any]]) -> None:
+        if not advertised.cancelled() and advertised.exception() is None:
+            self._system.questions.start(advertised.result().unregister)
 
 
 def _message_class(arguments: Mapping[str, Any]) -> Any:

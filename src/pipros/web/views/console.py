@@ -3,22 +3,34 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Mapping
+import contextlib
+import sys
+import threading
+from collections import deque
+from collections.abc import AsyncIterator, Iterator, Mapping
+from itertools import islice
 from typing import Any
 
-from pipros.errors import PiprosError
 from pipros.graph.service_call import ServiceCaller
+from pipros.limits import process_limits
+from pipros.net.master_client import MasterClient
 from pipros.node.any_msg import RawMessage
+from pipros.node.service_client import OpenCalls
+from pipros.web.known_topic import LONGEST_NAME, KnownTopic
 from pipros.web.server import RequestRefused
-from pipros.web.topic_watch import NewSamples, TopicWatch
+from pipros.web.service_calls import TOOL_CALL_S
+from pipros.web.shared import Shared
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
 LOG_TOPIC = "/rosout_agg"
 SEND_INTERVAL_S = 0.2
-KEPT_ENTRIES = 20_000
-"""Entries that wait for a slow browser."""
+MOST_SENT_BYTES = 1_000_000
+"""What one update has, about; the rest follows."""
+QUEUE = 20_000
 LONGEST_TEXT = 4000
+Entry = list[Any]
+"""Level, node, text, time, file, line, function."""
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 
 
@@ -27,18 +39,30 @@ class ConsoleViews:
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
+        self._shared = Shared(self._open)
 
     async def console(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Log entries as they come: number, level, node, text, time, file, line, function."""
-        with self._system.topics.watch(LOG_TOPIC, queue_size=KEPT_ENTRIES) as watch:
-            log = _Log(watch)
-            with watch.listening(log.add):
-                yield {"entries": [], "lost": 0}
+        with self._shared.use() as (log, topic):
+            number = log.end
+            values: dict[str, Any] = {"entries": [], "lost": 0, "error": topic.problem}
+            while True:
+                yield values
+                shown = values["error"]
                 while True:
-                    entries, lost = log.entries.pop_all()
-                    if entries or lost:
-                        yield {"entries": entries, "lost": lost}
                     await asyncio.sleep(SEND_INTERVAL_S)
+                    entries, lost, number = log.since(number, MOST_SENT_BYTES)
+                    values = {"entries": entries, "lost": lost, "error": topic.problem}
+                    if entries or lost or values["error"] != shown:
+                        break
+
+    @contextlib.contextmanager
+    def _open(self) -> Iterator[tuple[Log, KnownTopic]]:
+        with self._system.topics.watch(LOG_TOPIC, queue_size=QUEUE) as watch:
+            log = Log(process_limits().page_view_bytes)
+            topic = KnownTopic(watch, "rosgraph_msgs/Log", log.add)
+            with topic.listening():
+                yield log, topic
 
     async def loggers(self, arguments: Mapping[str, Any]) -> Any:
         """The loggers of a node with their levels."""
@@ -55,35 +79,60 @@ class ConsoleViews:
         return True
 
     async def _call(self, service: str, values: list[Any]) -> Any:
-        def call() -> Any:
-            caller = ServiceCaller(self._system.graph.master, service)
-            return caller.call(caller.request(values))
+        def call(master: MasterClient, calls: OpenCalls) -> Any:
+            caller = ServiceCaller(master, service, calls=calls)
+            return caller.call(caller.request(values), TOOL_CALL_S)
 
-        return await asyncio.to_thread(call)
+        return await self._system.calls.run(call)
 
 
-class _Log:
-    """Decodes entries in the thread of the link."""
+class Log:
+    """The newest entries of all nodes. Entries are added in the threads of the links."""
 
-    def __init__(self, watch: TopicWatch) -> None:
-        self.entries = NewSamples(KEPT_ENTRIES)
-        self._watch = watch
+    def __init__(self, most_bytes: int) -> None:
+        """`most_bytes`: what the entries may take; for newer ones, the oldest are lost."""
+        self._most_bytes = most_bytes
+        self._lock = threading.Lock()
+        self._entries: deque[tuple[int, Entry]] = deque()
+        self._bytes = 0
+        self._end = 0
 
-    def add(self, message: RawMessage, wall_s: float) -> None:
-        try:
-            entry: Any = self._watch.decode(message)
-        except PiprosError:
-            self.entries.lose()
-            return
-        stamp = entry.header.stamp.to_sec() or wall_s
-        self.entries.add(
-            [
-                entry.level,
-                entry.name[:LONGEST_TEXT],
-                entry.msg[:LONGEST_TEXT],
-                round(stamp, 4),
-                entry.file[:LONGEST_TEXT],
-                entry.line,
-                entry.function[:LONGEST_TEXT],
-            ]
-        )
+    @property
+    def end(self) -> int:
+        """The number of the next entry; the entries are numbered in their order."""
+        return self._end
+
+    def add(self, message: Any, _: RawMessage | None, wall_s: float) -> None:
+        """Adds a `rosgraph_msgs/Log`, its texts shortened."""
+        entry: Entry = [
+            message.level,
+            message.name[:LONGEST_NAME],
+            message.msg[:LONGEST_TEXT],
+            round(message.header.stamp.to_sec() or wall_s, 4),
+            message.file[:LONGEST_NAME],
+            message.line,
+            message.function[:LONGEST_NAME],
+        ]
+        size = sys.getsizeof(entry) + sum(map(sys.getsizeof, entry))
+        with self._lock:
+            self._entries.append((size, entry))
+            self._bytes += size
+            self._end += 1
+            while self._bytes > self._most_bytes:
+                self._bytes -= self._entries.popleft()[0]
+
+    def since(self, number: int, most_bytes: int) -> tuple[list[Entry], int, int]:
+        """The entries from a number on, the oldest first: some `most_bytes` of them.
+
+        Returns:
+            the entries, how many before them were lost, the number to continue with.
+        """
+        entries: list[Entry] = []
+        with self._lock:
+            first = max(number, self._end - len(self._entries))
+            for size, entry in islice(self._entries, first - self._end + len(self._entries), None):
+                entries.append(entry)
+                most_bytes -= size
+                if most_bytes <= 0:
+                    break
+        return entries, first - number, first + len(entries)

@@ -3,82 +3,124 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import sys
 import threading
 import time
 from collections import deque
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
-from pipros.errors import PiprosError
+from pipros.limits import limit_text, process_limits
 from pipros.node.any_msg import RawMessage
-from pipros.web.topic_watch import TopicWatch
+from pipros.web.known_topic import LONGEST_NAME, KnownTopic
+from pipros.web.shared import Shared
 from pipros.web.watched_system import WatchedSystem
 
 TOPICS = ("/diagnostics_agg", "/diagnostics")
 SEND_INTERVAL_S = 0.5
 STALE_S = 5.0
+"""The page shows a component as stale that has not reported for this long."""
 MOST_COMPONENTS = 3000
+MOST_VALUES = 200
 HISTORY = 60
-STALE = 3
-"""The level of a component that has not reported for `STALE_S`."""
+HISTORY_BYTES = HISTORY * 150
+LONGEST_TEXT = 1000
+MOST_SENT_BYTES = 1_000_000
+"""What one update has, about; the rest follows."""
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Status:
     """The newest status of a component.
 
     Attributes:
+        number: statuses are numbered in the order of their arrival.
         level: 0 OK, 1 warning, 2 error, 3 stale.
+        size: what it takes, about, in bytes.
         history: the newest levels, with the wall times of their arrival.
     """
 
+    number: int
     level: int
     message: str
     hardware: str
-    values: list[list[str]]
+    values: Sequence[Sequence[str]]
+    size: int
     last_s: float
-    history: deque[tuple[float, int]] = field(default_factory=lambda: deque(maxlen=HISTORY))
+    history: deque[tuple[float, int]]
 
 
 class Statuses:
     """All components that have reported. Messages are added in the threads of the links."""
 
-    def __init__(self) -> None:
+    def __init__(self, most_bytes: int) -> None:
+        """`most_bytes`: what the statuses may take; the values of further ones are left out."""
+        self._most_bytes = most_bytes
+        self._bytes = 0
+        self._count = 0
         self._statuses: dict[str, Status] = {}
         self._lock = threading.Lock()
 
-    def add(self, message: Any, wall_s: float) -> None:
-        """Adds a `diagnostic_msgs/DiagnosticArray`."""
+    def add(self, message: Any, _: RawMessage | None, wall_s: float) -> None:
+        """Adds a `diagnostic_msgs/DiagnosticArray`, its texts shortened."""
         with self._lock:
             for status in message.status:
-                known = self._statuses.get(status.name)
-                if known is None and len(self._statuses) >= MOST_COMPONENTS:
-                    continue
-                history = known.history if known else deque(maxlen=HISTORY)
-                level = status.level if isinstance(status.level, int) else ord(status.level)
-                history.append((round(wall_s, 1), level))
-                values = [[pair.key, pair.value] for pair in status.values[:200]]
-                self._statuses[status.name] = Status(
-                    level, status.message, status.hardware_id, values, wall_s, history
-                )
+                name = status.name[:LONGEST_NAME]
+                if name in self._statuses or len(self._statuses) < MOST_COMPONENTS:
+                    self._add(name, status, wall_s)
 
-    def rows(self, now_s: float) -> list[Mapping[str, Any]]:
-        """The components, sorted by name."""
+    def _add(self, name: str, status: Any, wall_s: float) -> None:
+        known = self._statuses.get(name)
+        history = known.history if known else deque(maxlen=HISTORY)
+        level = status.level if isinstance(status.level, int) else ord(status.level)
+        history.append((round(wall_s, 1), level))
+        message, hardware = status.message[:LONGEST_TEXT], status.hardware_id[:LONGEST_NAME]
+        values = [
+            [pair.key[:LONGEST_NAME], pair.value[:LONGEST_TEXT]] for pair in status.values[:MOST_VALUES]
+        ]
+        of_texts = sum(map(sys.getsizeof, (name, message, hardware))) + HISTORY_BYTES
+        of_values = sum(sys.getsizeof(pair) + sum(map(sys.getsizeof, pair)) for pair in values)
+        self._bytes -= known.size if known else 0
+        if self._bytes + of_texts + of_values > self._most_bytes:
+            values, of_values = [["…", f"left out; {limit_text('page_view_bytes', self._most_bytes)}"]], 0
+        size = of_texts + of_values
+        self._bytes += size
+        self._count += 1
+        self._statuses[name] = Status(self._count, level, message, hardware, values, size, wall_s, history)
+
+    def news(self, sent: dict[str, int], most_bytes: int) -> list[Mapping[str, Any]]:
+        """The components with news, those that have waited longest first: some `most_bytes` of them.
+
+        Args:
+            sent: the numbers of the statuses that a view has sent, by component; updated.
+        """
+        rows: list[Mapping[str, Any]] = []
         with self._lock:
-            return [
-                {
-                    "name": name,
-                    "level": STALE if now_s - status.last_s > STALE_S else status.level,
-                    "message": status.message,
-                    "hardware": status.hardware,
-                    "values": status.values,
-                    "age": round(now_s - status.last_s, 1),
-                    "history": list(status.history),
-                }
-                for name, status in sorted(self._statuses.items())
+            found = self._statuses.items()
+            waiting = [
+                (sent.get(name, 0), name) for name, status in found if status.number > sent.get(name, 0)
             ]
+            for _, name in sorted(waiting):
+                if most_bytes <= 0:
+                    break
+                status = self._statuses[name]
+                sent[name] = status.number
+                most_bytes -= status.size
+                rows.append(
+                    {
+                        "name": name,
+                        "level": status.level,
+                        "message": status.message,
+                        "hardware": status.hardware,
+                        "values": status.values,
+                        "last": status.last_s,
+                        "history": list(status.history),
+                    }
+                )
+        return rows
 
 
 class DiagnosticViews:
@@ -86,28 +128,37 @@ class DiagnosticViews:
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
+        self._shared = {name: Shared(lambda name=name: self._open(name)) for name in TOPICS}  # type: ignore[misc]
 
     async def diagnostics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """All components; from the aggregator if there is one."""
+        """All components, then those with news; from the aggregator if there is one."""
         observations = self._system.observations()
         observation = await anext(observations)
-        topics = [topic for topic in TOPICS if topic in observation.state.publishers][:1] or list(TOPICS)
-        statuses = Statuses()
+        names = [name for name in TOPICS if name in observation.state.publishers][:1] or list(TOPICS)
         with ExitStack() as stack:
-            for topic in topics:
-                watch = stack.enter_context(self._system.topics.watch(topic))
-                stack.enter_context(watch.listening(_listener_for(statuses, watch)))
+            opened = [stack.enter_context(self._shared[name].use()) for name in names]
+            sent: list[dict[str, int]] = [{} for _ in opened]
             while True:
-                yield {"components": statuses.rows(time.time()), "topics": topics}
+                is_fresh = not any(sent)
+                components = [
+                    row
+                    for (statuses, _), before in zip(opened, sent, strict=True)
+                    for row in statuses.news(before, MOST_SENT_BYTES)
+                ]
+                yield {
+                    "components": components,
+                    "fresh": is_fresh,
+                    "topics": names,
+                    "now": time.time(),
+                    "stale": STALE_S,
+                    "error": "\n".join(filter(None, (topic.problem for _statuses, topic in opened))),
+                }
                 await asyncio.sleep(SEND_INTERVAL_S)
 
-
-def _listener_for(statuses: Statuses, watch: TopicWatch) -> Any:
-    def add_decoded(message: RawMessage, wall_s: float) -> None:
-        try:
-            decoded = watch.decode(message)
-        except PiprosError:
-            return
-        statuses.add(decoded, wall_s)
-
-    return add_decoded
+    @contextlib.contextmanager
+    def _open(self, name: str) -> Iterator[tuple[Statuses, KnownTopic]]:
+        with self._system.topics.watch(name) as watch:
+            statuses = Statuses(process_limits().page_view_bytes)
+            topic = KnownTopic(watch, "diagnostic_msgs/DiagnosticArray", statuses.add)
+            with topic.listening():
+                yield statuses, topic

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import threading
 import time
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
-from pipros.errors import PiprosError
 from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
 from pipros.graph.drawing.scene import draw
 from pipros.node.any_msg import RawMessage
-from pipros.web.topic_watch import TopicWatch
+from pipros.web.known_topic import LONGEST_NAME, KnownTopic, Take
+from pipros.web.shared import Shared
 from pipros.web.views.graph import scene_values
 from pipros.web.watched_system import WatchedSystem
 
@@ -52,12 +53,14 @@ class FrameTree:
         self._lock = threading.Lock()
 
     def add(self, message: Any, wall_s: float, authority: str, *, is_static: bool) -> None:
-        """Adds a `tf2_msgs/TFMessage`."""
+        """Adds a `tf2_msgs/TFMessage`; long names are cut."""
+        authority = authority[:LONGEST_NAME]
         with self._lock:
             for transform in message.transforms:
-                child = transform.child_frame_id.lstrip("/")
+                child = transform.child_frame_id.lstrip("/")[:LONGEST_NAME]
                 known = self._frames.get(child)
-                parent, stamp_s = transform.header.frame_id.lstrip("/"), transform.header.stamp.to_sec()
+                parent = transform.header.frame_id.lstrip("/")[:LONGEST_NAME]
+                stamp_s = transform.header.stamp.to_sec()
                 if known is None or known.parent != parent:
                     if known is None and len(self._frames) >= MOST_FRAMES:
                         continue
@@ -99,33 +102,37 @@ class FrameViews:
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
+        self._shared = Shared(self._open)
 
     async def frames(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """The frames every second, and a drawing whenever the tree changes."""
-        tree = FrameTree()
         shown = None
-        with ExitStack() as stack:
-            for topic, is_static in (("/tf", False), ("/tf_static", True)):
-                watch = stack.enter_context(self._system.topics.watch(topic))
-                stack.enter_context(watch.listening(_listener_for(tree, watch, is_static)))
-                if watch.newest is not None:  # another view has already received the latched messages
-                    _listener_for(tree, watch, is_static)(watch.newest.message, watch.newest.wall_s)
+        with self._shared.use() as (tree, topics):
             while True:
-                values: dict[str, Any] = {"frames": tree.rows(time.time())}
+                problems = filter(None, (topic.problem for topic in topics))
+                values: dict[str, Any] = {"frames": tree.rows(time.time()), "error": "\n".join(problems)}
                 graph = tree.graph()
                 if graph != shown:
                     shown = graph
-                    values["scene"] = scene_values(await asyncio.to_thread(draw, graph))
+                    values["scene"] = scene_values(await self._system.computations.run(draw, graph))
                 yield values
                 await asyncio.sleep(SEND_INTERVAL_S)
 
+    @contextlib.contextmanager
+    def _open(self) -> Iterator[tuple[FrameTree, Sequence[KnownTopic]]]:
+        tree = FrameTree()
+        topics = []
+        with ExitStack() as stack:
+            for name, is_static in (("/tf", False), ("/tf_static", True)):
+                watch = stack.enter_context(self._system.topics.watch(name))
+                topic = KnownTopic(watch, "tf2_msgs/TFMessage", _taker(tree, is_static=is_static))
+                stack.enter_context(topic.listening())
+                topics.append(topic)
+            yield tree, topics
 
-def _listener_for(tree: FrameTree, watch: TopicWatch, is_static: bool) -> Any:
-    def add_decoded(message: RawMessage, wall_s: float) -> None:
-        try:
-            decoded = watch.decode(message)
-        except PiprosError:
-            return
-        tree.add(decoded, wall_s, message.header.get("callerid", ""), is_static=is_static)
 
-    return add_decoded
+def _taker(tree: FrameTree, *, is_static: bool) -> Take:
+    def take(message: Any, raw: RawMessage, wall_s: float) -> None:
+        tree.add(message, wall_s, raw.header.get("callerid", ""), is_static=is_static)
+
+    return take

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Iterable, Mapping
 from dataclasses import fields
 from typing import Any, cast
 
@@ -16,6 +15,7 @@ from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import middle_of, path, to_svg
 from pipros.graph.observer import Observation
 from pipros.graph.system_state import of_node
+from pipros.web.bounded_list import bounded_list
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
 from pipros.web.watched_system import WatchedSystem
@@ -25,6 +25,8 @@ MOST_PARAMETERS = 200
 """How many parameters of a node are listed."""
 MOST_DRAWN = 3000
 """Nodes and topics of the largest graph that is drawn. For larger graphs only their number is sent."""
+MOST_CHARACTERS = 300_000
+"""Characters of their names together."""
 
 
 def options_from(arguments: Mapping[str, Any]) -> GraphOptions:
@@ -64,12 +66,16 @@ class GraphViews:
             graph = graph_of(observation, options)
             if graph != shown:
                 shown = graph
-                is_small = len(graph.vertices) <= MOST_DRAWN
-                scene = await asyncio.to_thread(draw, graph, with_traffic=True) if is_small else Scene()
+                is_small = _can_be_drawn(graph)
+                scene = (
+                    await self._system.computations.run(draw, graph, with_traffic=True)
+                    if is_small
+                    else Scene()
+                )
                 too_many = 0 if is_small else len(graph.vertices)
                 yield {"scene": scene_values(scene), "too_many": too_many, "most": MOST_DRAWN}
             yield {
-                "traffic": _traffic(observation, scene),
+                "traffic": traffic_values(observation, scene),
                 "error": observation.error,
                 "nodes": len(observation.nodes),
                 "topics": len(observation.state.topics()),
@@ -81,7 +87,7 @@ class GraphViews:
         async for observation in self._system.observations():
             yield {
                 **node_values(observation, name),
-                "parameters": await asyncio.to_thread(self._parameters, name),
+                "parameters": await self._system.questions.run(self._parameters, name),
             }
 
     def _parameters(self, node: str) -> list[list[str]]:
@@ -101,13 +107,18 @@ class GraphViews:
         rest = dict(arguments)
         kind = rest.pop("format", "svg")
         graph = graph_of(self._system.observation, options_from(rest))
-        if len(graph.vertices) > MOST_DRAWN:
+        if not _can_be_drawn(graph):
             raise RequestRefused(f"{len(graph.vertices)} nodes and topics are too many for a picture")
         if kind == "dot":
             return to_dot(graph)
         if kind == "svg":
-            return to_svg(await asyncio.to_thread(draw, graph))
+            return to_svg(await self._system.computations.run(draw, graph))
         raise RequestRefused(f"format must be svg or dot, got {kind!r}")
+
+
+def _can_be_drawn(graph: NodeGraph) -> bool:
+    characters = sum(len(vertex.name) for vertex in graph.vertices.values())
+    return len(graph.vertices) <= MOST_DRAWN and characters <= MOST_CHARACTERS
 
 
 def scene_values(scene: Scene) -> Mapping[str, Any]:
@@ -147,7 +158,7 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
     }
 
 
-def _traffic(observation: Observation, scene: Scene) -> list[list[float] | None]:
+def traffic_values(observation: Observation, scene: Scene) -> list[list[float] | None]:
     """Messages and bytes per second of each arrow; None where they are unknown."""
     sums: dict[tuple[str, str, str], list[float]] = {}
     for connection, traffic in observation.connections.items():
@@ -172,6 +183,10 @@ def _traffic(observation: Observation, scene: Scene) -> list[list[float] | None]
     ]
 
 
+def _with_types(observation: Observation, topics: Iterable[str]) -> list[list[str]]:
+    return bounded_list(([topic, observation.types.get(topic, "*")] for topic in topics), share=4)
+
+
 def node_values(observation: Observation, name: str) -> Mapping[str, Any]:
     """What the master and the node itself say about a node."""
     node = observation.nodes.get(name)
@@ -181,16 +196,15 @@ def node_values(observation: Observation, name: str) -> Mapping[str, Any]:
         "known": node is not None,
         "uri": node.uri if node else "",
         "error": node.error if node else "",
-        "publications": [
-            [topic, observation.types.get(topic, "*")] for topic in of_node(name, state.publishers)
-        ],
-        "subscriptions": [
-            [topic, observation.types.get(topic, "*")] for topic in of_node(name, state.subscribers)
-        ],
-        "services": of_node(name, state.services),
-        "connections": [
-            [*connection, *(traffic or (None, None))]
-            for connection, traffic in sorted(observation.connections.items(), key=lambda item: item[0])
-            if name in (connection.publisher, connection.subscriber)
-        ],
+        "publications": _with_types(observation, of_node(name, state.publishers)),
+        "subscriptions": _with_types(observation, of_node(name, state.subscribers)),
+        "services": bounded_list(of_node(name, state.services), share=4),
+        "connections": bounded_list(
+            (
+                [*connection, *(traffic or (None, None))]
+                for connection, traffic in sorted(observation.connections.items(), key=lambda item: item[0])
+                if name in (connection.publisher, connection.subscriber)
+            ),
+            share=4,
+        ),
     }

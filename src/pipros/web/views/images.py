@@ -7,7 +7,12 @@ import json
 from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
+from pipros.msg import load_message_class
+from pipros.node.any_msg import RawMessage
+from pipros.printable import printable
+from pipros.web.known_topic import LONGEST_NAME
 from pipros.web.server import RequestRefused
+from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
@@ -38,27 +43,34 @@ class ImageViews:
                 newest = watch.newest
                 if newest is not None and newest.number != number:
                     number = newest.number
-                    message = await asyncio.to_thread(watch.decode, newest.message)
-                    head, pixels = await asyncio.to_thread(packed, message)
+                    head, pixels = await self._system.computations.run(decoded_image, watch, newest.message)
                     yield json.dumps({**head, **watch.figures()}).encode() + b"\n" + pixels
                 await asyncio.sleep(SEND_INTERVAL_S)
 
 
+def decoded_image(watch: TopicWatch, message: RawMessage) -> tuple[Mapping[str, Any], bytes]:
+    """The image in a message, if it is one: a type of the same name may have other fields."""
+    kind = message.header.get("type", "")
+    if kind not in IMAGE_TYPES:
+        raise RequestRefused(
+            f"the topic must have the type {' or '.join(IMAGE_TYPES)}, got {printable(kind)}"
+        )
+    return packed(watch.decode_as(message, load_message_class(kind)))
+
+
 def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
-    """An image for the browser.
+    """An image for the browser: a `sensor_msgs/Image` or `CompressedImage`.
 
     Raises:
-        RequestRefused: it is not an image, or its encoding is unknown.
+        RequestRefused: its encoding is unknown, or pixels are missing.
     """
     if message._type == "sensor_msgs/CompressedImage":
         kind = "png" if "png" in message.format.lower() else "jpeg"
-        return {"compressed": kind, "format": message.format}, bytes(message.data)
-    if message._type != "sensor_msgs/Image":
-        raise RequestRefused(f"the topic must have the type {' or '.join(IMAGE_TYPES)}, got {message._type}")
+        return {"compressed": kind, "format": message.format[:LONGEST_NAME]}, bytes(message.data)
     size = BYTES_PER_PIXEL.get(message.encoding)
     if size is None:
         known = ", ".join(BYTES_PER_PIXEL)
-        raise RequestRefused(f"the encoding must be one of {known}, got {message.encoding!r}")
+        raise RequestRefused(f"the encoding must be one of {known}, got {printable(message.encoding)}")
     width, height, step = message.width, message.height, message.step
     if width * size > step or step * height > len(message.data):
         raise RequestRefused(
@@ -75,7 +87,7 @@ def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
         "width": len(range(0, width, every)),
         "height": len(range(0, height, every)),
         "full": [width, height],
-        "frame": message.header.frame_id,
+        "frame": message.header.frame_id[:LONGEST_NAME],
     }
     return head, pixels
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from pipros.errors import PiprosError
 from pipros.graph import params
+from pipros.limits import process_limits
 from pipros.safe.yaml import load
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
@@ -30,7 +31,7 @@ class ParamViews:
         shown: Any = None
         while True:
             try:
-                values = await asyncio.to_thread(self._read)
+                values = await self._system.questions.run(self._read)
             except PiprosError as error:
                 values = {"error": str(error)}
             if values != shown:
@@ -40,12 +41,15 @@ class ParamViews:
 
     def _read(self) -> Mapping[str, Any]:
         found = dict(params.leaves("/", params.read(self._system.graph.master, "/")))
-        names = sorted(found)[:MOST_PARAMETERS]
-        return {
+        shown = {}
+        room = process_limits().page_view_bytes
+        for name in sorted(found)[:MOST_PARAMETERS]:
             # As strings, because JavaScript does not distinguish 0.0, a double, from 0, an int.
-            "params": {name: json.dumps(message_tree(found[name]), ensure_ascii=False) for name in names},
-            "more": len(found) - len(names),
-        }
+            shown[name] = json.dumps(message_tree(found[name]), ensure_ascii=False)
+            room -= len(name) + len(shown[name])
+            if room < 0:
+                break
+        return {"params": shown, "more": len(found) - len(shown)}
 
     async def set_param(self, arguments: Mapping[str, Any]) -> Any:
         """Sets a parameter to a value in YAML."""
@@ -53,10 +57,10 @@ class ParamViews:
         if not isinstance(text, str):
             raise RequestRefused(f"value must be a text in YAML, got {type(text).__name__}")
         value = load(text, "value", angles=False) if text else ""
-        await asyncio.to_thread(params.write, self._system.graph.master, name, value)
+        await self._system.questions.run(params.write, self._system.graph.master, name, value)
         return True
 
     async def delete_param(self, arguments: Mapping[str, Any]) -> Any:
         """Deletes a parameter or a namespace."""
-        await asyncio.to_thread(params.delete, self._system.graph.master, topic_name(arguments))
+        await self._system.questions.run(params.delete, self._system.graph.master, topic_name(arguments))
         return True

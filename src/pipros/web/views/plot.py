@@ -11,6 +11,7 @@ from typing import Any
 
 from pipros.errors import PiprosError
 from pipros.graph.message_path import Step, extract, parse_path
+from pipros.msg.time import TVal
 from pipros.node.any_msg import RawMessage
 from pipros.web.server import RequestRefused
 from pipros.web.topic_watch import NewSamples, TopicWatch
@@ -133,7 +134,7 @@ def number_in(message: Any, field: Field) -> float | None:
         raise ValueError(f"the message does not have the element {field.text}") from None
     if isinstance(value, bool):
         return float(value)
-    if hasattr(value, "to_sec"):
+    if isinstance(value, TVal):
         return float(value.to_sec())
     if not field.path or isinstance(value, str):
         level = percentage(message)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import importlib
+import time
 from collections import Counter
 from collections.abc import AsyncIterator, Mapping
 from typing import Any
@@ -13,11 +14,14 @@ from pipros.graph.observer import Observation
 from pipros.net.address import split_uri
 from pipros.net.rpc_client import RpcClient
 from pipros.net.this_machine import is_this_machine
+from pipros.web.bounded_list import bounded_list
 from pipros.web.server import RequestRefused
 from pipros.web.watched_system import WatchedSystem
 
 LOOK_INTERVAL_S = 2.0
 ANSWER_DEADLINE_S = 1.0
+ASKING_S = 3.0
+"""How long nodes are asked for their process ids in one look; the others wait for the next."""
 
 
 class ProcessViews:
@@ -32,7 +36,7 @@ class ProcessViews:
         table = _Table(psutil, self._system.graph.caller_id)
         async for observation in self._system.observations():
             yield {
-                "nodes": await asyncio.to_thread(table.rows, observation),
+                "nodes": bounded_list(await self._system.questions.run(table.rows, observation)),
                 "error": "" if psutil else "processor and memory need psutil: pip install 'pipros[monitor]'",
             }
             await asyncio.sleep(LOOK_INTERVAL_S)
@@ -56,6 +60,7 @@ class _Table:
     def rows(self, observation: Observation) -> list[Mapping[str, Any]]:
         rows: list[Mapping[str, Any]] = []
         kept = {}
+        asking_until_s = time.monotonic() + ASKING_S
         ends = Counter(
             end
             for connection in observation.connections
@@ -70,7 +75,9 @@ class _Table:
             row["host"] = split_uri(node.uri)[0]
             if self._psutil is None or node.error or not is_this_machine(row["host"]):
                 continue
-            process = self._processes.get(node.uri) or self._process_of(node.uri)
+            process = self._processes.get(node.uri)
+            if process is None and time.monotonic() < asking_until_s:
+                process = self._process_of(node.uri)
             if process is not None:
                 kept[node.uri] = process
                 row.update(self._figures(process))

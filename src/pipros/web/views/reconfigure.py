@@ -5,11 +5,14 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import ExitStack
 from typing import Any
 
 from pipros.graph.service_call import ServiceCaller
+from pipros.msg import load_message_class
+from pipros.net.master_client import MasterClient
+from pipros.node.service_client import OpenCalls
 from pipros.reconfigure.config import (
     all_groups,
     change_fields,
@@ -18,7 +21,9 @@ from pipros.reconfigure.config import (
     decode_description,
     values,
 )
+from pipros.web.bounded_list import bounded_list
 from pipros.web.server import RequestRefused
+from pipros.web.service_calls import TOOL_CALL_S
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
@@ -26,6 +31,8 @@ from pipros.web.watched_system import WatchedSystem
 LOOK_INTERVAL_S = 0.1
 ANSWER_S = 10.0
 DESCRIPTIONS, UPDATES, SERVICE = "/parameter_descriptions", "/parameter_updates", "/set_parameters"
+MOST_BYTES = 1_000_000
+"""A description of a server, and a configuration."""
 WHOLE = 2**31 - 1
 """The bound of an int without bounds."""
 
@@ -42,7 +49,7 @@ class ReconfigureViews:
             services, publishers = observation.state.services, observation.state.publishers
             names = (name.removesuffix(SERVICE) for name in services if name.endswith(SERVICE))
             yield {
-                "servers": sorted(name for name in names if name + DESCRIPTIONS in publishers),
+                "servers": bounded_list(sorted(name for name in names if name + DESCRIPTIONS in publishers)),
                 "error": observation.error,
             }
 
@@ -56,11 +63,10 @@ class ReconfigureViews:
             while True:
                 numbers = _number(described), _number(updates)
                 if numbers != shown and all(numbers):
-                    groups, current = _decoded(described), _message(updates)
-                    if numbers[0] != shown[0]:
-                        yield {"groups": shown_group(groups)}
-                    yield {"values": shown_values(values(current)), "states": _states(current, groups)}
+                    is_changed = numbers[0] != shown[0]
                     shown = numbers
+                    for each in await self._system.computations.run(_shown, described, updates, is_changed):
+                        yield each
                 await asyncio.sleep(LOOK_INTERVAL_S)
 
     async def set_reconfigured(self, arguments: Mapping[str, Any]) -> Any:
@@ -75,15 +81,15 @@ class ReconfigureViews:
                 if time.monotonic() > end_s:
                     raise RequestRefused(f"{name} does not describe its parameters")
                 await asyncio.sleep(LOOK_INTERVAL_S)
-            groups = _decoded(described)
-        fields = change_fields(groups, changes, states)
 
-        def call() -> Any:
-            caller = ServiceCaller(self._system.graph.master, name + SERVICE)
-            return caller.call(caller.request([{"config": fields}])).config
+            def call(master: MasterClient, calls: OpenCalls) -> Any:
+                groups = _description(described)
+                fields = change_fields(groups, changes, states)
+                caller = ServiceCaller(master, name + SERVICE, calls=calls)
+                answer = caller.call(caller.request([{"config": fields}]), TOOL_CALL_S).config
+                return {"values": shown_values(values(answer)), "states": _states(answer, groups)}
 
-        answer = await asyncio.to_thread(call)
-        return {"values": shown_values(values(answer)), "states": _states(answer, groups)}
+            return await self._system.calls.run(call)
 
 
 def shown_group(group: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -135,13 +141,25 @@ def _number(watch: TopicWatch) -> int:
     return watch.newest.number if watch.newest is not None else 0
 
 
-def _message(watch: TopicWatch) -> Any:
-    return watch.decode(watch.newest.message) if watch.newest is not None else None
+def _shown(described: TopicWatch, updates: TopicWatch, is_changed: bool) -> Sequence[Mapping[str, Any]]:
+    """What the page gets of a server, with its description if that is changed."""
+    groups, current = _description(described), _message(updates, "dynamic_reconfigure/Config")
+    news = {"values": shown_values(values(current)), "states": _states(current, groups)}
+    return ({"groups": shown_group(groups)}, news) if is_changed else (news,)
 
 
-def _decoded(watch: TopicWatch) -> Mapping[str, Any]:
+def _message(watch: TopicWatch, type_name: str) -> Any:
+    if watch.newest is None:
+        raise RequestRefused(f"nothing came yet on {watch.topic}")
+    message = watch.newest.message
+    if len(message.body) > MOST_BYTES:
+        raise RequestRefused(f"{watch.topic} must take at most {MOST_BYTES} bytes, got {len(message.body)}")
+    return watch.decode_as(message, load_message_class(type_name))
+
+
+def _description(watch: TopicWatch) -> Mapping[str, Any]:
     try:
-        return decode_description(_message(watch))
-    except (AttributeError, KeyError, RecursionError) as error:
+        return decode_description(_message(watch, "dynamic_reconfigure/ConfigDescription"))
+    except (KeyError, RecursionError) as error:
         what = f"{watch.topic} must describe parameters with bounds and defaults"
         raise RequestRefused(f"{what}, and lacks {error}") from None

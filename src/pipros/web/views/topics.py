@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import asyncio
 import re
+import time
 from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from typing import Any
 
 from pipros import names
 from pipros.errors import PiprosError
 from pipros.graph.observer import Observation
+from pipros.web.bounded_list import bounded_list
+from pipros.web.known_topic import LONGEST_NAME
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
+from pipros.web.topic_watch import Newest, TopicWatch
 from pipros.web.watched_system import WatchedSystem
 
+LONGEST_REQUESTED = 1000
+"""Characters of a name that a browser may request."""
 UPDATE_INTERVAL_S = 0.1
 """How often a browser gets the newest message."""
 
@@ -29,7 +35,7 @@ class TopicViews:
     async def topics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """All topics with types, nodes and, as far as publishers report it, traffic."""
         async for observation in self._system.observations():
-            yield {"topics": list(_rows(observation)), "error": observation.error}
+            yield {"topics": bounded_list(topic_rows(observation)), "error": observation.error}
 
     async def topic(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """The newest message, rate and bandwidth of one topic, while a browser shows it."""
@@ -37,6 +43,7 @@ class TopicViews:
         with self._system.topics.watch(name) as watch:
             number = -1
             ticks = 0
+            pause_s = UPDATE_INTERVAL_S
             while True:
                 newest = watch.newest
                 is_new = newest is not None and newest.number != number
@@ -44,38 +51,49 @@ class TopicViews:
                     values: dict[str, Any] = {"name": name, **watch.figures(), **self._registered(name)}
                     if newest is not None:
                         number = newest.number
-                        values["stamp"] = newest.wall_s
-                        values["type"] = newest.message.header.get("type", values["type"])
-                        values["from"] = newest.message.header.get("callerid", "")
-                        values["bytes"] = len(newest.message.body)
-                        try:
-                            message = watch.decode(newest.message)
-                            values["message"] = message_tree(message)
-                            values["gauge"] = percentage(message)
-                        except PiprosError as error:
-                            values["error"] = str(error)
+                        begin_s = time.monotonic()
+                        values |= await self._system.computations.run(_shown, watch, newest)
+                        pause_s = max(UPDATE_INTERVAL_S, time.monotonic() - begin_s)
                     yield values
                 ticks += 1
-                await asyncio.sleep(UPDATE_INTERVAL_S)
+                await asyncio.sleep(pause_s)
 
     def _registered(self, name: str) -> Mapping[str, Any]:
         state = self._system.observation.state
         return {
             "type": self._system.observation.types.get(name, ""),
-            "publishers": list(state.publishers.get(name, ())),
-            "subscribers": list(state.subscribers.get(name, ())),
+            "publishers": bounded_list(state.publishers.get(name, ()), share=50),
+            "subscribers": bounded_list(state.subscribers.get(name, ()), share=50),
         }
+
+
+def _shown(watch: TopicWatch, newest: Newest) -> dict[str, Any]:
+    header = newest.message.header
+    values: dict[str, Any] = {
+        "stamp": newest.wall_s,
+        "from": header.get("callerid", "")[:LONGEST_NAME],
+        "bytes": len(newest.message.body),
+    }
+    if "type" in header:
+        values["type"] = header["type"][:LONGEST_NAME]
+    try:
+        message = watch.decode(newest.message)
+    except PiprosError as error:
+        return {**values, "error": str(error)}
+    return {**values, "message": message_tree(message), "gauge": percentage(message)}
 
 
 def topic_name(arguments: Mapping[str, Any]) -> str:
     """The global name in a request. Raises `RequestRefused` for anything else."""
     name = arguments.get("name")
     if not isinstance(name, str) or not names.is_legal(name) or not names.is_global(name):
-        raise RequestRefused(f"name must be a global name such as /battery_topic, got {name!r}")
+        raise RequestRefused(f"name must be a global name such as /battery_topic, got {name!r:.100}")
+    if len(name) > LONGEST_REQUESTED:
+        raise RequestRefused(f"name must have at most {LONGEST_REQUESTED} characters, got {len(name)}")
     return names.canonicalize(name)
 
 
-def _rows(observation: Observation) -> Iterator[Mapping[str, Any]]:
+def topic_rows(observation: Observation) -> Iterator[Mapping[str, Any]]:
     rates: dict[str, dict[str, list[float]]] = {}
     for connection, traffic in observation.connections.items():
         if traffic is not None:

@@ -12,6 +12,7 @@ export function open(view, argument, { control }) {
   let entries = [];
   let shown = [];
   let lost = 0;
+  let problem = "";
   let selected = null; // an entry
   let isPaused = false;
   let waiting = [];
@@ -121,9 +122,10 @@ export function open(view, argument, { control }) {
 
   const close = live.watch("console", {}, (data) => {
     lost += data.lost;
+    if (data.error !== problem) replace(error, problem = data.error);
     if (isPaused) waiting = waiting.concat(data.entries).slice(-KEPT);
     else take(data.entries);
-  }, (problem) => replace(error, problem));
+  }, (text) => replace(error, text));
   const resized = new ResizeObserver(() => drawRows());
   resized.observe(scroll);
   if (argument) showLoggers(argument);

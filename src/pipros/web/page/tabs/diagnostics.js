@@ -4,6 +4,8 @@ import { live } from "../live.js";
 import { h, replace } from "../dom.js";
 
 const LEVELS = ["OK", "Warning", "Error", "Stale"];
+const STALE = 3;
+const DEEPEST = 50; // the names are those that nodes chose: what is deeper is shown as one part
 
 export function open(view, argument) {
   const error = h("div", { class: "error", role: "alert" });
@@ -14,6 +16,7 @@ export function open(view, argument) {
   view.append(h("div", { class: "column" }, counts, error, hint, body), side);
   let selected = argument;
   let components = [];
+  let known = new Map(); // by name
   const closed = new Set();
 
   function draw() {
@@ -23,7 +26,9 @@ export function open(view, argument) {
     const root = { below: new Map() };
     for (const component of components) {
       let branch = root;
-      for (const part of component.name.split("/").filter(Boolean)) {
+      const parts = component.name.split("/").filter(Boolean);
+      if (parts.length > DEEPEST) parts.push(parts.splice(DEEPEST - 1).join("/"));
+      for (const part of parts) {
         if (!branch.below.has(part)) branch.below.set(part, { below: new Map() });
         branch = branch.below.get(part);
       }
@@ -58,7 +63,13 @@ export function open(view, argument) {
   }
 
   return live.watch("diagnostics", {}, (data) => {
-    components = data.components;
+    if (data.fresh) known = new Map();
+    for (const component of data.components) known.set(component.name, component);
+    components = [...known.values()].sort((a, b) => (a.name < b.name ? -1 : 1)).map((component) => {
+      const age = data.now - component.last;
+      return { ...component, age: age.toFixed(1), level: age > data.stale ? STALE : component.level };
+    });
+    replace(error, data.error);
     hint.hidden = components.length > 0;
     replace(hint, `Nothing came yet on ${data.topics.join(" or ")}.`);
     draw();

@@ -14,6 +14,7 @@ export function open(view) {
     h("thead", {}, h("tr", {}, ["Frame", "Parent", "From"].map((title) => h("th", {}, title)), ["Rate", "Age", "Delay"].map((title) => h("th", { class: "number" }, title)))), body))));
   return live.watch("frames", {}, (data) => {
     hint.hidden = data.frames.length > 0;
+    replace(error, data.error);
     if (data.scene) draw(canvas, data.scene);
     replace(body, data.frames.map((frame) => h("tr", {}, h("td", {}, frame.frame), h("td", {}, frame.parent), h("td", {}, frame.authority),
       h("td", { class: "number" }, frame.static ? "static" : hertz(frame.rate)), h("td", { class: "number" }, frame.static ? "" : `${frame.age.toFixed(1)} s`), h("td", { class: "number" }, frame.static || frame.delay === null ? "" : `${(frame.delay * 1000).toFixed(0)} ms`))));

@@ -1,0 +1,26 @@
+"""Lists for browsers that other nodes could make long."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TypeVar
+
+from pipros.limits import process_limits
+
+T = TypeVar("T")
+
+
+def bounded_list(rows: Iterable[T], share: int = 1) -> list[T]:
+    """The rows until their texts reach `Limits.page_view_bytes`, divided by `share`.
+
+    >>> bounded_list(["/a", "/b"])
+    ['/a', '/b']
+    """
+    room = process_limits().page_view_bytes // share
+    found: list[T] = []
+    for row in rows:
+        room -= len(str(row))
+        if room < 0:
+            break
+        found.append(row)
+    return found

@@ -1,0 +1,55 @@
+"""Well-known topics such as `/tf`.
+
+The fields of their messages are read, so a publisher must have the installed definition: a type of the same
+name may have other fields.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from pipros.errors import PiprosError
+from pipros.msg import load_message_class
+from pipros.node.any_msg import RawMessage
+from pipros.web.topic_watch import TopicWatch
+
+SHOWN_S = 5.0
+"""How long a problem is shown after the last message that had it."""
+LONGEST_NAME = 300
+"""Characters of a name in a message that are kept."""
+
+Take = Callable[[Any, RawMessage, float], object]
+"""Called in the thread of the link with a decoded message, the same undecoded, and the wall time."""
+
+
+class KnownTopic:
+    """Decodes the messages of a topic and passes them on."""
+
+    def __init__(self, watch: TopicWatch, type_name: str, take: Take) -> None:
+        self._watch = watch
+        self._class = load_message_class(type_name)
+        self._take = take
+        self._problem = "", 0.0
+
+    @contextlib.contextmanager
+    def listening(self) -> Iterator[None]:
+        """Within the context, passes messages on, beginning with the newest, if another view has it."""
+        with self._watch.listening(self._add, from_newest=True):
+            yield
+
+    @property
+    def problem(self) -> str:
+        """Why messages of the last seconds were left out; empty if none was."""
+        text, last_s = self._problem
+        return text if time.time() - last_s < SHOWN_S else ""
+
+    def _add(self, message: RawMessage, wall_s: float) -> None:
+        try:
+            decoded = self._watch.decode_as(message, self._class)
+        except PiprosError as error:
+            self._problem = str(error), wall_s
+            return
+        self._take(decoded, message, wall_s)
