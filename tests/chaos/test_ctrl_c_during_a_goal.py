@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
-
 from actionlib_msgs.msg import GoalID
+
 from pipros.env import Environment
 from pipros.master.master import Master
 from pipros.msg import load_message_class

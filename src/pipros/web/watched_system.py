@@ -45,7 +45,6 @@ class WatchedSystem:
         """Stops observing."""
         self._is_over.set()
         self._wanted.set()
-        self._observer.close()
 
     async def observations(self) -> AsyncIterator[Observation]:
         """Yields the newest observation, at most once per interval."""
