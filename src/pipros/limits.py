@@ -45,6 +45,9 @@ class Limits(NamedTuple):
         cmake_characters: all its variables together.
         log_bytes: the log file of a node or launcher, `rosout.log` and `master.log`.
         log_files: such a file and the older ones that are kept, `x.log.1` the youngest of them.
+        launch_bytes: the files and command outputs that one launch reads, and what substitutions insert.
+        launch_includes: `<include>`s of one launch.
+        launch_insert_characters: what the substitutions of one attribute or text of a launch file insert.
         multicall_answer_bytes: the answers of one `system.multicall` together.
         rpc_connections: XML-RPC connections of one server; 0 is half of the process's descriptors, for a node
             an eighth.
@@ -107,6 +110,9 @@ class Limits(NamedTuple):
     cmake_characters: int = 64 * 1024 * 1024
     log_bytes: int = 48 * _MIB
     log_files: int = 5
+    launch_bytes: int = 512 * _MIB
+    launch_includes: int = 10_000
+    launch_insert_characters: int = 1024 * 1024
     multicall_answer_bytes: int = 16 * _MIB
     rpc_connections: int = 0
     rpc_connections_per_peer: int = 4096
