@@ -48,6 +48,7 @@ class Limits(NamedTuple):
         launch_bytes: the files and command outputs that one launch reads, and what substitutions insert.
         launch_includes: `<include>`s of one launch.
         launch_insert_characters: what the substitutions of one attribute or text of a launch file insert.
+        loggers: loggers that callers of `~set_logger_level` create in a node.
         multicall_answer_bytes: the answers of one `system.multicall` together.
         rpc_connections: XML-RPC connections of one server; 0 is half of the process's descriptors, for a node
             an eighth.
@@ -113,6 +114,7 @@ class Limits(NamedTuple):
     launch_bytes: int = 512 * _MIB
     launch_includes: int = 10_000
     launch_insert_characters: int = 1024 * 1024
+    loggers: int = 1000
     multicall_answer_bytes: int = 16 * _MIB
     rpc_connections: int = 0
     rpc_connections_per_peer: int = 4096
