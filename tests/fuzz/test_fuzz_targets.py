@@ -11,6 +11,7 @@ import pytest
 
 from tests.fuzz import (
     bags,
+    cfg_results,
     cmake,
     definitions,
     expressions,
@@ -42,6 +43,7 @@ SUBJECTS = {
     "strange_messages": Subject(lambda: strange_messages.target, strange_messages.WORDS, 200),
     "yaml_texts": Subject(lambda: yaml_texts.target, yaml_texts.WORDS, 500),
     "expressions": Subject(lambda: expressions.target, expressions.WORDS, 1500),
+    "cfg_results": Subject(lambda: cfg_results.target, cfg_results.WORDS, 1500),
     "launch_files": Subject(lambda: launch_files.target, launch_files.WORDS, 500),
     "cmake": Subject(lambda: cmake.target, cmake.WORDS, 500),
     "replies": Subject(replies.Replies, replies.WORDS, 500),
