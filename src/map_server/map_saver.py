@@ -10,6 +10,7 @@ from typing import Any
 from nav_msgs.msg import OccupancyGrid
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.maps.errors import MapError
 from pipros.maps.map_file import description_text, grid_pixels
 from pipros.maps.pgm import write_pgm
@@ -72,6 +73,7 @@ def save_map(message: Any, name: str, occupied: int, free: int) -> None:
         text.write(description_text(f"{name}.pgm", info.resolution, (position.x, position.y, yaw)))
 
 
+@exits_after_ctrl_c(1)
 def main() -> int:
     """Waits for a map and saves it. Returns the exit code."""
     arguments = rospy.myargv()[1:]

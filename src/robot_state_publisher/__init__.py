@@ -15,6 +15,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.msg.time import NS_PER_S
 from pipros.robot_model.joint_poses import JointFrames, pose_of
 from pipros.robot_model.urdf import Joint, Robot, UrdfError, read_robot
@@ -107,6 +108,7 @@ class RobotStatePublisher:
         return TransformStamped(header, self._prefix + joint.child, moved)
 
 
+@exits_after_ctrl_c()
 def main(name: str = "robot_state_publisher") -> int:
     """Runs the node until it is ended. Returns the exit code."""
     rospy.init_node(name)

@@ -9,6 +9,7 @@ from typing import Any
 import rospy
 import rostopic
 from pipros.errors import PiprosError
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.msg import load_message_class
 from pipros.msg.from_yaml import fill_message_args
 from pipros.topic_tools.expressions import Template, Transformation
@@ -51,6 +52,7 @@ def _run(
     return 0
 
 
+@exits_after_ctrl_c()
 def transform() -> int:
     """Runs `transform`. Returns the exit code."""
     parser = _parser(
@@ -81,6 +83,7 @@ def transform() -> int:
     return _run(options, topic, options.latch, lambda message, _: list(made.arguments(message)))
 
 
+@exits_after_ctrl_c()
 def relay_field() -> int:
     """Runs `relay_field`. Returns the exit code."""
     parser = _parser(

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.msg import load_service_class
 
 
 def _call(name: str, kind: str, doing: str, *topic: str) -> Any:
-    """Waits for a service of the mux and calls it. Prints what it does, and what goes wrong.
-
-    Ctrl-C during the wait exits with 130.
-    """
-    try:
-        print(f'Waiting for service "{name}"', flush=True)
-        rospy.wait_for_service(name)
-    except KeyboardInterrupt:
-        sys.exit(130)
+    """Waits for a service of the mux and calls it. Prints what it does, and what goes wrong."""
+    print(f'Waiting for service "{name}"', flush=True)
+    rospy.wait_for_service(name)
     print(doing, flush=True)
     try:
         return rospy.ServiceProxy(name, load_service_class(f"topic_tools/Mux{kind}"))(*topic)
@@ -27,6 +21,7 @@ def _call(name: str, kind: str, doing: str, *topic: str) -> Any:
         return None
 
 
+@exits_after_ctrl_c(130)
 def _with_topic(program: str, kind: str, doing: str) -> int:
     arguments = rospy.myargv()[1:]
     if len(arguments) != 2:
@@ -52,6 +47,7 @@ def select() -> int:
     return _with_topic("mux_select", "Select", 'Selecting "{topic}" at mux "{mux}"')
 
 
+@exits_after_ctrl_c(130)
 def list_topics() -> int:
     """`mux_list MUX_NAME`. Returns the exit code."""
     arguments = rospy.myargv()[1:]
@@ -64,6 +60,7 @@ def list_topics() -> int:
     return 0
 
 
+@exits_after_ctrl_c(130)
 def switch() -> int:
     """`switch_mux MUXED_TOPIC SELECT_TOPIC`. Returns the exit code."""
     arguments = rospy.myargv()[1:]

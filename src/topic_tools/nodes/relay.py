@@ -6,6 +6,7 @@ import threading
 
 import rosgraph
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.node.any_msg import RawMessage
 from topic_tools.nodes.output import Input, Output, base_name, is_latched
 
@@ -56,6 +57,7 @@ class Relay:
             self.source.unsubscribe()
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     arguments = rospy.myargv()[1:]

@@ -7,6 +7,7 @@ import threading
 import time
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.node.any_msg import RawMessage
 from pipros.topic_tools.rates import ByteRate, MessageRate, Rule
 from topic_tools.nodes.output import Input, Output, base_name, is_latched
@@ -70,6 +71,7 @@ def number_above_0(name: str, text: str) -> float:
     return number
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     kind, *arguments = [*rospy.myargv()[1:], ""]
