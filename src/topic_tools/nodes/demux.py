@@ -69,7 +69,7 @@ def main() -> int:
         print(USAGE)
         return 1
     source, *targets = arguments
-    rospy.init_node(f"{base_name(source)}_demux", anonymous=True)
+    rospy.init_node(f"{base_name(*arguments)}_demux", anonymous=True)
     selection = selection_of("demux", targets)
     demux = Demux(selection)
     services = Services("Demux", selection)

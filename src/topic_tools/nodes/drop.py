@@ -31,7 +31,7 @@ def main() -> int:
         print(USAGE)
         return 1
     source = arguments[0]
-    rospy.init_node(f"{base_name(source)}_drop", anonymous=True)
+    rospy.init_node(f"{base_name(source, *arguments[3:])}_drop", anonymous=True)
     output = Output(arguments[3] if len(arguments) == 4 else f"{source.rstrip('/')}_drop")
     rule, turn = Dropping(dropped, of), threading.Lock()
 

@@ -91,7 +91,7 @@ def main() -> int:
         print(USAGE)
         return 1
     target, *sources = arguments
-    rospy.init_node(f"{base_name(target)}_mux", anonymous=True)
+    rospy.init_node(f"{base_name(*arguments)}_mux", anonymous=True)
     selection = selection_of("mux", sources)
     first = str(rospy.get_param("~initial_topic", "")) or sources[0]
     try:

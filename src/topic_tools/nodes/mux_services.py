@@ -7,6 +7,8 @@ from typing import Any
 import rospy
 from pipros.interrupts import exits_after_ctrl_c
 from pipros.msg import load_service_class
+from pipros.topic_tools.selection import NONE
+from topic_tools.nodes.output import base_name, check_names
 
 
 def _call(name: str, kind: str, doing: str, *topic: str) -> Any:
@@ -28,6 +30,9 @@ def _with_topic(program: str, kind: str, doing: str) -> int:
         print(f"USAGE: {program} MUX_NAME TOPIC")
         return 1
     mux, topic = arguments
+    check_names("service", mux)
+    if topic != NONE:
+        check_names("topic", topic)
     _call(f"{mux}/{kind.lower()}", kind, doing.format(mux=mux, topic=topic), topic)
     return 0
 
@@ -54,6 +59,7 @@ def list_topics() -> int:
     if len(arguments) != 1:
         print("USAGE: mux_list MUX_NAME")
         return 1
+    check_names("service", arguments[0])
     response = _call(f"{arguments[0]}/list", "List", f'Listing topics from mux "{arguments[0]}"')
     if response is not None:
         print(response.topics)
@@ -68,7 +74,8 @@ def switch() -> int:
         print("usage: switch MUXED_TOPIC SELECT_TOPIC")
         return 1
     output, topic = arguments[:2]
-    rospy.init_node(f"{output.rstrip('/').rpartition('/')[2]}_switcher", anonymous=True)
+    name = base_name(output) if topic == NONE else base_name(output, topic)
+    rospy.init_node(f"{name}_switcher", anonymous=True)
     rospy.logwarn("topic_tools/switch_mux is deprecated; please use topic_tools/mux_select instead")
     name = f"{output}_select"
     rospy.loginfo("Waiting for service %s...\n", name)

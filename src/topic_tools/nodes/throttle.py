@@ -87,7 +87,7 @@ def main() -> int:
         return 1
     source = arguments[0]
     named = arguments[2 if kind == "messages" else 3 :]
-    rospy.init_node(f"{base_name(source)}_throttle", anonymous=True)
+    rospy.init_node(f"{base_name(source, *named)}_throttle", anonymous=True)
     latch = bool(rospy.get_param("~force_latch")) if rospy.has_param("~force_latch") else None
     lazy = bool(rospy.get_param("~lazy", False))
     target = named[0] if named else f"{source.rstrip('/')}_throttle"
