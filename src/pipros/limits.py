@@ -85,6 +85,7 @@ class Limits(NamedTuple):
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
         message_values: values in a new message.
         empty_elements: values in one message beyond the eight that each of its bytes pays for.
+        transform_bytes: the frames and transforms of one buffer of tf, roughly.
         yaml_values: values of a YAML text, aliases and merged mappings counted as often as they are used.
         yaml_depth: nesting of lists and mappings in a YAML text; the parameter server has the same.
         xml_bytes: an XML file.
@@ -148,6 +149,7 @@ class Limits(NamedTuple):
     bag_cache_bytes: int = 256 * _MIB
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
+    transform_bytes: int = 1024 * _MIB
     yaml_values: int = 1_000_000
     yaml_depth: int = 100
     xml_bytes: int = 16 * _MIB
