@@ -45,6 +45,8 @@ class Limits(NamedTuple):
         cmake_characters: all its variables together.
         log_bytes: the log file of a node or launcher, `rosout.log` and `master.log`.
         log_files: such a file and the older ones that are kept, `x.log.1` the youngest of them.
+        goals: goals of an action server, with those that ended lately and those cancelled in advance; the ids
+            of goals have `name_characters`.
         launch_bytes: the files and command outputs that one launch reads, and what substitutions insert.
         launch_includes: `<include>`s of one launch.
         launch_insert_characters: what the substitutions of one attribute or text of a launch file insert.
@@ -112,6 +114,7 @@ class Limits(NamedTuple):
     cmake_characters: int = 64 * 1024 * 1024
     log_bytes: int = 48 * _MIB
     log_files: int = 5
+    goals: int = 1000
     launch_bytes: int = 512 * _MIB
     launch_includes: int = 10_000
     launch_insert_characters: int = 1024 * 1024
