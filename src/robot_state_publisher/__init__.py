@@ -25,6 +25,9 @@ from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 _OLD_S = 30.0
 """A message of joints that is older than this is worth a warning."""
 
+_SHORTEST_PERIOD_S = 0.001
+"""Between two messages: a frequency of 1e12 must not make a timer that never sleeps."""
+
 
 class RobotStatePublisher:
     """Sends the frames of `robot` as long as the node runs.
@@ -61,7 +64,7 @@ class RobotStatePublisher:
             if self._frames.fixed:
                 self._static.sendTransform(self._fixed(rospy.Time.now()))
         else:
-            period = rospy.Duration(self._frames.interval / NS_PER_S)
+            period = rospy.Duration(max(self._frames.interval / NS_PER_S, _SHORTEST_PERIOD_S))
             self._timer = rospy.Timer(period, self._on_timer, reset=True)
 
     def on_joints(self, message: Any) -> None:

@@ -105,3 +105,24 @@ def test_what_is_not_installed_is_named_with_its_extra(module: str) -> None:
     assert spec.loader is not None
     with pytest.raises(ModuleNotFoundError, match=rf"{module} is not .*pip install 'pipros\[urdf\]'"):
         spec.loader.exec_module(ModuleType(module))
+
+
+def test_a_publish_frequency_beyond_reason_is_limited(ros: RosSystem) -> None:
+    """The program prints the period of its timer."""
+    ros.serve_master()
+    ros.pipros.run(
+        *("rosparam", "set", "robot_description"),
+        '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="fixed">'
+        '<parent link="a"/><child link="b"/></joint></robot>',
+    )
+    (ros.home / "node.py").write_text(
+        "import sys, rospy, robot_state_publisher\n"
+        "rospy.Timer = lambda period, *_, **__: print('period', period.to_nsec(), flush=True)\n"
+        "sys.exit(robot_state_publisher.main())\n"
+    )
+    node = ros.pipros.start(
+        "python3", "node.py", "_publish_frequency:=1000000000000.0", "_use_tf_static:=false"
+    )
+    node.wait_for("period 1000000$")
+    node.press_ctrl_c()
+    assert node.wait() == 0
