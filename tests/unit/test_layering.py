@@ -397,7 +397,7 @@ def _source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> Path:
 
 
 MAY_KEEP_THE_PROCESS = {"actionlib/simple_action_server.py": 1}
-"""Threads that are not daemons, by file. Each ends soon after the shutdown, whatever other threads wait for."""
+"""Threads that are not daemons, by file. Each ends soon after the shutdown, whatever others wait for."""
 
 
 def threads_that_keep_the_process(tree: ast.AST) -> int:
