@@ -16,6 +16,11 @@ from actionlib.goal_id_generator import GoalIDGenerator
 from actionlib.handle_tracker_deleter import HandleTrackerDeleter
 from actionlib.server_goal_handle import ServerGoalHandle
 from actionlib.status_tracker import StatusTracker
+from pipros.actions.goal_table import GoalTable
+from pipros.limits import limit_text, process_limits
+
+_SHORTEST_PERIOD_S = 0.001
+"""Between two statuses: a frequency of 1e12 must not make a timer that never sleeps."""
 
 
 def nop_cb(goal_handle: Any) -> None:
@@ -55,7 +60,9 @@ class ActionServer:
         self.lock = RLock()
         self._one_callback = RLock()
         self.status_timer: Any = None
-        self.status_list: list[StatusTracker] = []
+        limits = process_limits()
+        self._goals: GoalTable[StatusTracker] = GoalTable(limits.goals, limits.name_characters, _has_ended)
+        self._has_refused = False
         self.last_cancel = rospy.Time()
         self.status_list_timeout = rospy.Duration()
         self.id_generator = GoalIDGenerator()
@@ -72,6 +79,12 @@ class ActionServer:
                 ns,
             )
             self.start()
+
+    @property
+    def status_list(self) -> list[StatusTracker]:
+        """The goals that the status topic reports, in the order in which they arrived."""
+        with self.lock:
+            return list(self._goals)
 
     def register_goal_callback(self, cb: Callable[[Any], object]) -> None:
         """Calls another function with new goals from now on."""
@@ -116,7 +129,7 @@ class ActionServer:
         self.status_frequency = self._status_frequency(name)
         self.status_list_timeout = rospy.Duration(rospy.get_param(f"{name}/status_list_timeout", 5.0))
         if self.status_frequency > 0.0:
-            period = rospy.Duration(1.0 / self.status_frequency)
+            period = rospy.Duration(max(1.0 / self.status_frequency, _SHORTEST_PERIOD_S))
             self.status_timer = rospy.Timer(period, self.publish_status_async, reset=True)
 
     def _status_frequency(self, name: str) -> float:
@@ -158,25 +171,27 @@ class ActionServer:
             if not self.started:
                 return []
             stamp, wanted = goal_id.stamp, goal_id.id
-            is_found = False
-            for tracker in self.status_list[:]:
-                known = tracker.status.goal_id
-                if wanted == known.id:
-                    is_found = True
-                elif not (stamp.is_zero() and not wanted) and not (
-                    not stamp.is_zero() and known.stamp <= stamp
-                ):
-                    continue
+            found = self._goals.find(wanted)
+            if stamp.is_zero() and wanted:
+                meant = [] if found is None else [found]
+            else:
+                meant = [
+                    tracker
+                    for tracker in self._goals
+                    if stamp.is_zero() or tracker is found or tracker.status.goal_id.stamp <= stamp
+                ]
+            for tracker in meant:
                 if tracker.handle_tracker is None:
                     tracker.handle_tracker = HandleTrackerDeleter(self, tracker)
                     tracker.handle_destruction_time = rospy.Time.now()
                 handle = ServerGoalHandle(tracker, self, tracker.handle_tracker)
                 if handle.set_cancel_requested():
                     cancelled.append(handle)
-            if wanted and not is_found:  # the goal may still come
+            if wanted and found is None:  # the goal may still come
                 tracker = StatusTracker(goal_id, GoalStatus.RECALLING)
                 tracker.handle_destruction_time = rospy.Time.now()
-                self.status_list.append(tracker)
+                if not self._goals.add(wanted, tracker):
+                    self._warn_of_refusal()
             if stamp > self.last_cancel:
                 self.last_cancel = stamp
         return cancelled
@@ -193,19 +208,21 @@ class ActionServer:
         with self.lock:
             if not self.started:
                 return None
-            for tracker in self.status_list:
-                if goal.goal_id.id == tracker.status.goal_id.id:
-                    if tracker.status.status == GoalStatus.RECALLING:
-                        tracker.status.status = GoalStatus.RECALLED
-                        self.publish_result(tracker.status, self.ActionResultType())
-                    if tracker.handle_tracker is None:
-                        tracker.handle_destruction_time = rospy.Time.now()
-                    return None
+            known = self._goals.find(goal.goal_id.id)
+            if known is not None:
+                if known.status.status == GoalStatus.RECALLING:
+                    known.status.status = GoalStatus.RECALLED
+                    self.publish_result(known.status, self.ActionResultType())
+                if known.handle_tracker is None:
+                    known.handle_destruction_time = rospy.Time.now()
+                return None
             # By the stamp that the client gave: one that the server gives is never before a request to
             # cancel.
             is_late = not goal.goal_id.stamp.is_zero() and goal.goal_id.stamp <= self.last_cancel
             tracker = StatusTracker(None, None, goal)
-            self.status_list.append(tracker)
+            if not self._goals.add(tracker.status.goal_id.id, tracker):
+                self._reject(tracker)
+                return None
             tracker.handle_tracker = HandleTrackerDeleter(self, tracker)
             handle = ServerGoalHandle(tracker, self, tracker.handle_tracker)
             if is_late:
@@ -214,6 +231,25 @@ class ActionServer:
                 )
                 return None
             return handle
+
+    def _reject(self, tracker: StatusTracker) -> None:
+        """Tell the client of a goal for which there is no room."""
+        self._warn_of_refusal()
+        tracker.status.status = GoalStatus.REJECTED
+        tracker.status.text = "this action server has too many goals"
+        message = self.ActionResult(status=tracker.status, result=self.ActionResultType())
+        message.header.stamp = rospy.Time.now()
+        if not rospy.is_shutdown():
+            self.result_pub.publish(message)
+
+    def _warn_of_refusal(self) -> None:
+        if not self._has_refused:
+            self._has_refused = True
+            rospy.logwarn(
+                "The action server %s refuses goals: there are too many, or an id is too long; %s",
+                self.ns,
+                limit_text("goals", process_limits().goals),
+            )
 
     def publish_status_async(self, event: Any) -> None:  # noqa: ARG002 # of the timer
         """Called by a timer."""
@@ -225,13 +261,17 @@ class ActionServer:
         """Sends the status of all goals. Goals that have ended stay in it for `status_list_timeout`."""
         with self.lock:
             now = rospy.Time.now()
-            kept = []
-            for tracker in self.status_list:
-                ended = tracker.handle_destruction_time
-                if ended.is_zero() or ended + self.status_list_timeout >= now:
-                    kept.append(tracker)
-            self.status_list = kept
-            message = GoalStatusArray(status_list=[tracker.status for tracker in kept])
+            self._goals.keep(
+                lambda tracker: (
+                    not _has_ended(tracker)
+                    or tracker.handle_destruction_time + self.status_list_timeout >= now
+                )
+            )
+            message = GoalStatusArray(status_list=[tracker.status for tracker in self._goals])
             message.header.stamp = now
             if not rospy.is_shutdown():
                 self.status_pub.publish(message)
+
+
+def _has_ended(tracker: StatusTracker) -> bool:
+    return not tracker.handle_destruction_time.is_zero()

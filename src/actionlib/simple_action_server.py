@@ -16,6 +16,8 @@ from actionlib.server_goal_handle import ServerGoalHandle
 _REPLACED = "This goal was canceled because another goal was received by the simple action server"
 _SLICE_S = 0.1
 """How long a wait lasts before it looks whether the node ends."""
+_GRACE_S = 0.2
+"""How long the process waits for `execute_cb` after shutdown."""
 
 
 class SimpleActionServer:
@@ -54,8 +56,10 @@ class SimpleActionServer:
         self.execute_condition = Condition(self.lock)
         self.execute_thread: Thread | None = None
         if execute_cb:
-            self.execute_thread = Thread(target=self.executeLoop, name=f"goals of {name}")
+            self.execute_thread = Thread(target=self.executeLoop, name=f"goals of {name}", daemon=True)
             self.execute_thread.start()
+            # As in Noetic, a program whose main thread ends without `rospy.spin()` serves until shutdown.
+            Thread(target=self._keep_process, name=f"server of {name}").start()
         if auto_start:
             rospy.logwarn(
                 "The action server %s starts by itself: goals may come before its constructor has returned. "
@@ -186,6 +190,17 @@ class SimpleActionServer:
                     continue
                 goal = self.accept_new_goal()
             self._execute(goal)
+
+    def _keep_process(self) -> None:
+        """Keep the interpreter alive while the server works, and briefly after shutdown.
+
+        `execute_cb` may block for ever, so its own thread is a daemon; a callback that notices the shutdown
+        has `_GRACE_S` to finish.
+        """
+        assert self.execute_thread is not None  # noqa: S101 # set before this thread starts
+        while self.execute_thread.is_alive() and not rospy.is_shutdown():
+            self.execute_thread.join(_SLICE_S)
+        self.execute_thread.join(_GRACE_S)
 
     def _execute(self, goal: Any) -> None:
         assert self.execute_callback is not None  # noqa: S101 # the thread runs only with one

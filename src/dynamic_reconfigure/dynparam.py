@@ -78,8 +78,8 @@ def changes_of(options: Any) -> dict[str, Any]:
 def main() -> int:
     """Carries out a command. Returns the exit code."""
     options = parser().parse_args(rospy.myargv()[1:])
-    rospy.init_node("dynparam", anonymous=True, disable_signals=True)
     try:
+        rospy.init_node("dynparam", anonymous=True, disable_signals=True)
         if options.command == "list":
             print("\n".join(find_reconfigure_services()))
             return 0

@@ -11,6 +11,7 @@ from sensor_msgs.msg import CompressedImage, Image
 import rospy
 from image_transport.transports import PUBLISHED, SUBSCRIBED, topic_of
 from pipros.errors import PiprosError
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.topic_tools.raw import class_like
 
 USAGE = "Usage: {} in_transport in:=<in_base_topic> [out_transport] out:=<out_base_topic>"
@@ -22,6 +23,7 @@ _RawImage: Any = class_like(
 _Publish = Callable[[Any], None]
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     program, *arguments = rospy.myargv()

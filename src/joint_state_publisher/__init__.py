@@ -9,6 +9,7 @@ from typing import Any
 from sensor_msgs.msg import JointState
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.robot_model.joint_values import JointChoices, JointValues, MimicCircle
 from pipros.robot_model.urdf import UrdfError, read_robot
 
@@ -91,9 +92,14 @@ class JointStatePublisher:
         self._values.sweep(delta)
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs the node until it is ended. Returns the exit code."""
-    with suppress(rospy.ROSInterruptException):
-        rospy.init_node("joint_state_publisher")
-        JointStatePublisher().loop()
+    rospy.init_node("joint_state_publisher")
+    try:
+        publisher = JointStatePublisher()
+    except RuntimeError as error:
+        rospy.logfatal("joint_state_publisher cannot start: %s", error)
+        return 1
+    publisher.loop()
     return 0

@@ -13,6 +13,7 @@ from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapResponse
 from std_msgs.msg import Header
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.maps.errors import BadMapDescription, BadMapImage, MapError, NoMapFile
 from pipros.maps.map_file import Grid, MapDescription, make_grid, read_map
 from pipros.maps.picture import read_picture
@@ -76,6 +77,7 @@ class MapServer:
         return LoadMapResponse(self._map, LoadMapResponse.RESULT_SUCCESS)
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Serves until the node is ended. Returns the exit code."""
     arguments = rospy.myargv()[1:]

@@ -10,6 +10,8 @@ from typing import Any
 from nav_msgs.msg import OccupancyGrid
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
+from pipros.maps.errors import MapError
 from pipros.maps.map_file import description_text, grid_pixels
 from pipros.maps.pgm import write_pgm
 
@@ -53,10 +55,13 @@ def save_map(message: Any, name: str, occupied: int, free: int) -> None:
     """Writes `name`.pgm and `name`.yaml.
 
     Raises:
+        MapError: the number of cells is not width times height. Nothing is written.
         OSError: a file cannot be written.
     """
     info = message.info
     rospy.loginfo("Received a %d X %d map @ %.3f m/pix", info.width, info.height, info.resolution)
+    if len(message.data) != info.width * info.height:
+        raise MapError(f"a {info.width} X {info.height} map has no {len(message.data)} cells")
     rospy.loginfo("Writing map occupancy data to %s.pgm", name)
     pixels = grid_pixels(info.width, message.data, free, occupied)
     with open(f"{name}.pgm", "wb") as file:
@@ -68,6 +73,7 @@ def save_map(message: Any, name: str, occupied: int, free: int) -> None:
         text.write(description_text(f"{name}.pgm", info.resolution, (position.x, position.y, yaw)))
 
 
+@exits_after_ctrl_c(1)
 def main() -> int:
     """Waits for a map and saves it. Returns the exit code."""
     arguments = rospy.myargv()[1:]
@@ -84,6 +90,9 @@ def main() -> int:
     try:
         save_map(rospy.wait_for_message("map", OccupancyGrid), name, occupied, free)
     except rospy.ROSInterruptException:
+        return 1
+    except MapError as error:
+        rospy.logerr("Couldn't save the map: %s", error)
         return 1
     except OSError as error:
         rospy.logerr("Couldn't save map file to %s: %s", error.filename, error.strerror)

@@ -15,8 +15,11 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import wraps
 from types import FrameType
-from typing import Any
+from typing import Any, ParamSpec
+
+_Arguments = ParamSpec("_Arguments")
 
 _AGAIN_S = 0.02
 """The delay before SIGINT is sent again; the report is over by then."""
@@ -38,6 +41,28 @@ def accept_ctrl_c() -> None:
         return
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def exits_after_ctrl_c(code: int = 0) -> Callable[[Callable[_Arguments, int]], Callable[_Arguments, int]]:
+    """Decorate the `main` of a program that is a node, to end without a traceback when Ctrl-C interrupts it.
+
+    The interrupts that rospy raises are KeyboardInterrupts, too: that of `init_node`, for example.
+
+    Args:
+        code: the exit code: 0 of a node, which runs until it is ended.
+    """
+
+    def decorate(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
+        @wraps(main)
+        def guarded(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> int:
+            try:
+                return main(*args, **kwargs)
+            except KeyboardInterrupt:
+                return code
+
+        return guarded
+
+    return decorate
 
 
 @contextmanager

@@ -47,6 +47,12 @@ class Limits(NamedTuple):
         cmake_characters: all its variables together.
         log_bytes: the log file of a node or launcher, `rosout.log` and `master.log`.
         log_files: such a file and the older ones that are kept, `x.log.1` the youngest of them.
+        goals: goals of an action server, with those that ended lately and those cancelled in advance; the ids
+            of goals have `name_characters`.
+        launch_bytes: the files and command outputs that one launch reads, and what substitutions insert.
+        launch_includes: `<include>`s of one launch.
+        launch_insert_characters: what the substitutions of one attribute or text of a launch file insert.
+        loggers: loggers that callers of `~set_logger_level` create in a node.
         multicall_answer_bytes: the answers of one `system.multicall` together.
         rpc_connections: XML-RPC connections of one server; 0 is half of the process's descriptors, for a node
             an eighth.
@@ -89,6 +95,7 @@ class Limits(NamedTuple):
         page_topics: topics that all browsers of a page watch together.
         message_values: values in a new message.
         empty_elements: values in one message beyond the eight that each of its bytes pays for.
+        transform_bytes: the frames and transforms of one buffer of tf, roughly.
         yaml_values: values of a YAML text, aliases and merged mappings counted as often as they are used.
         yaml_depth: nesting of lists and mappings in a YAML text; the parameter server has the same.
         xml_bytes: an XML file.
@@ -117,6 +124,11 @@ class Limits(NamedTuple):
     cmake_characters: int = 64 * 1024 * 1024
     log_bytes: int = 48 * _MIB
     log_files: int = 5
+    goals: int = 1000
+    launch_bytes: int = 512 * _MIB
+    launch_includes: int = 10_000
+    launch_insert_characters: int = 1024 * 1024
+    loggers: int = 1000
     multicall_answer_bytes: int = 16 * _MIB
     rpc_connections: int = 0
     rpc_connections_per_peer: int = 4096
@@ -156,6 +168,7 @@ class Limits(NamedTuple):
     page_topics: int = 500
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
+    transform_bytes: int = 1024 * _MIB
     yaml_values: int = 1_000_000
     yaml_depth: int = 100
     xml_bytes: int = 16 * _MIB

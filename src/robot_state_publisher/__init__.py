@@ -15,6 +15,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.msg.time import NS_PER_S
 from pipros.robot_model.joint_poses import JointFrames, pose_of
 from pipros.robot_model.urdf import Joint, Robot, UrdfError, read_robot
@@ -23,6 +24,9 @@ from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 
 _OLD_S = 30.0
 """A message of joints that is older than this is worth a warning."""
+
+_SHORTEST_PERIOD_S = 0.001
+"""Between two messages: a frequency of 1e12 must not make a timer that never sleeps."""
 
 
 class RobotStatePublisher:
@@ -60,7 +64,7 @@ class RobotStatePublisher:
             if self._frames.fixed:
                 self._static.sendTransform(self._fixed(rospy.Time.now()))
         else:
-            period = rospy.Duration(self._frames.interval / NS_PER_S)
+            period = rospy.Duration(max(self._frames.interval / NS_PER_S, _SHORTEST_PERIOD_S))
             self._timer = rospy.Timer(period, self._on_timer, reset=True)
 
     def on_joints(self, message: Any) -> None:
@@ -107,6 +111,7 @@ class RobotStatePublisher:
         return TransformStamped(header, self._prefix + joint.child, moved)
 
 
+@exits_after_ctrl_c()
 def main(name: str = "robot_state_publisher") -> int:
     """Runs the node until it is ended. Returns the exit code."""
     rospy.init_node(name)

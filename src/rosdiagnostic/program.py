@@ -9,11 +9,13 @@ from typing import Any
 import rospy
 from pipros.diagnostics.items import LEVEL_NAMES, Status
 from pipros.diagnostics.listing import listed
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.msg import load_message_class
 
 _LEVELS = [name.lower() for name in LEVEL_NAMES]
 
 
+@exits_after_ctrl_c(130)
 def main() -> int:
     """Prints one array of statuses. Returns the exit code: 1 when none came in time."""
     parser = argparse.ArgumentParser("rosdiagnostic", description="Prints the newest diagnostics.")

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from pipros.env import Environment
+from pipros.msg import load_message_class
+from pipros.node import Node
 from tests.support.ros import RosSystem
 
+OccupancyGrid: Any = load_message_class("nav_msgs/OccupancyGrid")
 YAML = """image: {name}.pgm
 resolution: 0.5
 origin: [1.0, 2.0, 1.5707963]
@@ -86,3 +91,18 @@ def test_wrong_arguments_are_explained(ros: RosSystem, program: str, arguments: 
 
     assert ended.returncode != 0
     assert complaint in ended.output
+
+
+@pytest.mark.parametrize(("size", "cells"), [((2, 2), 3), ((2**32 - 1, 2**32 - 1), 0), ((1, 1), 2)])
+def test_a_map_without_the_right_number_of_cells_is_not_saved(
+    ros: RosSystem, size: tuple[int, int], cells: int
+) -> None:
+    ros.serve_master()
+    saver = ros.pipros.start("rosrun", "map_server", "map_saver", "-f", "saved")
+    with Node("broken", environment=Environment(master_uri=ros.master_uri)) as node:
+        grid = OccupancyGrid(data=[0] * cells)
+        grid.info.width, grid.info.height = size
+        node.advertise("/map", OccupancyGrid, latch=True).publish(grid)
+        assert saver.wait() == 1, saver.output
+    assert f"a {size[0]} X {size[1]} map has no {cells} cells" in saver.output
+    assert list(ros.home.glob("saved*")) == []

@@ -72,7 +72,14 @@ def test_rosrun_xacro_expands_and_names_packages_that_are_unknown(ros: RosSystem
 
 @pytest.mark.parametrize("program", ["joint_state_publisher", "robot_state_publisher"])
 @pytest.mark.parametrize(
-    ("description", "complaint"), [(None, "robot_description"), ("<robot/>", "one link must have no parent")]
+    ("description", "complaint"),
+    [
+        (None, "robot_description"),
+        ("<robot/>", "one link must have no parent"),
+        ("<robot", "unclosed token"),
+        ("<map/>", "robot_description"),
+        ("[1]", "robot_description"),
+    ],
 )
 def test_a_description_that_is_missing_or_wrong_is_named(
     ros: RosSystem, program: str, description: str | None, complaint: str
@@ -83,8 +90,9 @@ def test_a_description_that_is_missing_or_wrong_is_named(
 
     ended = ros.pipros.run("rosrun", program, program)
 
-    assert ended.returncode != 0
+    assert ended.returncode == (1 if program == "joint_state_publisher" else 255)
     assert complaint in ended.output
+    assert "Traceback" not in ended.output
 
 
 @pytest.mark.parametrize("module", ["xacro", "urdf_parser_py"])
@@ -97,3 +105,24 @@ def test_what_is_not_installed_is_named_with_its_extra(module: str) -> None:
     assert spec.loader is not None
     with pytest.raises(ModuleNotFoundError, match=rf"{module} is not .*pip install 'pipros\[urdf\]'"):
         spec.loader.exec_module(ModuleType(module))
+
+
+def test_a_publish_frequency_beyond_reason_is_limited(ros: RosSystem) -> None:
+    """The program prints the period of its timer."""
+    ros.serve_master()
+    ros.pipros.run(
+        *("rosparam", "set", "robot_description"),
+        '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="fixed">'
+        '<parent link="a"/><child link="b"/></joint></robot>',
+    )
+    (ros.home / "node.py").write_text(
+        "import sys, rospy, robot_state_publisher\n"
+        "rospy.Timer = lambda period, *_, **__: print('period', period.to_nsec(), flush=True)\n"
+        "sys.exit(robot_state_publisher.main())\n"
+    )
+    node = ros.pipros.start(
+        "python3", "node.py", "_publish_frequency:=1000000000000.0", "_use_tf_static:=false"
+    )
+    node.wait_for("period 1000000$")
+    node.press_ctrl_c()
+    assert node.wait() == 0

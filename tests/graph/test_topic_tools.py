@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from pipros.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
@@ -77,3 +79,81 @@ def test_launched_programs_pass_on_what_they_do_not_know(ros: RosSystem) -> None
         launched.wait_for(r"ERROR.*m\.nothing.*Float64 has no field \[nothing\]")
         launched.press_ctrl_c()
         assert launched.wait() == 0
+
+
+def test_a_stealthy_relay_sends_nothing_that_nobody_monitors(ros: RosSystem) -> None:
+    """Not even the messages that show it the type, before it looks at the monitored topic again."""
+    ros.pipros.start_bare_master()
+    text: Any = load_message_class("std_msgs/String")
+    got: list[str] = []
+    with Node("probe", environment=Environment(master_uri=ros.master_uri)) as node:
+        publisher = node.advertise("/in", text, latch=True)
+        publisher.publish(text("secret"))
+        node.subscribe("/out", text, lambda message: got.append(message.data))
+        relay = ros.pipros.start_node(
+            *("topic_tools", "relay", "/in", "/out"),
+            *("_stealth:=true", "_monitor_topic:=/watched", "_monitor_rate:=0.001"),
+        )
+        ros.wait_for_publisher("/out")
+        subscription = node.endpoints.subscription("/out")
+        assert subscription is not None
+        wait_until(lambda: subscription.links)
+        publisher.publish(text("secret too"))
+        relay.press_ctrl_c()
+        assert relay.wait() == 0
+        wait_until(lambda: not subscription.links)
+    assert got == []
+
+
+def test_a_throttle_by_wall_clock_needs_no_simulated_time(ros: RosSystem) -> None:
+    ros.pipros.start_bare_master()
+    text: Any = load_message_class("std_msgs/String")
+    got: list[str] = []
+    with Node("probe", environment=Environment(master_uri=ros.master_uri)) as node:
+        node.master.set_param("/use_sim_time", True)
+        node.advertise("/in", text, latch=True).publish(text("now"))
+        node.subscribe("/in_throttle", text, lambda message: got.append(message.data))
+        ros.pipros.start_node(
+            *("topic_tools", "throttle", "messages", "/in", "0.001"),
+            *("_wall_clock:=true", "_force_latch:=true"),
+        )
+        wait_until(lambda: got == ["now"], 30, lambda: str(got))
+
+
+WRONG_ARGUMENTS = {
+    "switch_mux // input": 'Base name extracted from "//" is an empty string',
+    "switch_mux a! b": "invalid topic name: [a!]",
+    "switch_mux a b!": "invalid topic name: [b!]",
+    "relay //": 'Base name extracted from "//" is an empty string',
+    "relay a!": "invalid topic name: [a!]",
+    "relay a b!": "invalid topic name: [b!]",
+    "relay /1": "[/1] does not end in a name for a node",
+    "mux a! b": "invalid topic name: [a!]",
+    "mux a b c!": "invalid topic name: [c!]",
+    "mux a //": "invalid topic name: [//]",
+    "demux a b!": "invalid topic name: [b!]",
+    "drop a! 1 2": "invalid topic name: [a!]",
+    "drop a 1 2 b!": "invalid topic name: [b!]",
+    "throttle messages a! 1": "invalid topic name: [a!]",
+    "throttle messages a 1 b!": "invalid topic name: [b!]",
+    "throttle bytes a 1 1 b!": "invalid topic name: [b!]",
+    "mux_add m! t": "invalid service name: [m!]",
+    "mux_delete m t!": "invalid topic name: [t!]",
+    "mux_select // t": "invalid service name: [//]",
+    "mux_list m!": "invalid service name: [m!]",
+    "transform a! /b std_msgs/String m": "invalid topic name: [a!]",
+    "transform a /b! std_msgs/String m": "invalid topic name: [/b!]",
+    "transform a /b std_msgs/Nope m": "ERROR: ",
+    "transform a /b std_msgs/String m(": "ERROR: ",
+    "relay_field a[0] /b! std_msgs/String {}": "invalid topic name: [/b!]",
+}
+
+
+@pytest.mark.parametrize("command", WRONG_ARGUMENTS)
+def test_wrong_arguments_are_refused_without_a_master(ros: RosSystem, command: str) -> None:
+    program, *arguments = command.split()
+    ran = ros.pipros.processes.run(*ros.pipros.node("topic_tools", program), *arguments)
+
+    assert ran.returncode == 1, ran.output
+    assert WRONG_ARGUMENTS[command] in ran.output
+    assert len(ran.lines) == 1

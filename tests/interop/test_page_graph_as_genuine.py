@@ -39,13 +39,10 @@ def genuine_edges(ros: RosSystem) -> dict[str, Any]:
 def observe(ros: RosSystem, nodes: int) -> Observation:
     """Looks until all nodes have answered or failed, as the page does: 60 nodes at most each time."""
     observer = SystemObserver(MasterClient(ros.master_uri, "/page", timeout_s=30))
-    try:
+    observation = observer.look()
+    for _ in range(nodes // 50):
         observation = observer.look()
-        for _ in range(nodes // 50):
-            observation = observer.look()
-        return observation
-    finally:
-        observer.close()
+    return observation
 
 
 def arrows(observation: Observation, options: GraphOptions) -> list[list[str]]:

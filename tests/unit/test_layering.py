@@ -395,3 +395,26 @@ def _source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> Path:
     monkeypatch.setattr(f"{__name__}.SRC", tmp_path)
     monkeypatch.setattr(f"{__name__}.REPOSITORY", tmp_path)
     return file
+
+
+MAY_KEEP_THE_PROCESS = {"actionlib/simple_action_server.py": 1}
+"""Threads that are not daemons, by file. Each ends soon after the shutdown, whatever others wait for."""
+
+
+def threads_that_keep_the_process(tree: ast.AST) -> int:
+    """How many threads are made without `daemon=True`."""
+    made = [
+        node
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("Thread", "threading.Thread")
+    ]
+    return sum(
+        not any(each.arg == "daemon" and ast.unparse(each.value) == "True" for each in call.keywords)
+        for call in made
+    )
+
+
+def test_no_thread_that_may_wait_for_ever_keeps_the_process_alive() -> None:
+    counts = {file: threads_that_keep_the_process(parsed(file)) for file in FILES}
+    found = {file.relative_to(SRC).as_posix(): count for file, count in counts.items() if count}
+    assert found == MAY_KEEP_THE_PROCESS

@@ -6,11 +6,13 @@ from typing import Any
 
 import rospy
 from bondpy.bondpy import Bond
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.msg import load_service_class
 
 SERVICE = "/diagnostics_agg/add_diagnostics"
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Adds the analyzers of the parameter `~analyzers`, then waits. Returns the exit code."""
     rospy.init_node("add_analyzers", anonymous=True)

@@ -10,6 +10,7 @@ from bondpy.bondpy import Bond
 from pipros.diagnostics.aggregation import Aggregation, whole_level
 from pipros.diagnostics.analyzers import BadAnalyzer
 from pipros.diagnostics.items import Status
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.msg import load_message_class, load_service_class
 from pipros.printable import printable
 
@@ -107,6 +108,7 @@ def _message_of(status: Status) -> Any:
     )
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     rospy.init_node("diagnostic_aggregator")

@@ -21,6 +21,7 @@ from pipros.diagnostics.machine import (
     parsed_hddtemp,
     space_report,
 )
+from pipros.interrupts import exits_after_ctrl_c
 
 HDDTEMP = ("127.0.0.1", 7634)
 HDDTEMP_DEADLINE_S = 2.0
@@ -95,6 +96,7 @@ class Kept:
         return Report(self._report.level, self._report.message, [*age, *self._report.values])
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     parser = argparse.ArgumentParser("hd_monitor.py", description="Reports on the disks of this machine.")

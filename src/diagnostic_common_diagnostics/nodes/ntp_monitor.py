@@ -11,6 +11,7 @@ import rospy
 from diagnostic_common_diagnostics.nodes.monitor import hostname, publish_all
 from pipros.diagnostics import sntp
 from pipros.diagnostics.machine import BadReading, Report, ntp_failure, ntp_report
+from pipros.interrupts import exits_after_ctrl_c
 
 DEADLINE_S = 3.0
 CHECK_S = 10.0
@@ -42,6 +43,7 @@ def check(server: str, tolerance_us: float, error_us: float, port: int = sntp.PO
         return ntp_failure(f"{server}: {error}", tolerance_us, error_us)
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     parser = argparse.ArgumentParser(

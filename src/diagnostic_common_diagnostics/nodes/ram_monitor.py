@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from diagnostic_common_diagnostics.nodes.monitor import init, number, psutil, run_updater
 from pipros.diagnostics.machine import Averages, Report, ram_report
+from pipros.interrupts import exits_after_ctrl_c
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     source = psutil()

@@ -9,6 +9,7 @@ from typing import Any
 import rospy
 from diagnostic_common_diagnostics.nodes.monitor import init, psutil, run_updater
 from pipros.diagnostics.machine import Report, Sensor, sensors_report
+from pipros.interrupts import exits_after_ctrl_c
 
 HWMON = Path("/sys/class/hwmon")
 
@@ -53,6 +54,7 @@ def _text(path: Path) -> str:
         return ""
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     source = psutil()

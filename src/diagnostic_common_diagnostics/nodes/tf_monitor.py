@@ -13,6 +13,7 @@ from diagnostic_common_diagnostics.nodes.monitor import report_of
 from diagnostic_updater import Updater
 from pipros.diagnostics.items import ERROR, OK, WARN
 from pipros.diagnostics.machine import Report
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.transforms import heard
 from pipros.transforms.heard import HeardTransform
 
@@ -59,6 +60,7 @@ class Listener:
         return Report(level, message, [(f"Error {number}", text) for number, text in enumerate(texts, 1)])
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     rospy.init_node("tf_monitor")

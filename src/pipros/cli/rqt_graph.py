@@ -67,11 +67,7 @@ def _graph_now(options: Any) -> NodeGraph:
     shown = GraphOptions(options.mode, hide_dead_sinks=hides, hide_leaf_topics=hides, hide_debug=hides)
     with GraphClient("rqt_graph") as client:
         client.master.get_pid()
-        observer = SystemObserver(client.master)
-        try:
-            found = observer.look()
-        finally:
-            observer.close()
+        found = SystemObserver(client.master).look()
     return node_graph(found.state, found.connections, found.unreachable, shown)
 
 

@@ -8,6 +8,9 @@ from typing import Any
 from pipros.diagnostics.analyzers import AnalyzerGroup, BadAnalyzer, OtherAnalyzer
 from pipros.diagnostics.items import ERROR, OK, STALE, Status
 
+OWNER_LIMIT = 100
+"""Nodes that may have added analyzers at a time; each costs a bond."""
+
 
 class Aggregation:
     """The analyzers of one aggregator, and those that other nodes have added. Not thread-safe."""
@@ -37,6 +40,8 @@ class Aggregation:
         """
         if owner in self._added:
             raise BadAnalyzer("", f"{owner} has added analyzers already")
+        if len(self._added) >= OWNER_LIMIT:
+            raise BadAnalyzer("", f"{OWNER_LIMIT} nodes have added analyzers already")
         group = AnalyzerGroup("", self.base, analyzers)
         problems = _problems(group)
         if problems:

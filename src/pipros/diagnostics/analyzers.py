@@ -6,12 +6,13 @@ Times are in seconds of any clock, the same for all calls.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import isinf
 from typing import Any, Protocol
 
 from pipros.diagnostics.items import ERROR, OK, STALE, Item, Status, level_name
+from pipros.diagnostics.name_patterns import NamePatterns
 from pipros.errors import PiprosError
 
 TIMEOUT_S = 5.0
@@ -22,6 +23,8 @@ ITEM_LIMIT = 10_000
 
 DEPTH_LIMIT = 20
 """Groups in groups."""
+
+SLOW_REGEX = "A regex takes too long, and is not used any more"
 
 
 class BadAnalyzer(PiprosError, ValueError):
@@ -64,7 +67,7 @@ class Criteria:
     names: frozenset[str] = frozenset()
     starts: tuple[str, ...] = ()
     parts: tuple[str, ...] = ()
-    patterns: tuple[re.Pattern[str], ...] = ()
+    patterns: NamePatterns = field(default_factory=lambda: NamePatterns(()))
 
     def __bool__(self) -> bool:
         return bool(self.names or self.starts or self.parts or self.patterns)
@@ -74,7 +77,7 @@ class Criteria:
             name in self.names
             or name.startswith(self.starts)
             or any(part in name for part in self.parts)
-            or any(pattern.fullmatch(name) for pattern in self.patterns)
+            or self.patterns.match(name)
         )
 
 
@@ -153,6 +156,14 @@ class GenericAnalyzer(Items):
 
     def match(self, name: str) -> bool:
         return self._criteria.match(name)
+
+    def report(self, now_s: float) -> list[Status]:
+        """As `Items.report`, with an error if a regular expression takes too long."""
+        header, *reported = super().report(now_s)
+        if self._criteria.patterns.slow:
+            values = tuple((SLOW_REGEX, pattern) for pattern in self._criteria.patterns.slow)
+            header = Status(header.name, ERROR, SLOW_REGEX, values=(*header.values, *values))
+        return [header, *reported]
 
 
 class DiscardAnalyzer(GenericAnalyzer):
@@ -297,8 +308,8 @@ def _generic(
     removed_where_found = _texts(parameters, "find_and_remove_prefix")
     expected = _texts(parameters, "expected")
     try:
-        patterns = tuple(re.compile(text) for text in _texts(parameters, "regex"))
-    except (re.error, RecursionError, OverflowError) as error:
+        patterns = NamePatterns(_texts(parameters, "regex"))
+    except ValueError as error:
         raise BadAnalyzer(
             "Analyzer init failed", f"the parameter 'regex' of {path} is not one: {error}"
         ) from None
@@ -321,7 +332,7 @@ def _generic(
         expected=expected,
         prefixes=[*_texts(parameters, "remove_prefix"), *removed_where_found],
         timeout_s=_number(parameters, "timeout", TIMEOUT_S),
-        count=int(_number(parameters, "num_items", -1)),
+        count=_count(parameters, "num_items"),
         discards_stale=bool(parameters.get("discard_stale", False)),
     )
 
@@ -359,3 +370,10 @@ def _number(parameters: Mapping[str, Any], key: str, default: float) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value:
         raise BadAnalyzer("Analyzer init failed", f"the parameter {key!r} must be a number, got {value!r}")
     return value
+
+
+def _count(parameters: Mapping[str, Any], key: str) -> int:
+    number = _number(parameters, key, -1)
+    if isinf(number):
+        raise BadAnalyzer("Analyzer init failed", f"the parameter {key!r} must be finite, got {number}")
+    return int(number)

@@ -6,7 +6,6 @@ The master knows the registrations. Each node knows its connections (`getBusInfo
 
 from __future__ import annotations
 
-import concurrent.futures
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence, Set
@@ -17,6 +16,7 @@ from pipros.errors import PiprosError
 from pipros.graph.bus_info import BusConnection, SentCount, established, rows_of, sent_counts, statistics_of
 from pipros.graph.system_state import SystemState, TopicConnection
 from pipros.limits import process_limits
+from pipros.net.in_parallel import in_parallel
 from pipros.net.rpc_client import RpcClient
 from pipros.printable import printable
 
@@ -135,11 +135,6 @@ class SystemObserver:
         self._now_s = now_s
         self._nodes: dict[str, _Node] = {}
         self._last = Observation()
-        self._pool = concurrent.futures.ThreadPoolExecutor(ASKED_AT_ONCE, "observer")
-
-    def close(self) -> None:
-        """Ends the threads, without waiting for pending answers."""
-        self._pool.shutdown(wait=False, cancel_futures=True)
 
     def look(self) -> Observation:
         """Calls the master, and the nodes whose answers are old. Does not raise for an unreachable master."""
@@ -154,7 +149,7 @@ class SystemObserver:
         now_s = self._now_s()
         due = sorted((node.asked_s, name) for name, node in self._nodes.items() if node.is_due(now_s))
         asked = [name for _, name in due[:CALLS_A_LOOK]]
-        list(self._pool.map(self._ask, asked, [self._nodes[name] for name in asked]))
+        in_parallel(asked, lambda name: self._ask(name, self._nodes[name]), at_once=ASKED_AT_ONCE)
         self._last = Observation(
             state,
             types,

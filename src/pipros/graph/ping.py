@@ -52,20 +52,13 @@ def ping(
     pings = _Pings(master, node, say, complain, ask, clock)
     if not pings.find():
         return False
-    if say:
-        say(f"pinging {listed(node)} with a timeout of {TIMEOUT_S}s")
     try:
-        is_first = True
-        while not count or len(pings.durations_ms) < count:
-            if not is_first:
-                pause(PERIOD_S)
-            is_first = False
-            if not pings.send():
-                return False
+        is_answered = pings.repeat(count, pause)
     except KeyboardInterrupt:
-        pass
-    pings.conclude()
-    return True
+        is_answered = True
+    if is_answered:
+        pings.conclude()
+    return is_answered
 
 
 def ping_all(
@@ -75,12 +68,22 @@ def ping_all(
     complain: Say = to_stderr,
     ask: Callable[[str, str], object] = ask_pid,
 ) -> tuple[list[str], list[str]]:
-    """Pings every node once. Returns the nodes that answered, and those that did not."""
+    """Pings every node once. Returns the nodes that answered, and those that did not.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C ends all pings, not only that of one node.
+        Unreachable: the *master* does not answer.
+    """
     nodes = node_names(master)
     if say:
         say(bullets("Will ping the following nodes: ", nodes) + "\n")
-    answered = [node for node in nodes if ping(master, node, say=say, complain=complain, ask=ask)]
-    return answered, [node for node in nodes if node not in answered]
+    answered: list[str] = []
+    silent: list[str] = []
+    for node in nodes:
+        pings = _Pings(master, node, say, complain, ask, time.perf_counter)
+        is_answered = pings.find() and pings.repeat(1, time.sleep)
+        (answered if is_answered else silent).append(node)
+    return answered, silent
 
 
 class _Pings:
@@ -111,6 +114,19 @@ class _Pings:
         except Refused:
             self._complain(f"cannot ping [{listed(self._node)}]: unknown node")
             return False
+        return True
+
+    def repeat(self, count: int | None, pause: Callable[[float], object]) -> bool:
+        """Pings until `count` pings are answered; False after one without an answer."""
+        if self._say:
+            self._say(f"pinging {listed(self._node)} with a timeout of {TIMEOUT_S}s")
+        is_first = True
+        while not count or len(self.durations_ms) < count:
+            if not is_first:
+                pause(PERIOD_S)
+            is_first = False
+            if not self.send():
+                return False
         return True
 
     def send(self) -> bool:

@@ -7,8 +7,7 @@ import os
 import shutil
 import socket
 import sys
-from collections.abc import Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping
 from pathlib import Path
 
 import pipros
@@ -17,6 +16,7 @@ from pipros.errors import PiprosError
 from pipros.health.installed_files import changed_packages
 from pipros.health.machine import Machine, PathKind
 from pipros.net.address import LOOPBACK, address_towards
+from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
 from pipros.net.this_machine import addresses_of, is_this_machine
 from pipros.workspace.overlays import MARKER
@@ -43,7 +43,7 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
     except InvalidEnvironment:
         master_host = ""
     hosts = {host for host in (hostname, master_host, environment.hostname) if host}
-    resolved = _resolve(hosts)
+    resolved = in_parallel(sorted(hosts), addresses_of, at_once=max(len(hosts), 1))
     questioned = {*hosts, *filter(None, [environment.ip])}
     own_programs = Path(sys.executable).parent
     own_packages = Path(pipros.__file__).parent.parent
@@ -74,12 +74,6 @@ def own_addresses(hostname: str) -> tuple[str, ...]:
     """The IP addresses of this machine that can be found without listing its interfaces; loopback first."""
     found = [address for address in addresses_of(hostname) if is_this_machine(address)]
     return tuple(dict.fromkeys([LOOPBACK, *found, address_towards("http://192.0.2.1:9/")]))
-
-
-def _resolve(hosts: Iterable[str]) -> dict[str, tuple[str, ...]]:
-    names = sorted(hosts)
-    with ThreadPoolExecutor(max(len(names), 1)) as pool:
-        return dict(zip(names, pool.map(addresses_of, names), strict=True))
 
 
 def _error_of_master(uri: str, timeout_s: float) -> str:

@@ -5,10 +5,8 @@ from __future__ import annotations
 import socket
 import struct
 import time
-from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any
 
 from pipros.errors import PiprosError, Refused, Unreachable
 from pipros.graph.bus_info import established
@@ -17,6 +15,7 @@ from pipros.graph.services import header_of
 from pipros.graph.system_state import SystemState
 from pipros.health.system_report import Failure, NodeReport, PublisherReport, ServiceReport, SystemReport
 from pipros.net.connect import Connector
+from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient, reason_of
 from pipros.printable import printable
@@ -35,9 +34,6 @@ STAMP_WAIT_S = 0.5
 _FIRST_BYTES = struct.Struct("<IIII")  # the length of the frame; seq, secs and nsecs of its header
 _CHUNK_BYTES = 16 * 1024
 
-_Key = TypeVar("_Key")
-_Value = TypeVar("_Value")
-
 
 def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
     """The current state of the system at a master.
@@ -52,17 +48,21 @@ def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
         state = SystemState.from_state(master.get_system_state())
         types = dict(master.get_topic_types())
         system = SystemReport(master_uri, state, types, is_time_simulated=_is_simulated(master))
-        nodes = _in_parallel(state.nodes(), lambda node: _ask_node(master, node, timeout_s))
+        nodes = in_parallel(state.nodes(), lambda node: _ask_node(master, node, timeout_s), at_once=AT_ONCE)
         ends = [
             (topic, node)
             for topic, names in state.publishers.items()
             for node in names
             if nodes[node].failure is None
         ]
-        publishers = _in_parallel(ends, lambda end: _ask_publisher(end[0], nodes[end[1]].api, timeout_s))
+        publishers = in_parallel(
+            ends, lambda end: _ask_publisher(end[0], nodes[end[1]].api, timeout_s), at_once=AT_ONCE
+        )
         servers = {name: names[0] for name, names in state.services.items() if names}
         clock_offset_s = _clock_offset(master_uri, timeout_s)
-        services = _in_parallel(servers, lambda name: _ask_service(master, name, servers[name]))
+        services = in_parallel(
+            servers, lambda name: _ask_service(master, name, servers[name]), at_once=AT_ONCE
+        )
     finally:
         master.close()
     named = {*types.values(), *(publisher.type for publisher in publishers.values() if publisher.type)} - {
@@ -77,12 +77,6 @@ def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
         clock_offset_s=clock_offset_s,
         installed={type_name: _installed_md5(type_name) for type_name in sorted(named)},
     )
-
-
-def _in_parallel(keys: Iterable[_Key], ask: Callable[[_Key], _Value]) -> dict[_Key, _Value]:
-    wanted = list(keys)
-    with ThreadPoolExecutor(AT_ONCE) as pool:
-        return dict(zip(wanted, pool.map(ask, wanted), strict=True))
 
 
 def _is_simulated(master: MasterClient) -> bool:

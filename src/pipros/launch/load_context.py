@@ -8,11 +8,12 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from pipros.errors import PiprosError
 from pipros.input_file import read_file
+from pipros.launch.budget import Budget
 from pipros.launch.substitute import FindResource, anonymous_name
 from pipros.limits import process_limits
 from pipros.workspace.index import PackageIndex
@@ -51,6 +52,21 @@ class LoadContext:
             return find_resource(index, package, path)
 
         return cls(find, os.environ, anonymous_name, _read_file, _run_command)
+
+    def within(self, budget: Budget) -> LoadContext:
+        """The same context; all that is read counts, and raises OverBudget when it is too much."""
+
+        def read(path: str) -> bytes:
+            content = self.read_file(path)
+            budget.add_bytes(len(content))
+            return content
+
+        def run(command: str) -> str:
+            output = self.run_command(command)
+            budget.add_bytes(len(output))
+            return output
+
+        return replace(self, read_file=read, run_command=run)
 
 
 def find_resource(index: PackageIndex, package: str, path: str) -> str:

@@ -13,7 +13,9 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from pipros.errors import NotFound, PiprosError
+from pipros.launch.budget import Budget
 from pipros.launch.param_types import convert
+from pipros.limits import limit_text
 from pipros.safe.expr import ExpressionError, evaluate
 
 COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
@@ -56,6 +58,7 @@ class Substitution:
         folder: the folder of the file, for `$(dirname)`; None for text from standard input.
         anonymous: the names made for `$(anon x)` so far in this file.
         unset_as: the value of unset arguments; None to refuse them.
+        budget: shared by all files of a launch.
     """
 
     find: FindResource
@@ -65,12 +68,15 @@ class Substitution:
     folder: str | None = None
     anonymous: dict[str, str] = field(default_factory=dict)
     unset_as: str | None = None
+    budget: Budget = field(default_factory=Budget)
 
     def resolve(self, text: str) -> str:
         """The text with all substitutions made.
 
         Raises:
-            SubstitutionError: an unknown command, a wrong number of words, an unset variable or argument.
+            SubstitutionError: an unknown command, a wrong number of words, an unset variable or argument;
+                or the substitutions insert too much.
+            OverBudget: those of the whole launch do.
             ExpressionError: an invalid `$(eval …)`.
             NotFound: an unknown package.
         """
@@ -78,11 +84,31 @@ class Substitution:
             return text
         whole = _EVAL.fullmatch(text)
         if whole is not None:
-            return str(self._evaluate(whole[1]))
+            value = str(self._evaluate(whole[1]))
+            self.budget.add_bytes(len(value))
+            return value
         self._check_brackets(text)
         # `find` comes second, so that `$(find pkg)/$(arg x)` is one path.
-        text = _SUBSTITUTION.sub(self._replace, text)
-        return _FIND.sub(self._replace_find, text)
+        text = _SUBSTITUTION.sub(self._counted(self._replace), text)
+        return _FIND.sub(self._counted(self._replace_find), text)
+
+    def _counted(self, replace: Callable[[re.Match[str]], str]) -> Callable[[re.Match[str]], str]:
+        """Bound the growth of one text, while it grows: `$(arg a)$(arg a)` doubles `a` with each `<arg>`."""
+        limit = self.budget.limits.launch_insert_characters
+        inserted = 0
+
+        def replacement(match: re.Match[str]) -> str:
+            nonlocal inserted
+            text = replace(match)
+            inserted += len(text)
+            if inserted > limit:
+                raise SubstitutionError(
+                    f"the substitutions insert too much: {limit_text('launch_insert_characters', limit)}"
+                )
+            self.budget.add_bytes(len(text))
+            return text
+
+        return replacement
 
     def _check_brackets(self, text: str) -> None:
         start = text.find("$(")

@@ -10,6 +10,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 
 from pipros import names
+from pipros.launch.budget import Budget, OverBudget
 from pipros.launch.builder import LaunchBuilder
 from pipros.launch.load_context import LoadContext
 from pipros.launch.model import Launch, LaunchError, Place
@@ -20,6 +21,7 @@ from pipros.launch.read_scope import read_arg, read_env, read_included_arguments
 from pipros.launch.reader import ElementReader
 from pipros.launch.scope import LaunchScope
 from pipros.launch.substitute import Substitution
+from pipros.limits import Limits, process_limits
 from pipros.safe.xml import Element, XmlError, parse
 
 INCLUDE_LIMIT = 60
@@ -36,6 +38,7 @@ def load(
     texts: Sequence[str] = (),
     unset_as: str | None = None,
     arguments_only: bool = False,
+    limits: Limits | None = None,
 ) -> Launch:
     """Loads launch files into one `Launch`.
 
@@ -45,6 +48,7 @@ def load(
         unset_as: the value of arguments that are not set, for tools that only inspect the file; by default
             such arguments are an error.
         arguments_only: reads the `<arg>`s of the files themselves, and nothing else.
+        limits: by default those of the process.
 
     Raises:
         LaunchError: with file, line and element, for everything that Noetic refuses.
@@ -54,6 +58,7 @@ def load(
         arguments or {},
         unset_as=unset_as,
         arguments_only=arguments_only,
+        limits=limits,
     )
     for file in files:
         loader.load_file(file)
@@ -77,14 +82,16 @@ class Loader:
         unset_as: str | None = None,
         arguments_only: bool = False,
         builder: LaunchBuilder | None = None,
+        limits: Limits | None = None,
     ) -> None:
         """Nothing is read yet.
 
         Args:
-            unset_as, arguments_only: as of `load`.
+            unset_as, arguments_only, limits: as of `load`.
             builder: collects what is read; by default one that is empty.
         """
-        self._context = context
+        self._budget = Budget(limits or process_limits())
+        self._context = context.within(self._budget)
         self.arguments: dict[str, str | None] = dict(arguments)
         self._unset_as = unset_as
         self._arguments_only = arguments_only
@@ -114,6 +121,7 @@ class Loader:
             arguments=dict(self.arguments),
             folder=folder,
             unset_as=self._unset_as,
+            budget=self._budget,
         )
         namespace = (self._context.environment.get("ROS_NAMESPACE") or "").strip("/")
         root = f"/{namespace}/" if namespace else "/"
@@ -124,6 +132,8 @@ class Loader:
             content = self._context.read_file(file)
         except OSError as error:
             raise LaunchError(f"cannot read [{file}]: {error.strerror or error}") from None
+        except OverBudget as error:
+            raise LaunchError(f"cannot read [{file}]: {error}") from None
         self._builder.add_file(file)
         self._process_root(_parse(content, file), scope)
 
@@ -185,6 +195,10 @@ class Loader:
         included = outer.included("", file, folder, passed, passed_all=pass_all)
         if self._depth >= INCLUDE_LIMIT:
             raise reader.error(f"files are included more than {INCLUDE_LIMIT} deep; does one include itself?")
+        try:
+            self._budget.add_include()
+        except OverBudget as error:
+            raise reader.error(str(error)) from None
         self._depth += 1
         reader.builder.add_include(reader.scope.file, file)
         try:

@@ -283,6 +283,16 @@ def logger_levels() -> list[tuple[str, str]]:
     return [(logger.name, Severity.of(logger.getEffectiveLevel()).name) for logger in loggers]
 
 
+def logger_count() -> int:
+    """How many loggers the process keeps, with the placeholders for parts of their names."""
+    return len(logging.Logger.manager.loggerDict)
+
+
+def logger_exists(name: str) -> bool:
+    """Whether the process has a logger of this name; the root always exists."""
+    return not name or isinstance(logging.Logger.manager.loggerDict.get(name), logging.Logger)
+
+
 def set_logger_level(name: str, level: str) -> None:
     """What `~set_logger_level` does. A level that ROS does not know is ignored, as genuine nodes do."""
     for lowest, severity in _SEVERITIES:

@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from pipros.limits import limit_text
 from pipros.msg import load_message_class, load_service_class
-from pipros.node.log import logger_levels, set_logger_level
+from pipros.node.log import logger_count, logger_exists, logger_levels, set_logger_level
 
 if TYPE_CHECKING:
     from pipros.node.node import Node
 
+_NAME_CHARACTERS = 200
+
 
 def serve_loggers(node: Node) -> None:
-    """Offers both services, for the loggers of this process."""
+    """Offers both services, for the loggers of this process.
+
+    As in Noetic a level may be set before the program makes the logger. Loggers stay for the life of the
+    process, so their number is limited.
+    """
+    created = 0
+    has_warned = False
     get_class: Any = load_service_class("roscpp/GetLoggers")
     set_class: Any = load_service_class("roscpp/SetLoggerLevel")
     logger_class = load_message_class("roscpp/Logger")
@@ -22,7 +31,21 @@ def serve_loggers(node: Node) -> None:
         return get_class._response_class(loggers=loggers)
 
     def set_level(request: Any) -> Any:
-        set_logger_level(request.logger, request.level)
+        nonlocal created, has_warned
+        name = request.logger
+        if logger_exists(name):
+            set_logger_level(name, request.level)
+        elif len(name) <= _NAME_CHARACTERS and created < node.limits.loggers:
+            before = logger_count()
+            set_logger_level(name, request.level)
+            created += logger_count() - before
+        elif not has_warned:
+            has_warned = True
+            node.log.warning(
+                "no further logger is created by ~set_logger_level: names have at most %d characters, and %s",
+                _NAME_CHARACTERS,
+                limit_text("loggers", node.limits.loggers),
+            )
         return set_class._response_class()
 
     node.serve("~get_loggers", get_class, get_loggers)

@@ -17,6 +17,7 @@ from types import ModuleType
 from typing import Any
 
 from pipros.cache_files import CacheFolder
+from pipros.input_file import read_file
 from pipros.packages import cache_folder
 
 SOURCES = "sources"
@@ -71,7 +72,7 @@ def _entry(path: Path) -> str:
     here = Path(__file__).parent
     parts = [
         os.path.abspath(path),
-        hashlib.sha256(path.read_bytes()).hexdigest(),
+        hashlib.sha256(read_file(path)).hexdigest(),
         sys.executable,
         sys.version,
         *(f"{name} {_stamp(here / name)}" for name in _CODE),

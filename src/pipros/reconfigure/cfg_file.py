@@ -18,7 +18,7 @@ from typing import Any
 
 from pipros.env import DISTRIBUTION
 from pipros.errors import PiprosError
-from pipros.input_file import read_text
+from pipros.input_file import read_file, read_text
 from pipros.reconfigure import cache
 from pipros.reconfigure.generator import OUTPUT_VARIABLE
 
@@ -28,6 +28,30 @@ TIME_LIMIT_S = 30.0
 _SHOWN_CHARACTERS = 2_000
 _COMMENT = re.compile(r"#.*")
 _CFG_WORD = re.compile(r"""(?:\$\{\w+\}/)?([^\s"();${}]+\.cfg)\b""")
+
+_DEPTH_LIMIT = 100
+"""Groups in groups."""
+
+_Kinds = type | tuple[type, ...]
+_GROUP: dict[str, _Kinds] = {
+    "name": str,
+    "type": str,
+    "state": bool,
+    "id": int,
+    "parent": int,
+    "parameters": list,
+    "groups": (list, dict),
+}
+_PARAMETER: dict[str, _Kinds] = {
+    "name": str,
+    "type": str,
+    "level": int,
+    "description": str,
+    "default": object,
+    "min": object,
+    "max": object,
+    "edit_method": str,
+}
 
 
 class BadConfigFile(PiprosError):
@@ -45,8 +69,9 @@ def find(package_folder: Path, name: str) -> Path | None:
             return file
     mentioned = re.compile(rf"""["']{re.escape(name)}["']""")
     for file in files:
-        if mentioned.search(file.read_text(encoding="utf-8", errors="replace")):
-            return file
+        with contextlib.suppress(OSError):  # a pipe
+            if mentioned.search(read_text(file, errors="replace")):
+                return file
     return None
 
 
@@ -76,26 +101,33 @@ def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
     A file that has run before, and has not changed, is not run again.
 
     Raises:
-        BadConfigFile: it failed, declared nothing, or did not end within the time limit.
+        BadConfigFile: it failed, declared nothing or nonsense, or did not end within the time limit.
     """
     try:
         if (kept := cache.recall(path)) is not None:
             return kept
     except OSError as error:
-        raise BadConfigFile(f"{path} cannot be read: {error}") from None
+        raise BadConfigFile(f"{path} cannot be read: {error.strerror or error}") from None
     with tempfile.TemporaryDirectory(prefix="pipros_cfg_") as folder:
         output = Path(folder) / "declared.json"
         # The four arguments that genuine's generator requires: old files check their number.
         arguments = [sys.executable, str(path), folder, folder, folder, folder]
-        code, said = _run(
-            arguments, {**DISTRIBUTION, **os.environ, OUTPUT_VARIABLE: str(output)}, time_limit_s
-        )
+        environment = {**DISTRIBUTION, **os.environ, OUTPUT_VARIABLE: str(output)}
+        try:
+            code, said = _run(arguments, environment, time_limit_s)
+        finally:
+            _end_daemons(f"{OUTPUT_VARIABLE}={output}")
         if code is None:
             raise BadConfigFile(f"{path} did not end within {time_limit_s:g} s")
         if not output.exists():
             said = said or "it never called generate()"
             raise BadConfigFile(f"{path} declared no parameters (exit code {code}):\n{said}")
-        declared: dict[str, Any] = json.loads(output.read_text(encoding="utf-8"))
+        try:
+            declared = checked_declarations(read_file(output))
+        except OSError as error:
+            raise BadConfigFile(f"the declarations of {path} cannot be read: {error.strerror}") from None
+        except (ValueError, RecursionError) as error:
+            raise BadConfigFile(f"the declarations of {path} are malformed: {error}") from None
     if cache.SOURCES in declared:
         cache.keep(path, declared)
     return declared
@@ -142,6 +174,49 @@ def _end_all(process: subprocess.Popen[bytes]) -> None:
             os.killpg(process.pid, signal.SIGKILL)
     else:
         process.kill()
+
+
+def _end_daemons(variable: str) -> None:
+    """Kill processes that left the group; on Linux they are found by a variable of their environment."""
+    wanted = os.fsencode(variable)
+    for folder in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):  # it has ended, or is another user's
+            if wanted in (folder / "environ").read_bytes().split(b"\0"):
+                os.kill(int(folder.name), signal.SIGKILL)
+
+
+def checked_declarations(content: bytes) -> dict[str, Any]:
+    """The declarations in a file that `generate` has written, or another program.
+
+    Raises:
+        ValueError: they are malformed.
+        RecursionError: they are nested too deeply.
+    """
+    declared = json.loads(content)
+    if not _has(declared, name=str, description=object, constants=list):
+        raise ValueError("no name, description and constants")
+    if not all(_has(constant, name=str, value=object) for constant in declared["constants"]):
+        raise ValueError("a constant must have a name and a value")
+    groups = [(0, declared["description"])]
+    while groups:
+        depth, group = groups.pop()
+        if depth > _DEPTH_LIMIT:
+            raise ValueError(f"groups are nested more than {_DEPTH_LIMIT} deep")
+        if not _has(group, **_GROUP):
+            raise ValueError(f"a group must have {', '.join(_GROUP)}")
+        for parameter in group["parameters"]:
+            if not _has(parameter, **_PARAMETER):
+                raise ValueError(f"a parameter must have {', '.join(_PARAMETER)}")
+        inner = group["groups"]
+        groups += ((depth + 1, each) for each in (inner.values() if isinstance(inner, dict) else inner))
+    return declared  # type: ignore[no-any-return]  # a dictionary, as was checked
+
+
+def _has(value: Any, /, **fields: _Kinds) -> bool:
+    """Whether a value is a dictionary with these keys, and values of these types."""
+    return isinstance(value, dict) and all(
+        key in value and isinstance(value[key], kind) for key, kind in fields.items()
+    )
 
 
 def parameters(group: dict[str, Any]) -> list[dict[str, Any]]:

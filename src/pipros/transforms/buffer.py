@@ -7,7 +7,9 @@ from __future__ import annotations
 
 from threading import Lock
 
+from pipros.limits import Limits, limit_text, process_limits
 from pipros.msg.time import NS_PER_S
+from pipros.printable import printable
 from pipros.transforms.errors import (
     ConnectivityException,
     InvalidArgumentException,
@@ -20,15 +22,25 @@ from pipros.transforms.pose import IDENTITY, Pose, composed_exactly
 from pipros.transforms.tree import Frames, find_path, latest_common_time
 
 DEFAULT_LENGTH = 10 * NS_PER_S
+_FRAME_BYTES = 1_000
+"""What a frame takes in memory, besides its name and its transforms."""
+
+_SHOWN = 200
 NORM_TOLERANCE = 10e-3
 """How much the square of a quaternion's length may differ from one."""
 
 
 class FrameBuffer:
-    """The transforms of the last `length` nanoseconds, and static ones."""
+    """The transforms of the last `length` nanoseconds, and static ones.
 
-    def __init__(self, length: int = DEFAULT_LENGTH) -> None:
+    They may take `transform_bytes` of the limits. A frame that gets a transform beyond that loses the older
+    half of its own; a new frame is refused.
+    """
+
+    def __init__(self, length: int = DEFAULT_LENGTH, limits: Limits | None = None) -> None:
         self.length = length
+        self._limit_bytes = (limits or process_limits()).transform_bytes
+        self._size_bytes = 0
         self._lock = Lock()
         self._frames: Frames = {}
 
@@ -45,19 +57,32 @@ class FrameBuffer:
             child = child[1:]
         x, y, z, a, b, c, d = pose
         norm = a * a + b * b + c * c + d * d
-        # One comparison passes what is right; NaN and infinity fail each comparison.
+        # One comparison passes what is right; NaN and an infinite rotation fail each comparison. An infinite
+        # translation is accepted, as in tf2.
         if not (-NORM_TOLERANCE < norm - 1.0 < NORM_TOLERANCE and x == x and y == y and z == z):
             return _mistakes(parent, child, pose, authority, stamp)
         if parent == child or not parent or not child or stamp < 0:
             return _mistakes(parent, child, pose, authority, stamp)
         with self._lock:
             frame = self._frames.get(child)
-            if frame is None:
-                frame = StaticFrame() if is_static else MovingFrame(self.length)
-                self._frames[child] = frame
-            if parent not in self._frames:
-                self._frames[parent] = None
+            if frame is None or parent not in self._frames:
+                added = sum(_FRAME_BYTES + len(name) for name in (parent, child) if name not in self._frames)
+                if self._size_bytes + added > self._limit_bytes:
+                    what = f"TF_NO_ROOM there are too many transforms for frame {printable(child, _SHOWN)}"
+                    return [f"{what}: {limit_text('transform_bytes', self._limit_bytes)}"]
+                self._size_bytes += added
+                if frame is None:
+                    frame = StaticFrame() if is_static else MovingFrame(self.length)
+                    self._frames[child] = frame
+                if parent not in self._frames:
+                    self._frames[parent] = None
+            before = frame.size_bytes
             refusal = frame.insert(stamp, parent, pose)
+            self._size_bytes += frame.size_bytes - before
+            if self._size_bytes > self._limit_bytes:
+                before = frame.size_bytes
+                frame.drop_oldest()
+                self._size_bytes += frame.size_bytes - before
             if refusal is None:
                 frame.authority = authority
                 return []
@@ -70,7 +95,9 @@ class FrameBuffer:
         with self._lock:
             for frame in self._frames.values():
                 if frame is not None:
+                    before = frame.size_bytes
                     frame.clear()
+                    self._size_bytes += frame.size_bytes - before
 
     def lookup(self, target: str, source: str, time: int) -> tuple[int, Pose]:
         """The time of the result, and the pose of the frame `source` in the frame `target` at that time.

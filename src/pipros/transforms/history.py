@@ -8,12 +8,20 @@ from typing import Protocol
 from pipros.msg.time import NS_PER_S
 from pipros.transforms.pose import Pose, between
 
+_POSE_BYTES = 350
+"""What a pose takes in memory, besides the name of its parent."""
+
 
 class FrameHistory(Protocol):
-    """The known poses of a frame: `locate` finds one for a time, `parents` and `pose` return its parts."""
+    """The known poses of a frame: `locate` finds one for a time, `parents` and `pose` return its parts.
+
+    Attributes:
+        size_bytes: what its poses take in memory, roughly.
+    """
 
     parents: list[str]
     authority: str
+    size_bytes: int
 
     def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:
         """Takes a pose. Returns why not, if it is refused."""
@@ -36,15 +44,19 @@ class FrameHistory(Protocol):
     def clear(self) -> None:
         """Forgets all poses."""
 
+    def drop_oldest(self) -> None:
+        """Forgets half of the poses, the oldest ones; the newest stays."""
+
 
 class MovingFrame:
     """The poses of a frame that moves, as long as `length` nanoseconds before its newest one."""
 
-    __slots__ = ("authority", "length", "parents", "poses", "stamps")
+    __slots__ = ("authority", "length", "parents", "poses", "size_bytes", "stamps")
 
     def __init__(self, length: int) -> None:
         self.length = length
         self.authority = ""
+        self.size_bytes = 0
         self.stamps: list[int] = []
         self.parents: list[str] = []
         self.poses: list[Pose] = []
@@ -68,13 +80,24 @@ class MovingFrame:
             stamps.insert(place, stamp)
             self.parents.insert(place, parent)
             self.poses.insert(place, pose)
+        self.size_bytes += _POSE_BYTES + len(parent)
         bound = stamps[-1] - self.length
         if stamps[0] < bound:
             count = 1
             while stamps[count] < bound:
                 count += 1
-            del stamps[:count], self.parents[:count], self.poses[:count]
+            self._drop(count)
         return None
+
+    def _drop(self, count: int) -> None:
+        """Forgets the oldest poses."""
+        for parent in self.parents[:count]:
+            self.size_bytes -= _POSE_BYTES + len(parent)
+        del self.stamps[:count], self.parents[:count], self.poses[:count]
+
+    def drop_oldest(self) -> None:
+        """Forgets half of the poses, the oldest ones; the newest stays."""
+        self._drop(len(self.stamps) // 2)
 
     def locate(self, time: int) -> int:
         """The number of the pose to begin with for this time, -1 where nothing is known."""
@@ -126,22 +149,25 @@ class MovingFrame:
 
     def clear(self) -> None:
         """Forgets all poses."""
+        self.size_bytes = 0
         del self.stamps[:], self.parents[:], self.poses[:]
 
 
 class StaticFrame:
     """The pose of a frame that never moves."""
 
-    __slots__ = ("_pose", "authority", "parents")
+    __slots__ = ("_pose", "authority", "parents", "size_bytes")
 
     def __init__(self) -> None:
         self.authority = ""
+        self.size_bytes = 0
         self.parents: list[str] = []
         self._pose: Pose | None = None
 
     def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:  # noqa: ARG002 # no stamp counts
         """Takes a pose, which replaces the one before."""
         self.parents = [parent]
+        self.size_bytes = _POSE_BYTES + len(parent)
         self._pose = pose
         return None
 
@@ -165,6 +191,9 @@ class StaticFrame:
     def oldest_stamp(self) -> int:
         """Always 0."""
         return 0
+
+    def drop_oldest(self) -> None:
+        """Does nothing: there is one pose."""
 
     def clear(self) -> None:
         """Nothing: what never moves stays known."""

@@ -13,13 +13,17 @@ from pipros.transforms.history import FrameHistory, MovingFrame
 Frames = Mapping[str, FrameHistory | None]
 
 
-def frames_as_string(frames: Frames) -> str:
-    """A line for each frame with its parent."""
+def frames_as_string(frames: Frames, limit_characters: int | None = None) -> str:
+    """A line for each frame with its parent. Beyond the limit, an ellipsis stands for the other frames."""
     lines = []
+    characters = 0
     for name, frame in frames.items():
         if frame is not None:
             parent = frame.latest()[1] or "NO_PARENT"
             lines.append(f"Frame {name} exists with parent {parent}.\n")
+            characters += len(lines[-1])
+            if limit_characters is not None and characters > limit_characters:
+                return "".join(lines)[:limit_characters] + "…\n"
     return "".join(lines)
 
 

@@ -14,6 +14,9 @@ from pipros.transforms.pose import IDENTITY, Pose, composed, inverted
 MAX_DEPTH = 1000
 """A path through more frames than this counts as a loop, as in tf2."""
 
+LISTING_CHARACTERS = 10_000
+"""The list of frames in an error: tf2's has all frames, whatever it takes to make it for each look-up."""
+
 Step = tuple[FrameHistory, int]
 """A frame on the way, and the number of its pose (`FrameHistory.locate`)."""
 
@@ -193,5 +196,5 @@ def _not_connected(target: str, source: str) -> ConnectivityException:
 
 
 def _circle(frames: Frames) -> LookupException:
-    listing = frames_as_string(frames)
+    listing = frames_as_string(frames, LISTING_CHARACTERS)
     return LookupException(f"The tf tree is invalid because it contains a loop.\n{listing}\n")

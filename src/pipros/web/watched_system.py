@@ -64,7 +64,6 @@ class WatchedSystem:
         self.topics.close()
         self._is_over.set()
         self._wanted.set()
-        self._observer.close()
 
     async def observations(self) -> AsyncIterator[Observation]:
         """Yields the newest observation, at most once per interval."""

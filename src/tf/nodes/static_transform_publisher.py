@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from tf2_ros.nodes.static_transform_publisher import transform_of
 from tf2_ros.transform_broadcaster import TransformBroadcaster
 
@@ -16,6 +17,7 @@ Usage: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id  per
 """
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Sends the transform until the node is ended. Returns the exit code."""
     arguments = rospy.myargv()[1:]

@@ -9,6 +9,7 @@ from tf2_msgs.msg import TFMessage
 
 import rospy
 import tf2_ros
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.transforms.moves import BadFramePair, FramePair, distance_of, frame_pairs
 from tf.transformer import strip_leading_slash
 
@@ -46,6 +47,7 @@ def changes(pairs: list[FramePair], buffer: tf2_ros.Buffer) -> TFMessage:
     return message
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     rospy.init_node("change_notifier", anonymous=True)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import rospy
 import tf2_ros
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.transforms.pose import roll_pitch_yaw
 from tf.transformer import strip_leading_slash
 
@@ -45,6 +46,7 @@ def _echo(buffer: tf2_ros.Buffer, source: str, target: str) -> str:
     return text_of(found.header.stamp.to_sec(), (t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Prints until the node is ended. Returns the exit code."""
     arguments = rospy.myargv()[1:]

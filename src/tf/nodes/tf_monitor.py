@@ -7,6 +7,7 @@ from typing import Any
 
 import rospy
 import tf2_ros
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.msg import load_message_class
 from pipros.printable import printable
 from pipros.transforms.heard import UNKNOWN_SENDER
@@ -67,6 +68,7 @@ class Watch:
             )
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Prints until the node is ended. Returns the exit code."""
     arguments = rospy.myargv()[1:]

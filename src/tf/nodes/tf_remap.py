@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.msg import load_message_class
 
 
@@ -22,6 +23,7 @@ def mappings_of(listed: Any) -> dict[str, str]:
     return {str(old): str(new) for old, new in pairs if old is not None and new is not None}
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     rospy.init_node("tf_remapper")

@@ -13,6 +13,7 @@ from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
 from pipros.graph.drawing.pdf import to_pdf
 from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import to_svg
+from pipros.interrupts import exits_after_ctrl_c
 from rospy.session import session
 
 LISTEN_S = 5.0
@@ -25,6 +26,7 @@ def scene_of(edges: Sequence[tuple[str, str, str, float]]) -> Scene:
     return draw(NodeGraph({name: Vertex(name, name, "node") for name in names}, arrows))
 
 
+@exits_after_ctrl_c(130)
 def main() -> int:
     """Listens for five seconds, then writes frames.gv, frames.svg and frames.pdf.
 

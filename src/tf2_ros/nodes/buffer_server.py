@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from tf2_ros.buffer import Buffer
 from tf2_ros.buffer_server import BufferServer
 from tf2_ros.transform_listener import TransformListener
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Serves until the node is ended. Returns the exit code."""
     rospy.init_node("tf_buffer")

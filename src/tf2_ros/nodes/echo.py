@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import rospy
 import tf2_ros
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.transforms.pose import roll_pitch_yaw
 
 
@@ -47,6 +48,7 @@ def text_of(position: Sequence[float], rotation: Sequence[float], digits: int) -
     )
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Prints until the node is ended, or the limit is reached. Returns the exit code."""
     options = _options(rospy.myargv()[1:])

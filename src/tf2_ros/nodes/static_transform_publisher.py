@@ -10,6 +10,7 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.transforms.pose import from_roll_pitch_yaw
 from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
 
@@ -60,6 +61,7 @@ def transform_of_param(value: Any) -> TransformStamped:
         ) from error
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Sends the transform until the node is ended. Returns the exit code."""
     arguments = rospy.myargv()[1:]

@@ -9,9 +9,11 @@ from typing import Any
 import rospy
 import rostopic
 from pipros.errors import PiprosError
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.msg import load_message_class
 from pipros.msg.from_yaml import fill_message_args
 from pipros.topic_tools.expressions import Template, Transformation
+from topic_tools.nodes.output import check_names
 
 
 def _parser(program: str, description: str, expression: str) -> argparse.ArgumentParser:
@@ -27,14 +29,31 @@ def _parser(program: str, description: str, expression: str) -> argparse.Argumen
     return parser
 
 
+def _output_class(options: argparse.Namespace) -> type[Any]:
+    """Check the topics of the command line; return the class of the output.
+
+    Raises:
+        SystemExit: a name is invalid, or the type is unknown. Nothing was waited for.
+    """
+    field = options.input.partition("[")[0]
+    check_names("topic", field, options.output_topic)
+    try:
+        return load_message_class(options.output_type)
+    except PiprosError as error:
+        raise SystemExit(f"ERROR: {error}") from None
+
+
 def _run(
-    options: argparse.Namespace, topic: str, latch: bool, compute: Callable[[Any, type[Any]], list[Any]]
+    options: argparse.Namespace,
+    topic: str,
+    output_class: type[Any],
+    latch: bool,
+    compute: Callable[[Any], list[Any]],
 ) -> int:
     """Publishes `compute` of each message or field until the node is ended. Returns the exit code."""
     try:
         input_class, input_topic, part = rostopic.get_topic_class(topic, blocking=options.wait_for_start)
-        output_class = load_message_class(options.output_type)
-    except (rostopic.ROSTopicException, PiprosError) as error:
+    except rostopic.ROSTopicException as error:
         raise SystemExit(f"ERROR: {error}") from None
     if input_class is None or input_topic is None:
         raise SystemExit(f"ERROR: Wrong input topic (or topic field): {topic}")
@@ -42,7 +61,7 @@ def _run(
 
     def on_message(message: Any) -> None:
         try:
-            publisher.publish(*compute(part(message) if part else message, output_class))
+            publisher.publish(*compute(part(message) if part else message))
         except (PiprosError, rospy.ROSException, TypeError, AttributeError, ValueError) as error:
             rospy.logerr_throttle_identical(60, str(error))
 
@@ -51,6 +70,7 @@ def _run(
     return 0
 
 
+@exits_after_ctrl_c()
 def transform() -> int:
     """Runs `transform`. Returns the exit code."""
     parser = _parser(
@@ -69,18 +89,20 @@ def transform() -> int:
     )
     parser.add_argument("--latch", action="store_true", help="Set publisher to latched.")
     options = parser.parse_args(rospy.myargv()[1:])
-    rospy.init_node("transform", anonymous=True)
     try:
         made = Transformation(options.expression, options.modules, rospy.get_rostime)
     except PiprosError as error:
         raise SystemExit(f"ERROR: {error}") from None
+    output_class = _output_class(options)
+    rospy.init_node("transform", anonymous=True)
     if options.modules != parser.get_default("modules"):
         for module, reason in made.missing.items():
             rospy.logwarn("Failed to import module: %s (%s)", module, reason)
     topic = options.input if options.input.startswith("/") else rospy.get_namespace() + options.input
-    return _run(options, topic, options.latch, lambda message, _: list(made.arguments(message)))
+    return _run(options, topic, output_class, options.latch, lambda message: list(made.arguments(message)))
 
 
+@exits_after_ctrl_c()
 def relay_field() -> int:
     """Runs `relay_field`. Returns the exit code."""
     parser = _parser(
@@ -90,17 +112,18 @@ def relay_field() -> int:
         "The fields in YAML; texts may be Python expressions on the input message 'm'.",
     )
     options = parser.parse_args(rospy.myargv()[1:])
-    rospy.init_node("relay_field", anonymous=True)
     try:
         template = Template(options.expression)
     except PiprosError as error:
         raise SystemExit(f"ERROR: {error}") from None
+    output_class = _output_class(options)
+    rospy.init_node("relay_field", anonymous=True)
     header: Any = load_message_class("std_msgs/Header")
 
-    def compute(message: Any, output_class: type[Any]) -> list[Any]:
+    def compute(message: Any) -> list[Any]:
         now = rospy.get_rostime()
         made = output_class()
         fill_message_args(made, [template.fields(message)], {"now": now, "auto": header(stamp=now)})
         return [made]
 
-    return _run(options, options.input, False, compute)
+    return _run(options, options.input, output_class, False, compute)

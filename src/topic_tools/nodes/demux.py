@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.node.any_msg import RawMessage
 from pipros.topic_tools.selection import Selection
 from topic_tools.nodes.output import Input, Output, base_name
@@ -60,6 +61,7 @@ class Demux:
         rospy.loginfo("deleted topic %s from demux", topic)
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     arguments = rospy.myargv()[1:]
@@ -67,7 +69,7 @@ def main() -> int:
         print(USAGE)
         return 1
     source, *targets = arguments
-    rospy.init_node(f"{base_name(source)}_demux", anonymous=True)
+    rospy.init_node(f"{base_name(*arguments)}_demux", anonymous=True)
     selection = selection_of("demux", targets)
     demux = Demux(selection)
     services = Services("Demux", selection)

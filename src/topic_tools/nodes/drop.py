@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.node.any_msg import RawMessage
 from pipros.topic_tools.rates import Dropping
 from topic_tools.nodes.output import Input, Output, base_name
@@ -18,6 +19,7 @@ usage: drop IN_TOPIC X Y [OUT_TOPIC]
 """
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     arguments = rospy.myargv()[1:]
@@ -29,7 +31,7 @@ def main() -> int:
         print(USAGE)
         return 1
     source = arguments[0]
-    rospy.init_node(f"{base_name(source)}_drop", anonymous=True)
+    rospy.init_node(f"{base_name(source, *arguments[3:])}_drop", anonymous=True)
     output = Output(arguments[3] if len(arguments) == 4 else f"{source.rstrip('/')}_drop")
     rule, turn = Dropping(dropped, of), threading.Lock()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.node.any_msg import RawMessage
 from pipros.topic_tools.selection import NONE, Refused, Selection
 from topic_tools.nodes.output import Input, Output, base_name
@@ -82,6 +83,7 @@ class Mux:
         rospy.loginfo("deleted topic %s from mux", topic)
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     arguments = rospy.myargv()[1:]
@@ -89,7 +91,7 @@ def main() -> int:
         print(USAGE)
         return 1
     target, *sources = arguments
-    rospy.init_node(f"{base_name(target)}_mux", anonymous=True)
+    rospy.init_node(f"{base_name(*arguments)}_mux", anonymous=True)
     selection = selection_of("mux", sources)
     first = str(rospy.get_param("~initial_topic", "")) or sources[0]
     try:

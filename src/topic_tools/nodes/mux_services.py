@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.msg import load_service_class
+from pipros.topic_tools.selection import NONE
+from topic_tools.nodes.output import base_name, check_names
 
 
 def _call(name: str, kind: str, doing: str, *topic: str) -> Any:
-    """Waits for a service of the mux and calls it. Prints what it does, and what goes wrong.
-
-    Ctrl-C during the wait exits with 130.
-    """
-    try:
-        print(f'Waiting for service "{name}"', flush=True)
-        rospy.wait_for_service(name)
-    except KeyboardInterrupt:
-        sys.exit(130)
+    """Waits for a service of the mux and calls it. Prints what it does, and what goes wrong."""
+    print(f'Waiting for service "{name}"', flush=True)
+    rospy.wait_for_service(name)
     print(doing, flush=True)
     try:
         return rospy.ServiceProxy(name, load_service_class(f"topic_tools/Mux{kind}"))(*topic)
@@ -27,12 +23,16 @@ def _call(name: str, kind: str, doing: str, *topic: str) -> Any:
         return None
 
 
+@exits_after_ctrl_c(130)
 def _with_topic(program: str, kind: str, doing: str) -> int:
     arguments = rospy.myargv()[1:]
     if len(arguments) != 2:
         print(f"USAGE: {program} MUX_NAME TOPIC")
         return 1
     mux, topic = arguments
+    check_names("service", mux)
+    if topic != NONE:
+        check_names("topic", topic)
     _call(f"{mux}/{kind.lower()}", kind, doing.format(mux=mux, topic=topic), topic)
     return 0
 
@@ -52,18 +52,21 @@ def select() -> int:
     return _with_topic("mux_select", "Select", 'Selecting "{topic}" at mux "{mux}"')
 
 
+@exits_after_ctrl_c(130)
 def list_topics() -> int:
     """`mux_list MUX_NAME`. Returns the exit code."""
     arguments = rospy.myargv()[1:]
     if len(arguments) != 1:
         print("USAGE: mux_list MUX_NAME")
         return 1
+    check_names("service", arguments[0])
     response = _call(f"{arguments[0]}/list", "List", f'Listing topics from mux "{arguments[0]}"')
     if response is not None:
         print(response.topics)
     return 0
 
 
+@exits_after_ctrl_c(130)
 def switch() -> int:
     """`switch_mux MUXED_TOPIC SELECT_TOPIC`. Returns the exit code."""
     arguments = rospy.myargv()[1:]
@@ -71,7 +74,8 @@ def switch() -> int:
         print("usage: switch MUXED_TOPIC SELECT_TOPIC")
         return 1
     output, topic = arguments[:2]
-    rospy.init_node(f"{output.rstrip('/').rpartition('/')[2]}_switcher", anonymous=True)
+    name = base_name(output) if topic == NONE else base_name(output, topic)
+    rospy.init_node(f"{name}_switcher", anonymous=True)
     rospy.logwarn("topic_tools/switch_mux is deprecated; please use topic_tools/mux_select instead")
     name = f"{output}_select"
     rospy.loginfo("Waiting for service %s...\n", name)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import rospy
+from pipros import names
 from pipros.node.any_msg import RawMessage
 from pipros.printable import printable
 from pipros.topic_tools.raw import UnknownType, class_like
@@ -14,16 +15,34 @@ from pipros.topic_tools.raw import UnknownType, class_like
 QUEUE_SIZE = 10
 
 
-def base_name(topic: str) -> str:
-    """The last part of a topic, after which a program's node is named.
+def base_name(topic: str, *others: str) -> str:
+    """Return the last part of a topic, after which a program's node is named.
 
     Raises:
-        SystemExit: it has none.
+        SystemExit: it has none, or one of the topics has an invalid name. Nothing was waited for.
     """
     name = topic.rstrip("/").rpartition("/")[2]
     if not name:
         raise SystemExit(f'Base name extracted from "{topic}" is an empty string')
+    check_names("topic", topic, *others)
+    if not names.is_legal_base(name):
+        raise SystemExit(f"[{topic}] does not end in a name for a node: letters, digits and underscores")
     return name
+
+
+def check_names(kind: str, *given: str) -> None:
+    """Refuse names of the command line at once, not when there is a master.
+
+    Args:
+        kind: `topic` or `service`, for the error.
+
+    Raises:
+        SystemExit: one is not a legal name.
+    """
+    for name in given:
+        canonical = names.canonicalize(name)
+        if canonical in ("", "/", "~") or not names.is_legal(canonical):
+            raise SystemExit(f"invalid {kind} name: [{printable(name)}]")
 
 
 class Output(rospy.SubscribeListener):

@@ -6,6 +6,7 @@ import threading
 
 import rosgraph
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.node.any_msg import RawMessage
 from topic_tools.nodes.output import Input, Output, base_name, is_latched
 
@@ -17,6 +18,7 @@ class Relay:
 
     def __init__(self, source: str, target: str, *, lazy: bool, stealth: bool) -> None:
         self._lazy, self._stealth = lazy, stealth
+        self._is_watched = False
         self._output = Output(target, self._on_subscriber)
         self.source = Input(source, self._on_message)
 
@@ -27,6 +29,8 @@ class Relay:
                 if latch:
                     rospy.logdebug("input topic is latched; latching output topic to match")
                 rospy.loginfo("advertised as %s\n", self._output.topic)
+        if self._stealth and not self._is_watched:
+            return
         if self._lazy and not self._stealth and not self._output.subscribers:
             if self.source.unsubscribe_unless(lambda: self._output.subscribers > 0):
                 rospy.logdebug("lazy mode; unsubscribing")
@@ -39,10 +43,7 @@ class Relay:
             rospy.logdebug("lazy mode; resubscribing")
 
     def look_at(self, topic: str) -> None:
-        """Subscribes when another node subscribes to `topic`, and unsubscribes when none does any more.
-
-        Until the first message has shown the type it stays subscribed.
-        """
+        """Look whether another node subscribes to `topic`: only then messages are passed on."""
         master = rosgraph.Master(rospy.get_name())
         try:
             _, subscribers, _ = master.getSystemState()
@@ -50,12 +51,17 @@ class Relay:
             rospy.logerr("Failed to communicate with rosmaster")
             return
         nodes = {node for name, names in subscribers if name == topic for node in names}
-        if nodes - {rospy.get_name()}:
+        self._is_watched = bool(nodes - {rospy.get_name()})
+
+    def follow(self) -> None:
+        """Subscribe or unsubscribe as the last look requires."""
+        if self._is_watched:
             self.source.subscribe()
-        elif self._output.is_advertised:
+        else:
             self.source.unsubscribe()
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     arguments = rospy.myargv()[1:]
@@ -64,7 +70,7 @@ def main() -> int:
         return 1
     source = arguments[0]
     target = arguments[1] if len(arguments) > 1 else f"{source.rstrip('/')}_relay"
-    rospy.init_node(f"{base_name(source)}_relay", anonymous=True)
+    rospy.init_node(f"{base_name(source, target)}_relay", anonymous=True)
     stealth = bool(rospy.get_param("~stealth", False))
     relay = Relay(source, target, lazy=bool(rospy.get_param("~lazy", False)), stealth=stealth)
     relay.source.subscribe()
@@ -76,8 +82,10 @@ def main() -> int:
             return 1
         ended = threading.Event()
         rospy.on_shutdown(ended.set)
+        relay.look_at(topic)
         while not ended.wait(1.0 / rate):
             relay.look_at(topic)
+            relay.follow()
         return 0
     rospy.spin()
     return 0

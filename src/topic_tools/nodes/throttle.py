@@ -7,6 +7,7 @@ import threading
 import time
 
 import rospy
+from pipros.interrupts import exits_after_ctrl_c
 from pipros.node.any_msg import RawMessage
 from pipros.topic_tools.rates import ByteRate, MessageRate, Rule
 from topic_tools.nodes.output import Input, Output, base_name, is_latched
@@ -70,6 +71,7 @@ def number_above_0(name: str, text: str) -> float:
     return number
 
 
+@exits_after_ctrl_c()
 def main() -> int:
     """Runs until the node is ended. Returns the exit code."""
     kind, *arguments = [*rospy.myargv()[1:], ""]
@@ -85,7 +87,7 @@ def main() -> int:
         return 1
     source = arguments[0]
     named = arguments[2 if kind == "messages" else 3 :]
-    rospy.init_node(f"{base_name(source)}_throttle", anonymous=True)
+    rospy.init_node(f"{base_name(source, *named)}_throttle", anonymous=True)
     latch = bool(rospy.get_param("~force_latch")) if rospy.has_param("~force_latch") else None
     lazy = bool(rospy.get_param("~lazy", False))
     target = named[0] if named else f"{source.rstrip('/')}_throttle"

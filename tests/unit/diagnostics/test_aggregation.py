@@ -147,6 +147,16 @@ def test_the_level_of_everything() -> None:
             "must be a dictionary",
         ),
         (["GenericAnalyzer"], "Analyzer init failed", "an analyzer has parameters"),
+        (
+            {"type": "GenericAnalyzer", "path": "X", "name": "a", "num_items": float("inf")},
+            "Analyzer init failed",
+            "'num_items' must be finite, got inf",
+        ),
+        (
+            {"type": "GenericAnalyzer", "path": "X", "regex": "a" * 1001},
+            "Analyzer init failed",
+            "at most 1000 characters",
+        ),
     ],
 )
 def test_a_wrong_analyzer_is_reported_and_the_others_work(parameters: Any, message: str, reason: str) -> None:
@@ -228,3 +238,33 @@ def test_rows_have_no_line_breaks_and_names_stay_in_their_folder() -> None:
     names = file_names(["../../etc/passwd", "", "\0", "x" * 500, "x" * 501])
     assert not any("/" in name or name.startswith(".") or len(name) > 255 for name in names.values())
     assert len(set(names.values())) == 5
+
+
+def test_a_regex_that_takes_too_long_is_an_error_of_its_analyzer_only() -> None:
+    aggregation = Aggregation(
+        "",
+        {
+            "slow": {"type": "GenericAnalyzer", "path": "Slow", "regex": ["(x+)+y", "fine"]},
+            "quick": {"type": "GenericAnalyzer", "path": "Quick", "regex": "x*!"},
+        },
+    )
+    for name in ("x" * 40 + "!", "fine"):
+        aggregation.take(Status(name, OK, "m"), 0.0)
+
+    assert reported(aggregation, 1.0) == {
+        "/Slow": (ERROR, "A regex takes too long, and is not used any more"),
+        "/Slow/fine": (OK, "m"),
+        "/Quick": (OK, "OK"),
+        f"/Quick/{'x' * 40}!": (OK, "m"),
+    }
+
+
+def test_the_number_of_nodes_that_add_analyzers_is_limited() -> None:
+    aggregation = Aggregation("", {})
+    analyzers = {"a": {"type": "GenericAnalyzer", "path": "A", "name": "a"}}
+    for number in range(100):
+        aggregation.add(f"/node_{number}", analyzers)
+    with pytest.raises(BadAnalyzer, match="100 nodes"):
+        aggregation.add("/one_more", analyzers)
+    aggregation.remove("/node_0")
+    aggregation.add("/one_more", analyzers)

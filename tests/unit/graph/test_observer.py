@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -67,10 +66,8 @@ def nodes() -> Nodes:
 
 
 @pytest.fixture
-def observer(nodes: Nodes) -> Iterator[SystemObserver]:
-    observer = SystemObserver(nodes, ask=nodes.ask, now_s=lambda: nodes.now_s)
-    yield observer
-    observer.close()
+def observer(nodes: Nodes) -> SystemObserver:
+    return SystemObserver(nodes, ask=nodes.ask, now_s=lambda: nodes.now_s)
 
 
 def test_connections_are_reported_by_either_end(nodes: Nodes, observer: SystemObserver) -> None:

@@ -10,6 +10,7 @@ import pipros
 from pipros.launch.model import LaunchError, Output, Place, WorkingFolder
 from pipros.launch.roscore import STANDARD_PARAMETERS
 from pipros.launch.xml import INCLUDE_LIMIT, load
+from pipros.limits import Limits
 
 
 def write(folder: Path, name: str, content: str) -> str:
@@ -178,3 +179,43 @@ def test_the_core_of_configurations_is_that_of_a_core() -> None:
     launch = load([str(RESOURCES / "roscore.xml")])
     assert launch.params == STANDARD_PARAMETERS
     assert [node.full_name for node in launch.nodes] == ["/rosout"]
+
+
+def test_arguments_that_double_each_other_are_refused(tmp_path: Path) -> None:
+    doubling = "".join(
+        f'<arg name="a{number + 1}" value="$(arg a{number})$(arg a{number})"/>' for number in range(40)
+    )
+    file = write(tmp_path, "a.launch", f'<launch><arg name="a0" value="0123456789"/>{doubling}</launch>')
+    with pytest.raises(LaunchError, match="the substitutions insert too much: the limit is 1048576") as error:
+        load([file])
+    assert 'name="a17"' in error.value.element
+
+
+def test_what_all_substitutions_insert_is_limited(tmp_path: Path) -> None:
+    params = "".join(f'<param name="p{number}" value="$(arg a)"/>' for number in range(9))
+    file = write(
+        tmp_path, "a.launch", f'<launch><arg name="a" value="{"x" * 900}"/><group>{params}</group></launch>'
+    )
+    assert len(load([file], limits=Limits(launch_bytes=20_000)).params) == 9
+    with pytest.raises(LaunchError, match=r"the files of this launch.* are too large: the limit is 5000"):
+        load([file], limits=Limits(launch_bytes=5_000))
+
+
+@pytest.mark.parametrize(
+    "element", ['<param name="p" textfile="{}"/>', '<rosparam file="{}" param="p"/>', '<include file="{}"/>']
+)
+def test_a_file_that_is_read_many_times_counts_each_time(tmp_path: Path, element: str) -> None:
+    other = write(tmp_path, "other", f"<launch><!--{'x' * 900}--></launch>")
+    file = write(tmp_path, "a.launch", f"<launch>{element.format(other) * 9}</launch>")
+    with pytest.raises(LaunchError, match="too large: the limit is 5000"):
+        load([file], limits=Limits(launch_bytes=5_000))
+
+
+def test_files_that_include_each_other_twice_are_refused(tmp_path: Path) -> None:
+    for depth in range(30):
+        include = f'<include file="{tmp_path / f"i{depth + 1}.launch"}"/>'
+        write(tmp_path, f"i{depth}.launch", f"<launch>{include * 2}</launch>")
+    write(tmp_path, "i30.launch", "<launch/>")
+    with pytest.raises(LaunchError, match="too many files are included: the limit is 500"):
+        load([str(tmp_path / "i0.launch")], limits=Limits(launch_includes=500))
+    assert Limits().launch_includes == 10_000

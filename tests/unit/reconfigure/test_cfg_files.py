@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from dynamic_reconfigure.encoding import (
 from pipros.msg.importing.hook import PackageFinder
 from pipros.packages import cache_folder
 from pipros.reconfigure import cache
-from pipros.reconfigure.cfg_file import BadConfigFile, module_contents, read
+from pipros.reconfigure.cfg_file import BadConfigFile, find, module_contents, read
 from pipros.reconfigure.generator import ParameterGenerator
 from tests.support.waiting import wait_until
 
@@ -176,6 +177,78 @@ def test_what_it_started_ends_with_it(cfg: Path, tmp_path: Path) -> None:
     assert len(str(failed.value)) < 3000
     pid = int((tmp_path / "pid").read_text())
     wait_until(lambda: not Path(f"/proc/{pid}/cmdline").exists() or not is_alive(pid), 30)
+
+
+def test_a_daemon_that_it_started_ends_with_it(cfg: Path, tmp_path: Path) -> None:
+    """A daemon has left the process group, and its parent."""
+    started = tmp_path / "pid"
+    cfg.write_text(
+        "import os, threading\n"
+        "if os.fork() == 0:\n"
+        "    os.setsid()\n"
+        "    if os.fork() == 0:\n"
+        "        os.closerange(0, 3)\n"
+        f"        with open({str(started)!r} + '.new', 'w') as file: file.write(str(os.getpid()))\n"
+        f"        os.rename({str(started)!r} + '.new', {str(started)!r})\n"
+        "        threading.Event().wait()\n"
+        "    os._exit(0)\n"
+        "os.wait()\n"
+        f"while not os.path.exists({str(started)!r}): pass\n" + cfg.read_text()
+    )
+
+    assert read(cfg)["name"] == "Tuning"
+    wait_until(lambda: not is_alive(int(started.read_text())), 30)
+
+
+GROUP = "g = {'name': '', 'type': '', 'state': True, 'id': 0, 'parent': 0, 'parameters': [], 'groups': []}\n"
+WRITE = "import json, os\noutput = os.environ['PIPROS_CFG_OUTPUT']\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("os.mkfifo(output)", "it is not a regular file"),
+        ("os.symlink('/dev/zero', output)", "it is not a regular file"),
+        ("os.mkdir(output)", "it is not a regular file|Is a directory"),
+        ("open(output, 'w').truncate(2**30)", "it is larger than"),
+        ("open(output, 'wb').write(b'\\xff')", "utf-8"),
+        ("open(output, 'w').write('{')", "are malformed: Expecting property name"),
+        ("open(output, 'w').write('[' * 10**6)", "are malformed: "),
+        ("open(output, 'w').write('[1]')", "are malformed: no name, description and constants"),
+        (
+            "json.dump({'name': 'x', 'description': 1, 'constants': []}, open(output, 'w'))",
+            "malformed: a group",
+        ),
+        (
+            GROUP + "g['parameters'] = [{'name': 'x'}]\n"
+            "json.dump({'name': 'x', 'description': g, 'constants': []}, open(output, 'w'))",
+            "malformed: a parameter",
+        ),
+        (
+            GROUP + "g['groups'] = 5\n"
+            "json.dump({'name': 'x', 'description': g, 'constants': []}, open(output, 'w'))",
+            "malformed: a group",
+        ),
+        (
+            GROUP + "json.dump({'name': 'x', 'description': g, 'constants': [{}]}, open(output, 'w'))",
+            "malformed: a constant",
+        ),
+    ],
+)
+def test_a_result_that_generate_did_not_write_is_an_error(cfg: Path, text: str, words: str) -> None:
+    cfg.write_text(WRITE + text)
+
+    with pytest.raises(BadConfigFile, match=words):
+        read(cfg)
+
+
+def test_a_file_that_is_a_pipe_is_an_error(cfg: Path) -> None:
+    cfg.unlink()
+    os.mkfifo(cfg)
+
+    with pytest.raises(BadConfigFile, match="it is not a regular file"):
+        read(cfg)
+    assert find(cfg.parent.parent, "Other") is None
 
 
 def is_alive(pid: int) -> bool:

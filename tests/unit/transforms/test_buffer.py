@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from pipros.limits import Limits
 from pipros.transforms.buffer import FrameBuffer
 from pipros.transforms.errors import (
     ConnectivityException,
@@ -194,3 +195,52 @@ def test_frames_are_listed_for_tools(buffer: FrameBuffer) -> None:
     assert '"arm" -> "hand"[label="Broadcaster: me\\nAverage rate: 10000.000 Hz' in buffer.as_dot()
     assert "( 1.000 sec old)" in buffer.as_dot(6.0)
     assert FrameBuffer().as_yaml() == "{}"
+
+
+def test_an_infinite_translation_is_accepted_as_in_tf2(buffer: FrameBuffer) -> None:
+    assert buffer.insert("map", "far", S, at(math.inf), "me") == []
+    assert buffer.lookup("map", "far", S)[1][0] == math.inf
+    assert buffer.insert("map", "turned", S, (0, 0, 0, math.inf, 0, 0, 1), "me") != []
+
+
+def test_a_stamp_of_the_far_future_makes_later_ones_old_as_in_tf2(buffer: FrameBuffer) -> None:
+    assert buffer.insert("map", "base", (2**32 - 1) * S, at(1), "me") == []
+    (refusal,) = buffer.insert("map", "base", 6 * S, at(6), "me")
+    assert refusal.startswith("TF_OLD_DATA ignoring data from the past")
+    buffer.clear()
+    assert buffer.insert("map", "base", 6 * S, at(6), "me") == []
+
+
+def test_frames_beyond_the_limit_are_refused() -> None:
+    buffer = FrameBuffer(limits=Limits(transform_bytes=100_000))
+    refusals = [buffer.insert("map", f"frame_{number}", S, at(1), "me") for number in range(200)]
+
+    assert 50 < len(buffer.frame_names()) < 100
+    assert refusals[0] == []
+    (refusal,) = refusals[-1]
+    assert refusal.startswith(
+        "TF_NO_ROOM there are too many transforms for frame frame_199: the limit is 100000"
+    )
+    assert buffer.insert("map", "frame_0", 2 * S, at(1), "me") == []
+    assert len(buffer.insert("map", "x" * 10**6, S, at(1), "me")[0]) < 500
+
+
+def test_transforms_beyond_the_limit_replace_older_ones_of_their_frame() -> None:
+    buffer = FrameBuffer(limits=Limits(transform_bytes=100_000))
+    for number in range(10_000):
+        assert buffer.insert("map", "base", S + number, at(number), "me") == []
+
+    assert buffer.lookup("map", "base", S + 9_999)[1][0] == 9_999
+    with pytest.raises(ExtrapolationException, match="into the past"):
+        buffer.lookup("map", "base", S + 1)
+
+
+def test_the_frames_in_the_error_of_a_circle_are_bounded(buffer: FrameBuffer) -> None:
+    for number in range(1_000):
+        buffer.insert("map", f"{number}" * 20, S, at(1), "me")
+    buffer.insert("b", "a", S, at(1), "me")
+    buffer.insert("a", "b", S, at(1), "me")
+
+    with pytest.raises(LookupException, match="contains a loop") as raised:
+        buffer.lookup("a", "map", S)
+    assert len(str(raised.value)) < 11_000

@@ -59,6 +59,10 @@ class AllowedRate:
                 )
 
 
+def _measures_in_time_of_node(node: Node) -> bool:
+    return not parameter(node, "~wall_clock", False)
+
+
 def check(node: Node) -> None:
     """Raises AssertionError when the rate is not as expected."""
     topic = parameter(node, "~topic")
@@ -70,7 +74,7 @@ def check(node: Node) -> None:
             f"bad parameters: hz {rate.hz:g} and hzerror {rate.error:g} must not be negative, "
             f"test_duration {duration:g} must be positive, and topic [{topic}] must not be empty"
         )
-    clock = WallClock() if parameter(node, "~wall_clock", False) else node.clock
+    clock = node.clock if _measures_in_time_of_node(node) else WallClock()
     arrivals_ns: list[int] = []
 
     def arrive(_: RawMessage) -> None:
@@ -91,4 +95,4 @@ def check(node: Node) -> None:
 
 
 def main() -> None:
-    run_checks("hztest", "HzTest", hz=check)
+    run_checks("hztest", "HzTest", needs_time=_measures_in_time_of_node, hz=check)

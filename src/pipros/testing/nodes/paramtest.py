@@ -42,4 +42,4 @@ def check(node: Node) -> None:
 
 
 def main() -> None:
-    run_checks("paramtest", "ParamTest", param=check)
+    run_checks("paramtest", "ParamTest", needs_time=lambda _: False, param=check)

@@ -25,23 +25,33 @@ CLOCK_TIMEOUT_S = 10.0
 """How long the first message on /clock may take."""
 
 
-def run_checks(name: str, class_name: str, **checks: Callable[[Node], None]) -> None:
+def run_checks(
+    name: str,
+    class_name: str,
+    *,
+    needs_time: Callable[[Node], bool] = lambda _: True,
+    **checks: Callable[[Node], None],
+) -> None:
     """Runs checks as the cases of a test script called `name`; exits with 1 if one fails.
+
+    Unless `needs_time` returns False, simulated time must run before the checks.
 
     A check fails with an AssertionError that says what was expected. Classes and cases have the names of
     Noetic's, because dashboards group by them.
     """
-    cases = {f"test_{what}": _case(name, check) for what, check in checks.items()}
+    cases = {f"test_{what}": _case(name, check, needs_time) for what, check in checks.items()}
     kind = type(class_name, (unittest.TestCase,), {**cases, "__module__": "__main__"})
     exit_unless(run_program("rostest", name, kind, sys.argv))
 
 
-def _case(name: str, check: Callable[[Node], None]) -> Callable[[unittest.TestCase], None]:
+def _case(
+    name: str, check: Callable[[Node], None], needs_time: Callable[[Node], bool]
+) -> Callable[[unittest.TestCase], None]:
     def run(_: unittest.TestCase) -> None:
         with Node(name, argv=sys.argv, environment=Environment.from_os()) as node:
             node.wait_for_master()
             set_private_params(node)
-            if parameter(node, "/use_sim_time", False):
+            if needs_time(node) and parameter(node, "/use_sim_time", False):
                 node.use_simulated_time()
                 _wait_for_time(node)
             check(node)

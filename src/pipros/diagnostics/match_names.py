@@ -1,0 +1,52 @@
+"""A program that matches names with regular expressions; `NamePatterns` runs it as a child process.
+
+Each line of its input is a JSON list, a pattern and a name; each line of its output is true, false, null
+(the time is up) or the reason why the pattern is invalid. Imports the standard library only.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import sys
+
+TIME_LIMIT_S = 0.1
+"""Processor time for one pattern and one name; usually some microseconds are enough."""
+
+
+class _TimeIsUp(Exception):
+    """Raised by the signal handler. `re` runs those of the main thread while it matches."""
+
+
+def _end_match(*_: object) -> None:
+    raise _TimeIsUp
+
+
+def _answer(pattern: str, name: str) -> bool | str | None:
+    # Processor time, because a busy machine may stop the process for longer.
+    if hasattr(signal, "setitimer"):
+        signal.signal(signal.SIGPROF, _end_match)
+        signal.setitimer(signal.ITIMER_PROF, TIME_LIMIT_S)
+    try:
+        return re.compile(pattern).fullmatch(name) is not None
+    except (re.error, RecursionError, OverflowError, MemoryError) as error:
+        return str(error) or type(error).__name__
+    finally:
+        if hasattr(signal, "setitimer"):
+            signal.setitimer(signal.ITIMER_PROF, 0)
+
+
+def main() -> None:
+    """Answers until the input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for line in sys.stdin:
+        try:
+            answer = _answer(*json.loads(line))
+        except _TimeIsUp:
+            answer = None
+        print(json.dumps(answer), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,150 @@
+"""Regular expressions of unknown origin, matched with a time limit.
+
+Python's `re` may need exponential time (`(a+)+$` and 40 characters: days). Meanwhile it keeps all threads of
+the process from running, signal handlers included. So a child process matches, and gives up after a tenth of
+a second of processor time. Results are cached, so the name of a running component costs one question.
+
+Compared with it: refusing nested quantifiers misses `a?a?a?…aaa` and refuses `(left|right)*`; a matcher that
+needs linear time (RE2) is a compiled dependency without look-ahead and back references.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import json
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import IO, Any
+
+PATTERN_CHARACTERS = 1_000
+"""The longest pattern."""
+
+NAME_CHARACTERS = 300
+"""The longest name that a pattern may match."""
+
+SLOW_LIMIT = 20
+"""So many patterns of a process may take too long; then no pattern is used any more."""
+
+CACHED = 10_000
+"""How many results are cached."""
+
+_DEADLINE_S = 5.0
+"""The time for an answer on a machine that is too busy to run the child."""
+
+_PROGRAM = Path(__file__).with_name("match_names.py")
+
+
+class NamePatterns:
+    """The patterns of one analyzer. Thread-safe.
+
+    Attributes:
+        slow: those that took too long, and are not used any more.
+    """
+
+    def __init__(self, patterns: Sequence[str]) -> None:
+        """Checks the patterns.
+
+        Raises:
+            ValueError: one is not a regular expression, or is too long.
+        """
+        for pattern in patterns:
+            if len(pattern) > PATTERN_CHARACTERS:
+                raise ValueError(f"a pattern has at most {PATTERN_CHARACTERS} characters, got {len(pattern)}")
+            reason = _child().ask(pattern, "")
+            if isinstance(reason, str):
+                raise ValueError(reason)
+        self._patterns = tuple(patterns)
+        self.slow: list[str] = []
+
+    def __bool__(self) -> bool:
+        return bool(self._patterns)
+
+    def match(self, name: str) -> bool:
+        """Whether any pattern matches the whole name. Names beyond `NAME_CHARACTERS` are never matched."""
+        if len(name) > NAME_CHARACTERS:
+            return False
+        for pattern in self._patterns:
+            result = None if pattern in self.slow else _child().ask(pattern, name)
+            if result is True:
+                return True
+            if result is None and pattern not in self.slow:
+                self.slow.append(pattern)
+        return False
+
+
+class _Child:
+    """The child process, which starts with the first question and ends with this process."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._cached: dict[tuple[str, str], Any] = {}
+        self._slow: set[str] = set()
+        self._lock = threading.Lock()
+        atexit.register(self.close)
+
+    def ask(self, pattern: str, name: str) -> bool | str | None:
+        """Whether the pattern matches the whole name; its error; or None if it takes too long."""
+        with self._lock:
+            if pattern in self._slow or len(self._slow) >= SLOW_LIMIT:
+                return None
+            key = pattern, name
+            if key not in self._cached:
+                if len(self._cached) >= CACHED:
+                    self._cached.clear()
+                self._cached[key] = self._answer(pattern, name)
+            answer: bool | str | None = self._cached[key]
+            if answer is None:
+                self._slow.add(pattern)
+            return answer
+
+    def close(self) -> None:
+        """Ends the process."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
+            for pipe in _pipes(process):
+                with contextlib.suppress(OSError):  # what was not written
+                    pipe.close()
+
+    def _answer(self, pattern: str, name: str) -> Any:
+        process = self._process = self._process or _start()
+        writing, reading = _pipes(process)
+        end = threading.Timer(_DEADLINE_S, process.kill)
+        end.daemon = True
+        try:
+            end.start()
+            writing.write(json.dumps([pattern, name]).encode() + b"\n")
+            writing.flush()
+            return json.loads(reading.readline())
+        except (OSError, ValueError, RuntimeError):  # killed, or this process ends
+            self.close()
+            return None
+        finally:
+            end.cancel()
+
+
+def _start() -> subprocess.Popen[bytes]:
+    return subprocess.Popen(  # noqa: S603
+        [sys.executable, "-I", "-S", str(_PROGRAM)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,  # Ctrl-C is not for it: it ends with its input
+    )
+
+
+def _pipes(process: subprocess.Popen[bytes]) -> tuple[IO[bytes], IO[bytes]]:
+    assert process.stdin is not None  # noqa: S101 # both are pipes
+    assert process.stdout is not None  # noqa: S101
+    return process.stdin, process.stdout
+
+
+@cache
+def _child() -> _Child:
+    return _Child()

@@ -1,0 +1,52 @@
+"""Calls to many peers at the same time, which Ctrl-C ends at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from queue import SimpleQueue
+from typing import TypeVar
+
+from pipros.interruptible_wait import get_within_slice
+from pipros.net.workers import Workers
+
+_Key = TypeVar("_Key")
+_Value = TypeVar("_Value")
+
+
+def in_parallel(keys: Iterable[_Key], ask: Callable[[_Key], _Value], *, at_once: int) -> dict[_Key, _Value]:
+    """Call `ask` with each key and return the results, in the order of the keys.
+
+    `ask` runs in daemon threads, at most `at_once` of them, and must have a deadline. An exception, of `ask`
+    or of a signal handler in the calling thread, ends the wait: calls that have not started are dropped, and
+    neither the caller nor the end of the interpreter waits for the others (as they do for those of a
+    `ThreadPoolExecutor`).
+    """
+    wanted = list(keys)
+    outcomes: SimpleQueue[tuple[_Key, list[_Value], BaseException | None]] = SimpleQueue()
+    is_waiting = True
+
+    def answer(key: _Key) -> None:
+        if not is_waiting:
+            return
+        try:
+            outcomes.put((key, [ask(key)], None))
+        except BaseException as error:  # raised again in the calling thread
+            outcomes.put((key, [], error))
+
+    workers = Workers("in parallel", at_once)
+    values: dict[_Key, _Value] = {}
+    try:
+        for key in wanted:
+            workers.run(answer, key)
+        while len(values) < len(wanted):
+            outcome = get_within_slice(outcomes)
+            if outcome is None:
+                continue
+            key, value, error = outcome
+            if error is not None:
+                raise error
+            values[key] = value[0]
+    finally:
+        is_waiting = False
+        workers.close()
+    return {key: values[key] for key in wanted}

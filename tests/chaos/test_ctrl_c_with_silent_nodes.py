@@ -1,0 +1,58 @@
+"""Ctrl-C ends tools at once while nodes that accept connections and never answer hold them up."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import closing
+
+import pytest
+
+from pipros.master.master import Master
+from pipros.net.master_client import MasterClient
+from tests.support.processes import Process, Processes
+from tests.support.slaves import SilentSlave
+from tests.support.waiting import wait_until
+
+AT_ONCE_S = 2.5
+"""Half a second is promised; every look at a silent node takes 3 s or longer."""
+
+TOOLS = {
+    "rosnode ping -a": ["pipros.cli.rosnode", "ping", "-a"],
+    "rosnode cleanup": ["pipros.cli.rosnode", "cleanup"],
+    "roswtf": ["pipros.cli.roswtf", "--no-plugins"],
+    "pipros doctor": ["pipros.cli.doctor", "--timeout", "30"],
+}
+
+
+@pytest.fixture
+def silent(master: Master) -> Iterator[SilentSlave]:
+    """A node's address that is registered under five names."""
+    slave = SilentSlave()
+    for number in range(5):
+        with closing(MasterClient(master.uri, f"/silent_{number}")) as client:
+            client.register_publisher("/chat", "std_msgs/String", slave.api)
+    yield slave
+    slave.stop()
+
+
+def start(processes: Processes, master: Master, tool: str) -> Process:
+    module, *arguments = TOOLS[tool]
+    code = f"import sys\nfrom {module} import main\nsys.exit(main({arguments}))"
+    return processes.start(sys.executable, "-c", code, environment={"ROS_MASTER_URI": master.uri})
+
+
+@pytest.mark.parametrize("tool", TOOLS)
+def test_ctrl_c_ends_a_tool_that_waits_for_silent_nodes(
+    processes: Processes, master: Master, silent: SilentSlave, tool: str
+) -> None:
+    process = start(processes, master, tool)
+    wait_until(lambda: silent.connections)
+    began = time.monotonic()
+    process.press_ctrl_c()
+
+    assert process.wait() == 0, process.output
+    assert time.monotonic() - began < AT_ONCE_S, process.output
+    assert "Traceback" not in process.output
+    assert "Unable to contact" not in process.output
