@@ -78,6 +78,9 @@ class Limits(NamedTuple):
         bag_header_bytes: the header of one record of a bag.
         bag_connection_bytes: a connection header, or the list of a chunk's connections, in a bag.
         bag_chunk_bytes: one chunk of a bag, uncompressed.
+        bag_expanded_bytes: likewise, of a chunk that decompression makes more than 1,000 times larger.
+        bag_index_bytes: entries for messages that are found by reading chunks, beyond 16 bytes for each byte
+            of the file.
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
         message_values: values in a new message.
         empty_elements: values in one message beyond the eight that each of its bytes pays for.
@@ -137,6 +140,8 @@ class Limits(NamedTuple):
     bag_header_bytes: int = 1 * _MIB
     bag_connection_bytes: int = 16 * _MIB
     bag_chunk_bytes: int = 2048 * _MIB
+    bag_expanded_bytes: int = 128 * _MIB
+    bag_index_bytes: int = 16 * _MIB
     bag_cache_bytes: int = 256 * _MIB
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
