@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import io
-import tracemalloc
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import pytest
@@ -19,20 +17,9 @@ from pipros.bag.reader import RawMessage
 from pipros.bag.records import TIME, U32, Op, record_bytes
 from pipros.limits import Limits
 from tests.support.bags import bag_bytes, some_rows
+from tests.support.memory import memory_of
 
 MIB = 1 << 20
-
-
-@contextmanager
-def memory_of(most_bytes: int) -> Iterator[None]:
-    """Fails if Python objects made inside take more at a time."""
-    tracemalloc.start()
-    try:
-        yield
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    assert peak < most_bytes
 
 
 def changed(data: bytes, change: Callable[[Layout], None], more: bytes = b"") -> bytes:
