@@ -1,4 +1,4 @@
-"""What a bag says, on terminals: one line for each text, no escape sequences; and exports within their folder."""
+"""What a bag says, on terminals: one line for each text, no escape sequences; and exports in their folder."""
 
 from __future__ import annotations
 
