@@ -10,12 +10,15 @@ from dataclasses import dataclass
 import pytest
 
 from tests.fuzz import (
+    bag_indexes,
     bags,
     cmake,
     definitions,
+    export_names,
     expressions,
     listings,
     mcap_files,
+    mcap_indexes,
     messages,
     replies,
     strange_messages,
@@ -36,6 +39,9 @@ class Subject:
 SUBJECTS = {
     "bags": Subject(lambda: bags.target, bags.WORDS, 300),
     "mcap_files": Subject(lambda: mcap_files.target, mcap_files.WORDS, 150),
+    "bag_indexes": Subject(lambda: bag_indexes.target, bag_indexes.WORDS, 60),
+    "mcap_indexes": Subject(lambda: mcap_indexes.target, mcap_indexes.WORDS, 40),
+    "export_names": Subject(lambda: export_names.target, export_names.WORDS, 100),
     "definitions": Subject(lambda: definitions.target, definitions.WORDS, 700),
     "messages": Subject(lambda: messages.target, (), 1500),
     "strange_messages": Subject(lambda: strange_messages.target, strange_messages.WORDS, 200),

@@ -34,6 +34,8 @@ def bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         changed = header | {key: value.encode() for key, value in names.items()}
         connection = writer.add_connection("/t" + HOSTILE if n < 2 else "/ok", changed)
         writer.write_message(connection, 1 + n, 0, String(HOSTILE))
+    known = header | {"md5sum": HOSTILE.encode(), "message_definition": b"int32 data"}
+    writer.write_message(writer.add_connection("/known", known), 8, 0, Int32(1))
     connection = writer.add_connection("/said", header)
     writer.write_message(connection, 9, 0, String(HOSTILE))
     writer.finish()
@@ -100,7 +102,7 @@ def test_the_yaml_of_info_is_what_the_bag_has(bag: Path) -> None:
         info = bag_info(reader, "x.bag")
     found = yaml.safe_load(info_yaml(info))
 
-    assert [each["topic"] for each in found["topics"]] == ["/ok", "/said", "/t" + WRITTEN_OUT]
+    assert [each["topic"] for each in found["topics"]] == ["/known", "/ok", "/said", "/t" + WRITTEN_OUT]
     assert found["types"][0] == {"type": "evil/T" + WRITTEN_OUT, "md5": "0" + WRITTEN_OUT}
     assert f"/t{WRITTEN_OUT}   2 msgs" in info_text(info)
 

@@ -135,7 +135,7 @@ def _arrays(bag: BagReader, topic: str, path: Path) -> int:
     for name, values in columns.items():
         sizes = {len(value) if isinstance(value, list | tuple | bytes) else -1 for value in values}
         if len(values) != count or len(sizes) > 1:
-            print(f"{topic}: {name} is left out, since its length changes", file=sys.stderr)
+            print(f"{topic}: {listed(name)} is left out, since its length changes", file=sys.stderr)
             continue
         kept[name] = numpy.array([list(value) if isinstance(value, bytes) else value for value in values])
     numpy.savez_compressed(path, **kept)
