@@ -13,6 +13,7 @@ from actionlib_tools.dynamic_action import DynamicAction
 from actionlib_tools.edit import edited
 from actionlib_tools.library import to_yaml, yaml_msg_str
 from actionlib_tools.prompt import Prompt
+from pipros.printable import listed
 
 USAGE = """Usage: axclient.py /action_name [action_type]
 
@@ -102,7 +103,7 @@ class Client:
     def _on_end(self, status: int, result: Any) -> None:
         text = self._client.get_goal_status_text()
         print(f"result:\n{_indented(result)}" if result is not None else "result: none")
-        print(f"{TerminalState.to_string(status)}{f': {text}' if text else ''}", flush=True)
+        print(f"{TerminalState.to_string(status)}{f': {listed(text)}' if text else ''}", flush=True)
         self._ended.set()
 
 

@@ -16,6 +16,7 @@ from dynamic_reconfigure import (
 )
 from dynamic_reconfigure.client import Client
 from pipros.errors import PiprosError
+from pipros.printable import listed, printable_lines
 from pipros.safe.yaml import load
 
 
@@ -81,7 +82,7 @@ def main() -> int:
     try:
         rospy.init_node("dynparam", anonymous=True, disable_signals=True)
         if options.command == "list":
-            print("\n".join(find_reconfigure_services()))
+            print("\n".join(map(listed, find_reconfigure_services())))
             return 0
         changes = None if options.command in ("get", "dump") else changes_of(options)
         client = Client(options.node, timeout=options.timeout)
@@ -96,10 +97,10 @@ def main() -> int:
         else:
             Path(options.file).write_text(_as_yaml(config), encoding="utf-8")
     except (ValueError, DynamicReconfigureParameterException, DynamicReconfigureCallbackException) as error:
-        print(f"error updating parameters: {error}", file=sys.stderr)
+        print(f"error updating parameters: {printable_lines(str(error))}", file=sys.stderr)
         return 1
     except (OSError, rospy.ROSException) as error:
-        print(error, file=sys.stderr)
+        print(printable_lines(str(error)), file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return 130

@@ -87,6 +87,9 @@ class Limits(NamedTuple):
         bag_header_bytes: the header of one record of a bag.
         bag_connection_bytes: a connection header, or the list of a chunk's connections, in a bag.
         bag_chunk_bytes: one chunk of a bag, uncompressed.
+        bag_expanded_bytes: likewise, of a chunk that decompression makes more than 1,000 times larger.
+        bag_index_bytes: entries for messages that are found by reading chunks, beyond 16 bytes for each byte
+            of the file.
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
         edit_method_characters: the constants of one enum of dynamic_reconfigure.
         bus_answer_bytes: what a node says of its connections, to tools that show the graph.
@@ -160,6 +163,8 @@ class Limits(NamedTuple):
     bag_header_bytes: int = 1 * _MIB
     bag_connection_bytes: int = 16 * _MIB
     bag_chunk_bytes: int = 2048 * _MIB
+    bag_expanded_bytes: int = 128 * _MIB
+    bag_index_bytes: int = 16 * _MIB
     bag_cache_bytes: int = 256 * _MIB
     edit_method_characters: int = 100_000
     bus_answer_bytes: int = 8 * _MIB

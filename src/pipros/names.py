@@ -27,6 +27,15 @@ def is_legal(name: str) -> bool:
     return not name or (re.fullmatch(_LEGAL, name) is not None and "//" not in name)
 
 
+def is_legal_topic(name: str) -> bool:
+    """True for a name that a topic of a bag may have: `a`, `/a/b`; neither private, nor a namespace.
+
+    >>> is_legal_topic("/a/b"), is_legal_topic("/"), is_legal_topic("/../a")
+    (True, False, False)
+    """
+    return is_legal(name) and not is_private(name) and bool(name.strip("/"))
+
+
 def is_legal_base(name: str) -> bool:
     """True for a legal name without a namespace, as a node name must be: `talker`."""
     return re.fullmatch(_LEGAL_BASE, name) is not None

@@ -5,10 +5,6 @@ Facade of `pipros.bag`; see http://wiki.ros.org/rosbag/Code%20API.
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
-
-from pipros.cli.rosbag import main as _main
 from rosbag.bag import (
     Bag,
     BagMessage,
@@ -20,6 +16,7 @@ from rosbag.bag import (
     ROSBagFormatException,
     ROSBagUnindexedException,
 )
+from rosbag.rosbag_main import rosbagmain
 
 __all__ = [
     "Bag",
@@ -33,8 +30,3 @@ __all__ = [
     "ROSBagUnindexedException",
     "rosbagmain",
 ]
-
-
-def rosbagmain(argv: Sequence[str] | None = None) -> None:
-    """The command `rosbag`; `argv` has its name first. Ends the process with its exit code."""
-    sys.exit(_main(list(sys.argv if argv is None else argv)[1:]))

@@ -11,6 +11,7 @@ import sys
 import tracemalloc
 
 from pipros.bag.errors import BagError
+from pipros.bag.index import ENTRY
 from pipros.bag.info import bag_info, info_text, info_yaml
 from pipros.bag.reader import BagReader
 from pipros.bag.repair import reindex
@@ -22,7 +23,9 @@ WORDS = [
     *(b"size=\xff\xff\xff\x7f", b"compression=bz2", b"compression=lz4", b"index_pos=", b"#ROSBAG V1.2\n"),
     *(b"#ROSBAG V2.0\n", b"ver=\x01\0\0\0", b"count=\xff\xff\xff\xff", b"chunk_pos=", b"encryptor=x"),
 ]
-LIMITS = Limits(bag_chunk_bytes=1 << 20, bag_cache_bytes=1 << 20, bag_header_bytes=10_000)
+LIMITS = Limits(
+    bag_chunk_bytes=1 << 20, bag_cache_bytes=1 << 20, bag_header_bytes=10_000, bag_index_bytes=1 << 20
+)
 MEMORY_BYTES = 24 << 20
 """Several chunks of the limit, and what compression needs of its own."""
 
@@ -47,8 +50,8 @@ def _read(data: bytes, is_rebuilt: bool) -> None:
     info = bag_info(bag, "x.bag", with_frequencies=is_rebuilt)
     assert info_text(info)
     assert info_yaml(info)
-    for _ in bag.raw_messages():
-        pass
+    count = sum(1 for _ in bag.raw_messages())
+    assert is_rebuilt or bag.layout.version.number != 200 or count * ENTRY.size <= len(data)
 
 
 def _repair(data: bytes) -> None:

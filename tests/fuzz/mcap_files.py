@@ -21,11 +21,13 @@ WORDS = [
     *(b"ros1", b"ros1msg", b"zstd", b"lz4", b"\x89MCAP0\r\n", b"cdr", b"md5sum", b"std_msgs/String"),
     *(bytes([op]) + bytes([1, 0, 0, 0, 0, 0, 0, 0]) for op in range(1, 16)),
 ]
-LIMITS = Limits(bag_chunk_bytes=1 << 20, bag_cache_bytes=1 << 20, bag_header_bytes=10_000)
+LIMITS = Limits(
+    bag_chunk_bytes=1 << 20, bag_cache_bytes=1 << 20, bag_header_bytes=10_000, bag_index_bytes=1 << 20
+)
 MEMORY_BYTES = 24 << 20
 """Several chunks of the limit, and what compression needs of its own."""
 
-MEMORY_PER_BYTE = 1000
+MEMORY_PER_BYTE = 200
 
 
 def target(data: bytes) -> None:

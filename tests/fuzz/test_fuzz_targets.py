@@ -10,16 +10,19 @@ from dataclasses import dataclass
 import pytest
 
 from tests.fuzz import (
+    bag_indexes,
     bags,
     bus_answers,
     cfg_results,
     cmake,
     definitions,
     edit_methods,
+    export_names,
     expressions,
     launch_files,
     listings,
     mcap_files,
+    mcap_indexes,
     messages,
     page_messages,
     replies,
@@ -41,6 +44,9 @@ class Subject:
 SUBJECTS = {
     "bags": Subject(lambda: bags.target, bags.WORDS, 300),
     "mcap_files": Subject(lambda: mcap_files.target, mcap_files.WORDS, 150),
+    "bag_indexes": Subject(lambda: bag_indexes.target, bag_indexes.WORDS, 60),
+    "mcap_indexes": Subject(lambda: mcap_indexes.target, mcap_indexes.WORDS, 40),
+    "export_names": Subject(lambda: export_names.target, export_names.WORDS, 100),
     "definitions": Subject(lambda: definitions.target, definitions.WORDS, 700),
     "messages": Subject(lambda: messages.target, (), 1500),
     "strange_messages": Subject(lambda: strange_messages.target, strange_messages.WORDS, 200),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import signal
 import socket
 import sys
 from collections.abc import Iterator
@@ -21,6 +22,7 @@ from tests.support.ros import RosSystem
 # Master and XML carry no ESC; the one-character CSI of terminals, line breaks and an override they do.
 HOSTILE = "\x9b31m\nforged line\u202e"
 WRITTEN_OUT = r"\x9b31m\nforged line\u202e".replace(" ", "_")
+HOSTILE_WRITTEN_OUT = r"\x9b31m\nforged line\u202e"
 NAME = HOSTILE.replace(" ", "_")
 API = "http://127.0.0.1:9/"
 PLAIN = re.compile(r"[\t -~\xa1-\xac\xae-\xff]*")
@@ -196,3 +198,52 @@ def test_what_users_log_themselves_keeps_its_lines(ros: RosSystem) -> None:
     ended = ros.pipros.run(sys.executable, "-c", script)
     assert ended.stdout[0].endswith(": one")
     assert ended.stdout[1] == "two\x1b[1m"
+
+
+FRAMES_AND_GOALS = """
+import sys
+import actionlib, rospy, tf2_ros
+from actionlib.msg import TestAction
+from geometry_msgs.msg import TransformStamped
+rospy.init_node("teller")
+hostile = sys.argv[1]
+transforms = []
+for parent, child in (("earth", hostile), (hostile, "moon"), ("sun", "mars" + hostile)):
+    transform = TransformStamped(child_frame_id=child)
+    transform.header.frame_id = parent
+    transform.transform.rotation.w = 1
+    transforms.append(transform)
+broadcaster = tf2_ros.StaticTransformBroadcaster()
+broadcaster.sendTransform(transforms)
+server = actionlib.SimpleActionServer("/act", TestAction, auto_start=False)
+server.register_goal_callback(lambda: server.accept_new_goal() and server.set_aborted(text=hostile))
+server.start()
+rospy.spin()
+"""
+
+
+def test_frames_results_and_servers_are_written_out(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    peer = MasterClient(ros.master_uri, "/reconfigured")
+    peer.register_service(f"/server{NAME}/set_parameters", "rosrpc://127.0.0.1:9/", API)
+    peer.close()
+    (ros.home / "teller.py").write_text(FRAMES_AND_GOALS)
+    ros.pipros.start("python3", ros.home / "teller.py", HOSTILE)
+    ros.wait_for_subscriber("/act/goal")
+
+    listed = ros.pipros.run("rosrun", "dynamic_reconfigure", "dynparam", "list").output
+    assert f"/server{WRITTEN_OUT}" in listed
+    assert_plain(listed)
+    (ros.home / "goal").write_text("goal: 1")
+    client = ros.pipros.run("bash", "-c", f"rosrun actionlib_tools axclient.py /act < {ros.home}/goal").output
+    assert f"ABORTED: {HOSTILE_WRITTEN_OUT}" in client
+    assert_plain(client)
+    monitor = ros.pipros.start("rosrun", "tf", "tf_monitor", "earth", "moon")
+    monitor.wait_for(r"Chain is: .*->")
+    echo = ros.pipros.start("rosrun", "tf", "tf_echo", "earth", "mars" + HOSTILE)
+    echo.wait_for("Exception thrown")
+    for program in (monitor, echo):
+        program.send_signal(signal.SIGINT)
+        program.wait()
+        assert "forged" in program.output
+        assert_plain(program.output)

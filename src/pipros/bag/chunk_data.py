@@ -12,10 +12,16 @@ from pipros.bag.compression import NONE, decompress
 from pipros.bag.errors import BagFormatError
 from pipros.bag.index import ChunkHeader
 from pipros.bag.source import Source
-from pipros.limits import Limits
+from pipros.limits import Limits, limit_text
 
 LARGE_BYTES = 16 * 1024 * 1024
 """Uncompressed chunks above this size are not read as a whole: their messages are read one by one."""
+
+_ORDINARY_RATIO = 1000
+"""Times that real messages become larger by decompression. Only large blank images and maps exceed it."""
+
+_ENTRY_BYTES_PER_BYTE = 16
+"""Each message adds at least a byte to a compressed chunk, and an entry of at most 16 bytes to an index."""
 
 _AHEAD_BYTES = 64 * 1024 * 1024
 """The uncompressed size of the chunks that are read ahead."""
@@ -50,7 +56,21 @@ def check_chunk(source: Source, header: ChunkHeader, limits: Limits) -> str:
             f"{where}: its size must be at most {limits.bag_chunk_bytes} bytes (bag_chunk_bytes), "
             f"got {header.size}"
         )
+    if limits.bag_expanded_bytes < header.size > _ORDINARY_RATIO * header.data_size:
+        raise BagFormatError(
+            f"{where}: its {header.data_size} bytes expand to {header.size}, over {_ORDINARY_RATIO} times "
+            f"as many; {limit_text('bag_expanded_bytes', limits.bag_expanded_bytes)}"
+        )
     return where
+
+
+def check_index_size(source: Source, entry_bytes: int, limits: Limits) -> None:
+    """Raise `BagFormatError` if entries of messages take too many bytes for the size of the file."""
+    if entry_bytes > limits.bag_index_bytes + _ENTRY_BYTES_PER_BYTE * source.size:
+        raise BagFormatError(
+            f"{source.name}: {source.size} bytes expand to too many messages, with entries of {entry_bytes} "
+            f"bytes; {limit_text('bag_index_bytes', limits.bag_index_bytes)}"
+        )
 
 
 class ChunkStore:

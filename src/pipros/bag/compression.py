@@ -1,4 +1,4 @@
-"""Compression of chunks: none, bz2 and lz4.
+"""Compression of chunks: none, bz2 and lz4; in MCAP files zstd, too, which is only read here.
 
 lz4 is read without the `lz4` library by `lz4_frame.py`, slowly; writing it needs the library (`pipros[lz4]`).
 """
@@ -12,6 +12,7 @@ from pipros.bag.errors import BagError, BagFormatError
 
 NONE, BZ2, LZ4 = "none", "bz2", "lz4"
 COMPRESSIONS = (NONE, BZ2, LZ4)
+ZSTD = "zstd"
 
 
 def has_lz4() -> bool:
@@ -52,6 +53,8 @@ def decompress(compression: str, data: bytes, size: int, where: str) -> bytes:
         plain = _decompress_bz2(data, size, where)
     elif compression == LZ4:
         plain = _decompress_lz4(data, size, where)
+    elif compression == ZSTD:
+        plain = _decompress_zstd(data, size, where)
     else:
         raise BagFormatError(
             f"{where}: the compression must be one of {', '.join(COMPRESSIONS)}, got [{compression}]"
@@ -88,6 +91,21 @@ def _decompress_lz4(data: bytes, size: int, where: str) -> bytes:
         plain: bytes = library.LZ4FrameDecompressor().decompress(data, size + 1)
     except (RuntimeError, ValueError, EOFError, MemoryError) as error:
         raise BagFormatError(f"{where}: the lz4 data are damaged: {error}") from None
+    return plain
+
+
+def _decompress_zstd(data: bytes, size: int, where: str) -> bytes:
+    try:
+        import zstandard  # comes with the mcap library
+    except ImportError:
+        raise BagError(f"{where}: zstd needs its library: pip install 'pipros[mcap]'") from None
+    try:
+        claimed = zstandard.get_frame_parameters(data).content_size
+        if claimed not in (size, zstandard.CONTENTSIZE_UNKNOWN):
+            raise BagFormatError(f"{where}: the chunk must have {size} bytes, got {claimed}")
+        plain: bytes = zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
+    except (zstandard.ZstdError, MemoryError) as error:
+        raise BagFormatError(f"{where}: the zstd data are damaged: {error}") from None
     return plain
 
 

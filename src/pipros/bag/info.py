@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
 from pipros.bag.errors import BagError
 from pipros.bag.reader import BagReader
+from pipros.printable import listed
+
+_PLAIN = re.compile(r"[\w/.*~+-]*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,8 +141,19 @@ def _frequency(times: Sequence[float]) -> float | None:
     return 1.0 / median if median > 0 else None
 
 
+def _printable(info: Info) -> Info:
+    """The figures with the texts of the bag on one line each, without control characters."""
+    return replace(
+        info,
+        compressions=[replace(each, name=listed(each.name)) for each in info.compressions],
+        types=[(listed(name), listed(md5sum)) for name, md5sum in info.types],
+        topics=[replace(each, topic=listed(each.topic), type=listed(each.type)) for each in info.topics],
+    )
+
+
 def info_text(info: Info) -> str:
     """The lines of `rosbag info`."""
+    info = _printable(info)
     rows: list[tuple[str, str]] = [] if info.path is None else [("path", info.path)]
     rows.append(("version", info.version))
     if not info.is_indexed:
@@ -218,6 +233,7 @@ def _topic_lines(info: Info) -> list[str]:
 
 def info_tree(info: Info) -> dict[str, Any]:
     """What `rosbag info --yaml` prints, as values; fractions are formatted already."""
+    info = _printable(info)
     tree: dict[str, Any] = {} if info.path is None else {"path": info.path}
     tree["version"] = info.version
     if not info.is_indexed:
@@ -249,7 +265,7 @@ def info_yaml(info: Info) -> str:
     lines = []
     for name, value in info_tree(info).items():
         if not isinstance(value, list):
-            lines.append(f"{name}: {value}")
+            lines.append(f"{name}: {value if name == 'path' else _scalar(value)}")
             continue
         lines.append(f"{name}:")
         lines += [f"    {line}" for line in _items(value)]
@@ -276,7 +292,7 @@ def info_value(info: Info, key: str) -> str:
     if isinstance(value, list):
         return "\n".join(_items(value)) + "\n"
     if isinstance(value, dict):
-        return "\n".join(f"{name}: {each}" for name, each in value.items()) + "\n"
+        return "\n".join(f"{name}: {_scalar(each)}" for name, each in value.items()) + "\n"
     if isinstance(value, str) and value.replace(".", "", 1).isdigit():
         return str(float(value))
     return str(value)
@@ -285,7 +301,13 @@ def info_value(info: Info, key: str) -> str:
 def _items(values: Sequence[dict[str, Any]]) -> Iterator[str]:
     for value in values:
         for number, (name, each) in enumerate(value.items()):
-            yield f"{'  ' if number else '- '}{name}: {each}"
+            yield f"{'  ' if number else '- '}{name}: {_scalar(each)}"
+
+
+def _scalar(value: object) -> str:
+    """A value in YAML: as Noetic prints it, or in quotes if it could mean something else."""
+    text = str(value)
+    return text if _PLAIN.fullmatch(text) else "'" + text.replace("'", "''") + "'"
 
 
 def _duration(seconds: float) -> str:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from pipros.bag.connection import Connection, parse_connection
 from pipros.bag.errors import BagError, BagFormatError, NotIndexed
 from pipros.bag.index import (
+    ENTRY,
     INDEX_RECORD_BYTES,
     ChunkHeader,
     ChunkInfo,
@@ -31,6 +33,7 @@ class Layout:
         chunks: in file order.
         indexes: for bags whose index was rebuilt: the entries of each chunk by connection, by the chunk's
             position. Other chunks have their entries in the file.
+        index_bytes: the size of `indexes`.
         headers: likewise, for parts of a file without a chunk header.
         index_position: where the index begins; 0 if there is none.
         end: where the chunks end.
@@ -41,6 +44,7 @@ class Layout:
     connections: dict[int, Connection] = field(default_factory=dict)
     chunks: list[ChunkInfo] = field(default_factory=list)
     indexes: dict[int, Mapping[int, bytes]] = field(default_factory=dict)
+    index_bytes: int = 0
     headers: dict[int, ChunkHeader] = field(default_factory=dict)
     index_position: int = 0
     end: int = 0
@@ -113,6 +117,16 @@ def _read_index(source: Source, layout: Layout, counts: tuple[int, int]) -> None
                 layout.chunks.append(parse_chunk_info(fields, data, where))
             position = data_position + data_size
     layout.chunks.sort(key=lambda chunk: chunk.position)
+    where = source.at(layout.index_position)
+    for chunk, following in pairwise(layout.chunks):
+        if chunk.position == following.position:
+            raise BagFormatError(f"{where}: the index names the chunk at byte {chunk.position} twice")
+    messages = sum(sum(chunk.counts.values()) for chunk in layout.chunks)
+    if messages * ENTRY.size > source.size:
+        raise BagFormatError(
+            f"{where}: {messages} messages need {messages * ENTRY.size} bytes of entries, but the file has "
+            f"{source.size}"
+        )
 
 
 def read_chunk_header(source: Source, layout: Layout, position: int) -> ChunkHeader:
@@ -131,27 +145,41 @@ def read_chunk_header(source: Source, layout: Layout, position: int) -> ChunkHea
 
 
 def read_chunk_index(
-    source: Source, layout: Layout, chunk: ChunkInfo, header: ChunkHeader
+    source: Source, layout: Layout, chunk: ChunkInfo, header: ChunkHeader, end: int
 ) -> Mapping[int, bytes]:
     """The entries of a chunk by connection.
 
+    Args:
+        end: where the next chunk begins.
+
     Raises:
-        BagFormatError: they are damaged.
+        BagFormatError: the chunk or its entries are damaged, or extend beyond `end`.
     """
     if chunk.position in layout.indexes:
         return layout.indexes[chunk.position]
     position = header.data_position + header.data_size
     expected = sum(INDEX_RECORD_BYTES + 12 * count for count in chunk.counts.values())
-    block = _Block(source, position, expected)
+    block = _Block(source, position, min(expected, end - position))
     found: dict[int, bytes] = {}
+    more: dict[int, list[bytes]] = {}
     for _ in chunk.counts:
         fields, data_position, data_size = block.header(position)
         where = source.at(position)
         if (op := op_of(fields, where)) != Op.INDEX:
             raise BagFormatError(f"{where}: the record must be an index, got op {op}")
         connection, entries = parse_index(fields, block.read(data_position, data_size), where)
-        found[connection] = found[connection] + entries if connection in found else entries
+        if connection in found:
+            more.setdefault(connection, []).append(entries)
+        else:
+            found[connection] = entries
         position = data_position + data_size
+    if position > end:
+        # Otherwise chunks within each other could share the entries of the last one.
+        raise BagFormatError(
+            f"{source.at(chunk.position)}: the chunk must end before the next one, at byte {end}"
+        )
+    for connection, parts in more.items():
+        found[connection] = b"".join([found[connection], *parts])
     return found
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import errno
 import os
 import struct
-from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
@@ -20,7 +19,8 @@ from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError, BagFormatError, NoMessages, NotIndexed
 from pipros.bag.index import ChunkHeader, Stamp
 from pipros.bag.layout import REPAIR, Layout
-from pipros.bag.mcap_chunks import ClampedFile, all_records, read_chunk
+from pipros.bag.mcap_messages import McapMessages
+from pipros.bag.mcap_records import CHANNEL, MESSAGE_START, SCHEMA, all_records, parsed, read_summary
 from pipros.bag.reader import BagReader, RawMessage
 from pipros.bag.records import Version
 from pipros.bag.scan import Progress
@@ -30,7 +30,6 @@ from pipros.limits import Limits, process_limits
 from pipros.msg.class_finder import ClassFinder
 from pipros.msg.time import NS_PER_S
 
-MAGIC = b"\x89MCAP0\r\n"
 _VERSION = Version(0, 0)
 _COMPRESSIONS = {"none": "NONE", "lz4": "LZ4", "bz2": "ZSTD", "zstd": "ZSTD"}
 _AFTER_ALL = 1 << 64
@@ -109,24 +108,20 @@ class McapReader(BagReader):
 
     def __init__(self, path: Any, *, limits: Limits | None = None) -> None:
         self._limits = limits or process_limits()
-        library = _library()
+        _library()
         self._owned = path if hasattr(path, "read") else Path(path).open("rb")  # noqa: SIM115
         try:
             self._source = Source(self._owned, str(getattr(path, "name", path)), self._limits)
             self.layout = Layout(_VERSION)
             self._start()
-            self._owned.seek(0)
-            clamped: Any = ClampedFile(self._source, self._owned)
-            limit = self._limits.bag_chunk_bytes
             try:
                 with _translated(self._source.name):
-                    self._summary = library.reader.SeekingReader(
-                        clamped, record_size_limit=limit
-                    ).get_summary()
+                    summary = read_summary(self._source)
             except BagFormatError as error:
                 raise NotIndexed(f"{error}. {REPAIR}") from error
-            if self._summary is None or self._summary.statistics is None:
+            if summary is None or summary.statistics is None:
                 raise NotIndexed(f"{self._source.name} has no summary. {REPAIR}")
+            self._summary = summary
             for channel in self._summary.channels.values():
                 schema = self._summary.schemas.get(channel.schema_id)
                 self.layout.connections[channel.id] = connection_of(channel, schema, self._source.name)
@@ -184,35 +179,10 @@ class McapReader(BagReader):
         first = 0 if start is None else start[0] * NS_PER_S + start[1]
         last = _AFTER_ALL if end is None else end[0] * NS_PER_S + end[1]
         with _translated(self._source.name):
-            for time, _, _, message in self._in_order(wanted, first, last):
-                connection = wanted[message.channel_id]
-                yield connection, *_stamp(time, self._source.name), message.data, 0, message.sequence
-
-    def _in_order(
-        self, wanted: Mapping[int, Connection], first: int, last: int
-    ) -> Iterator[tuple[int, int, int, Any]]:
-        """Time, position, number and record of the messages, holding as few chunks at a time as possible."""
-        chunks = sorted(
-            (max(chunk.message_start_time, first), chunk.chunk_start_offset)
-            for chunk in self._summary.chunk_indexes
-            if chunk.message_start_time <= last and chunk.message_end_time >= first
-        )
-        if not self._summary.chunk_indexes:
-            chunks = [(0, -1)]
-        waiting: list[tuple[int, int, int, Any]] = []
-        for at, (_, position) in enumerate(chunks):
-            if position < 0:
-                records = all_records(self._source, self._owned, self._limits, lambda _: None)
-            else:
-                records = iter(read_chunk(self._source, position, self._limits))
-            for number, record in enumerate(records):
-                if getattr(record, "channel_id", None) in wanted and first <= record.log_time <= last:
-                    waiting.append((record.log_time, position, number, record))
-            waiting.sort(key=lambda each: each[:3])
-            until = chunks[at + 1][0] if at + 1 < len(chunks) else _AFTER_ALL + 1
-            ready = bisect_left(waiting, (until,))
-            yield from waiting[:ready]
-            del waiting[:ready]
+            for channel, time, data, chunk, offset in McapMessages(
+                self._source, self._summary.chunk_indexes, self._limits, wanted, first, last
+            ):
+                yield wanted[channel], *_stamp(time, self._source.name), data, chunk, offset
 
 
 def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: Progress) -> list[str]:
@@ -233,17 +203,22 @@ def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: P
         source = Source(old, os.fspath(path), limits)
         try:
             with _translated(source.name):
-                for record in all_records(source, old, limits, progress):
-                    if isinstance(record, Schema):
-                        schemas[record.id] = record
-                    elif isinstance(record, Channel):
-                        if record.id not in connections:
-                            connection = connection_of(record, schemas.get(record.schema_id), source.name)
+                for kind, data in all_records(source, limits, progress):
+                    if kind == SCHEMA:
+                        schema = parsed(Schema, data)
+                        schemas[schema.id] = schema
+                    elif kind == CHANNEL:
+                        channel = parsed(Channel, data)
+                        if channel.id not in connections:
+                            connection = connection_of(channel, schemas.get(channel.schema_id), source.name)
                             new = writer.add_connection(connection.topic, connection.header)
-                            connections[record.id] = new
-                    elif record.channel_id in connections:
-                        seconds, nanoseconds = _stamp(record.log_time, source.name)
-                        writer.write(connections[record.channel_id], seconds, nanoseconds, record.data)
+                            connections[channel.id] = new
+                    else:
+                        channel_id, _, time, _ = MESSAGE_START.unpack_from(data)
+                        if channel_id in connections:
+                            seconds, nanoseconds = _stamp(time, source.name)
+                            body = data[MESSAGE_START.size :]
+                            writer.write(connections[channel_id], seconds, nanoseconds, body)
         except BagFormatError as error:
             damage = [str(error)]
         else:

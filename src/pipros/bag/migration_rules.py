@@ -14,6 +14,9 @@ from pipros.bag import migration_update
 from pipros.bag.errors import BagError
 from pipros.msg.dynamic import message_classes_from_text
 
+_DEPTH_LIMIT = 100
+"""Nesting of expressions and statements; each `elif` nests one deeper."""
+
 
 @dataclass(frozen=True, slots=True)
 class Rule:
@@ -42,6 +45,7 @@ def parse_rules(text: str, file: str, on_refusal: Callable[[str], object] | None
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = getattr(error, "lineno", 0)
         raise BagError(f"{file}:{line}: the rule file is malformed: {error}") from None
+    _check_depth(tree, file)
     rules = []
     for node in tree.body:
         if migration_update.is_text(node):
@@ -53,6 +57,16 @@ def parse_rules(text: str, file: str, on_refusal: Callable[[str], object] | None
                 raise
             on_refusal(str(error))
     return rules
+
+
+def _check_depth(tree: ast.Module, file: str) -> None:
+    """Refuse what would exceed Python's recursion limit when it is checked, written or evaluated."""
+    left: list[tuple[ast.AST, int]] = [(tree, 0)]
+    while left:
+        node, depth = left.pop()
+        if depth > _DEPTH_LIMIT:
+            raise _refusal(node, file, f"a rule is nested more than {_DEPTH_LIMIT} deep")
+        left += [(child, depth + 1) for child in ast.iter_child_nodes(node)]
 
 
 def _rule(node: ast.stmt, file: str) -> Rule:

@@ -16,8 +16,10 @@ from pipros.bag.opening import open_bag
 from pipros.bag.playback_clock import PlaybackClock
 from pipros.bag.reader import BagReader, stamp_of
 from pipros.msg.time import Time
+from pipros.names import is_legal_topic
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
+from pipros.printable import listed
 
 _FOUND_S = 1.1
 """How long latched topics exist at least: recorders, genuine ones too, look for new topics once a second."""
@@ -127,8 +129,15 @@ class Player:
         end = _seconds(last)
         if self._options.duration_s is not None:
             end = min(end, start + self._options.duration_s)
-        if not any(self._is_wanted(each) for bag in filled for each in bag.connections):
+        wanted = [each for bag in filled for each in filter(self._is_wanted, bag.connections)]
+        if not wanted:
             raise BagError("No messages to play on specified topics.  Exiting.")
+        for each in wanted:
+            if not is_legal_topic(self._options.prefix + each.topic):
+                raise BagError(
+                    f"[{self._options.prefix}{each.topic}] is not a legal name of a topic. "
+                    "Play other topics with --topics"
+                )
         return start, end
 
     def _is_wanted(self, connection: Connection) -> bool:
@@ -143,7 +152,8 @@ class Player:
             for connection in filter(self._is_wanted, bag.connections):
                 topic = self._options.prefix + connection.topic
                 if taken.get(topic, connection.md5sum) != connection.md5sum:
-                    self._say(f"[{topic}] has several types; those of {connection.type} are not played")
+                    kind = listed(connection.type)
+                    self._say(f"[{topic}] has several types; those of {kind} are not played")
                     continue
                 message_class = _class_of(connection)
                 publisher = self._node.advertise(

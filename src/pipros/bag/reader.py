@@ -213,9 +213,9 @@ class BagReader:
 
     def chunk_index(self, number: int) -> Mapping[int, bytes]:
         """The packed entries of a chunk by connection. Raises `BagFormatError` if they are damaged."""
-        return read_chunk_index(
-            self._source, self.layout, self.layout.chunks[number], self.chunk_header(number)
-        )
+        chunks = self.layout.chunks
+        end = chunks[number + 1].position if number + 1 < len(chunks) else self._source.size
+        return read_chunk_index(self._source, self.layout, chunks[number], self.chunk_header(number), end)
 
     def times(self, connections: Iterable[Connection]) -> list[Stamp]:
         """The times of all messages of the connections, in order."""
@@ -279,12 +279,15 @@ class BagReader:
 
         known = [(connection, *_usual_headers(connection.id)) for connection in wanted]
         store = ChunkStore(self._source, self.chunk_header, self._limits)
+        left: dict[int, int] = {}  # bytes that the remaining messages of a chunk may have
         unpack = U32.unpack_from
         try:
             for run in runs_in_time_order(spans, load):
                 number = run.number
                 data = store.get(number, order[next_of[number] : next_of[number] + 8])
+                whole = 0 if data is None else len(data)
                 chunk_position = chunks[number].position
+                room = left[number] if number in left else self.chunk_header(number).size
                 entries: Iterable[Entry] = run.entries
                 if run.begin or run.end < len(run.entries):
                     entries = islice(run.entries, run.begin, run.end)
@@ -294,15 +297,21 @@ class BagReader:
                         data.startswith(usual, offset) or data.startswith(as_in_cpp, offset)
                     ):
                         begin = offset + _MESSAGE_HEADER_BYTES + 8
-                        size = unpack(data, begin - 4)[0] if begin <= len(data) else 0
-                        body = data[begin : begin + size]
-                        if len(body) != size or begin > len(data):
+                        after = begin + unpack(data, begin - 4)[0] if begin <= whole else whole + 1
+                        if after > whole:
                             raise self._misplaced(number, offset, "the message is cut off")
+                        body = data[begin:after]
+                        room += begin - after
                     else:
                         body = self._message_at(number, data, offset, connection)
+                        room -= len(body)
+                    if room < 0:
+                        raise self._misplaced(number, offset, "its messages are larger than the chunk")
                     yield connection, seconds, nanoseconds, body, chunk_position, offset
+                left[number] = room
                 if run.is_last:
                     store.drop(number)
+                    del left[number]
         finally:
             store.close()
 

@@ -17,6 +17,7 @@ from pipros.errors import PiprosError
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
+from pipros.printable import listed
 
 if TYPE_CHECKING:
     from pipros.printable import Say
@@ -221,7 +222,7 @@ class Recorder:
         return not self._wanted or any(each.fullmatch(topic) for each in self._wanted)
 
     def _subscribe(self, topic: str) -> None:
-        self._say(f"Subscribing to {topic}")
+        self._say(f"Subscribing to {listed(topic)}")
         self._left[topic] = self._options.limit
         self._subscribers[topic] = self._node.subscribe(
             topic, RawMessage, self._callback_for(topic), tcp_nodelay=self._options.tcp_nodelay

@@ -76,7 +76,7 @@ def _end_if_whole(source: Source, found: Layout, chunk: ChunkInfo) -> int:
     bare = Layout(found.version)
     try:
         header = read_chunk_header(source, bare, chunk.position)
-        index = read_chunk_index(source, bare, chunk, header)
+        index = read_chunk_index(source, bare, chunk, header, source.size)
     except BagFormatError:
         return 0
     if header != found.headers[chunk.position] or index.keys() != chunk.counts.keys():

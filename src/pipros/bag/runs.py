@@ -65,7 +65,7 @@ def sorted_entries(
 _AFTER_ALL = 1 << 40  # above every rank
 
 
-def runs_in_time_order(spans: Sequence[Span], load: Callable[[int], list[Entry]]) -> Iterator[EntryRun]:
+def runs_in_time_order(spans: Sequence[Span], load: Callable[[int], Sequence[Entry]]) -> Iterator[EntryRun]:
     """All messages of the chunks, as runs.
 
     Args:
@@ -74,7 +74,7 @@ def runs_in_time_order(spans: Sequence[Span], load: Callable[[int], list[Entry]]
     waiting = sorted(spans, key=lambda span: (span.start, span.number), reverse=True)
     # (seconds, nanoseconds, rank, number) of each active chunk's next message, and where it is in its entries
     active: list[tuple[tuple[int, int, int, int], int]] = []
-    entries_of: dict[int, list[Entry]] = {}
+    entries_of: dict[int, Sequence[Entry]] = {}
     while waiting or active:
         while waiting and (not active or waiting[-1].start <= active[0][0][:2]):
             span = waiting.pop()

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from pipros.bag.chunk_data import read_chunk_data
+from pipros.bag.chunk_data import check_index_size, read_chunk_data
 from pipros.bag.connection import Connection, parse_connection
 from pipros.bag.errors import BagFormatError
 from pipros.bag.index import ENTRY, ChunkHeader, ChunkInfo, Stamp, parse_chunk_header
@@ -78,6 +78,8 @@ def _scan_record(source: Source, layout: Layout, position: int, limits: Limits) 
                 raise
             layout.damage.append(str(error))
             return after
+        size = layout.index_bytes + sum(map(len, contents.entries.values()))
+        check_index_size(source, size, limits)
         _add_chunk(layout, position, header, contents)
         if contents.size < header.size:
             layout.damage.append(f"{where}: the chunk is damaged behind byte {contents.size} of its content")
@@ -125,6 +127,7 @@ def _add_chunk(layout: Layout, position: int, header: ChunkHeader, contents: _Co
         return
     counts = {connection: len(data) // ENTRY.size for connection, data in contents.entries.items()}
     layout.chunks.append(ChunkInfo(position, contents.start, contents.end, counts))
+    layout.index_bytes += sum(map(len, contents.entries.values()))
     layout.indexes[position] = {connection: bytes(data) for connection, data in contents.entries.items()}
     layout.headers[position] = header
 

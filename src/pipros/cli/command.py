@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from pipros.cli.streams import discard_output
 from pipros.errors import PiprosError, Unreachable
 from pipros.graph.errors import NO_MASTER
+from pipros.printable import printable_lines
 
 if TYPE_CHECKING:
     from optparse import OptionParser
@@ -143,7 +144,7 @@ def run(body: Callable[[], int], *, error_code: int = 1) -> int:
         return _end_quietly()
     except PiprosError as error:
         _flush()
-        print(f"ERROR: {_headline(error)}", file=sys.stderr)
+        print(f"ERROR: {printable_lines(_headline(error))}", file=sys.stderr)
         return error_code
     return code
 

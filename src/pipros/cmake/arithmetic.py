@@ -26,7 +26,7 @@ def math(words: list[str], scope: Scope) -> None:
         # Unlike in Python, a number may begin with zeros.
         text = _LEADING_ZEROS.sub("", words[2].strip())
         value = _value(ast.parse(text, mode="eval").body)
-    except (SyntaxError, RecursionError):
+    except (SyntaxError, RecursionError, MemoryError):  # MemoryError: the parser nests too deep
         raise ValueError(f'cannot parse the expression: "{words[2]}"') from None
     except ZeroDivisionError:
         raise ValueError(f"divide by zero in: {words[2]}") from None

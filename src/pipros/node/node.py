@@ -283,9 +283,11 @@ class Node:
         try:
             if running is not None:
                 self._calls.interrupt()
-                running.leave()
-                self._loop.stop()
-                self.master.close()
+                try:
+                    running.leave()
+                finally:  # a loop that goes on would watch descriptors that others close
+                    self._loop.stop()
+                    self.master.close()
         finally:
             self.clock.interrupt()
             self._ended.set()

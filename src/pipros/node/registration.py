@@ -16,6 +16,7 @@ from typing import Any, Protocol
 from pipros.errors import Interrupted, PiprosError, Refused, Unreachable
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_async_client import AsyncRpcClient
+from pipros.printable import listed
 from pipros.wire.xmlrpc import encode_call
 
 WATCH_INTERVAL_S = 1.0
@@ -207,6 +208,8 @@ class Registrations:
             entry.register(self._master, self._api)
         except Refused as error:
             self._log.fatal("unable to register %s with master: %s", entry, error.text)
+        except ValueError as error:  # XML cannot carry its name
+            self._log.fatal("unable to register %s with master: %s", listed(entry), error)
         except Interrupted:
             pass  # the node is ending
         except PiprosError as error:
@@ -215,7 +218,7 @@ class Registrations:
     def _unregister(self, entry: Entry, master: MasterClient) -> bool:
         try:
             entry.unregister(master, self._api)
-        except Refused:
+        except (Refused, ValueError):
             pass  # the master does not know the entry: it is gone anyway
         except PiprosError:
             return False

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import rospy
 import tf2_ros
 from pipros.interrupts import exits_after_ctrl_c
+from pipros.printable import listed
 from pipros.transforms.pose import roll_pitch_yaw
 from tf.transformer import strip_leading_slash
 
@@ -41,7 +42,7 @@ def _echo(buffer: tf2_ros.Buffer, source: str, target: str) -> str:
     try:
         found = buffer.lookup_transform(source, target, rospy.Time())
     except tf2_ros.TransformException as error:
-        return f"Failure at {rospy.get_time():.6f}\nException thrown:{error}"
+        return f"Failure at {rospy.get_time():.6f}\nException thrown:{listed(error)}"
     t, q = found.transform.translation, found.transform.rotation
     return text_of(found.header.stamp.to_sec(), (t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
 

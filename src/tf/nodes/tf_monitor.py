@@ -9,7 +9,7 @@ import rospy
 import tf2_ros
 from pipros.interrupts import exits_after_ctrl_c
 from pipros.msg import load_message_class
-from pipros.printable import printable
+from pipros.printable import listed, printable
 from pipros.transforms.heard import UNKNOWN_SENDER
 from pipros.transforms.monitor import Delays, Monitor
 from tf.transformer import strip_leading_slash
@@ -62,7 +62,7 @@ class Watch:
         order = ends if ends[0] == source else ends[::-1]
         with self._lock:
             return (
-                f"\n\n\nRESULTS: for {source} to {target}\nChain is: {' -> '.join(order)}\n"
+                f"\n\n\nRESULTS: for {source} to {target}\nChain is: {' -> '.join(map(listed, order))}\n"
                 f"Net delay     avg = {self._net.average:g}: max = {self._net.most:g}\n\n"
                 f"{self._monitor.text(order)}"
             )
@@ -91,7 +91,7 @@ def main() -> int:
             try:
                 print(watch.text(), flush=True)
             except tf2_ros.TransformException as error:
-                print(f"Transform Exception {error}", flush=True)
+                print(f"Transform Exception {listed(error)}", flush=True)
     except rospy.ROSInterruptException:
         pass
     return 0

@@ -47,7 +47,7 @@ def pixels(png: bytes) -> bytes:
 def test_topics_become_tables_and_images(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["export", "run.bag", "out"]) == 0
 
-    assert (Path("out") / "deep_point.csv").read_text().splitlines() == [
+    assert (Path("out") / "deep__point.csv").read_text().splitlines() == [
         "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.vector.x,field.vector.y,field.vector.z",
         '7,0,5,"a,b",0.0,0.0,0.0',
         '1000000007,0,1000000005,"a,b",0.5,0.0,0.0',
@@ -62,7 +62,7 @@ def test_topics_become_tables_and_images(bag: Path, capsys: pytest.CaptureFixtur
 def test_topics_become_arrays(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["export", "--format", "npz", "run.bag", "out", "/deep/point", "/joints"]) == 0
 
-    with numpy.load("out/deep_point.npz") as found:
+    with numpy.load("out/deep__point.npz") as found:
         assert found["vector.x"].tolist() == [0.0, 0.5, 1.0]
         assert found["header.stamp"].tolist() == [5, 1000000005, 2000000005]
         assert found["time"].tolist() == [7, 1000000007, 2000000007]

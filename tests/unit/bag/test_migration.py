@@ -255,3 +255,30 @@ def test_rules_of_installed_packages_are_found(
     assert migration.fixbag(migration.MessageMigrator(), "old.bag", "newer.bag") is True
     with BagReader("newer.bag") as reader:
         assert [row[1] for row in rows_of(reader)] == ["hello", "new"]
+
+
+@pytest.mark.parametrize("count", [150, 900, 2500, 100_000])
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "new_msg.data = {plus}1",
+        "new_msg.data = {minus}1",
+        "new_msg.data = old_msg{attributes}",
+        "f{calls}",
+        "if 1:\n            pass\n        {branches}",
+    ],
+    ids=["sum", "signs", "attributes", "calls", "branches"],
+)
+def test_rules_that_are_nested_too_deep_are_refused_with_their_line(statement: str, count: int) -> None:
+    line = statement.format(
+        plus="1 + " * count,
+        minus="-" * count,
+        attributes=".a" * count,
+        calls="()" * count,
+        branches="elif 1:\n            pass\n        " * count,
+    )
+
+    with pytest.raises(
+        BagError, match=r"x.bmr:\d+: (a rule is nested more than 100 deep|the rule file is malf)"
+    ):
+        parse_rules(RULE + f"        {line}\n", "x.bmr")

@@ -262,3 +262,30 @@ def test_positions_are_those_of_what_is_written_by_now(tmp_path: Path) -> None:
             positions = [entry.position for entry in bag._get_entries()]
             assert [bag._read_message(each).message.data for each in positions] == list(range(number + 1))
         assert [each.datatype for each in bag._connections.values()] == ["std_msgs/Int32"]
+
+
+def test_subcommands_are_functions(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`from rosbag.rosbag_main import decompress_cmd`, as jsk_data and others do."""
+    from rosbag.rosbag_main import check_cmd, compress_cmd, decompress_cmd, filter_cmd, info_cmd, reindex_cmd
+
+    monkeypatch.chdir(tmp_path)
+    expected = written(tmp_path / "run.bag")
+    for command, compression in ((compress_cmd, "bz2"), (decompress_cmd, "none"), (reindex_cmd, "none")):
+        command(["-f", "-q", "run.bag"])
+        with rosbag.Bag("run.bag") as bag:
+            assert rows(bag) == expected
+            assert bag.get_compression_info().compression == compression
+    info_cmd(["run.bag"])
+    check_cmd(["run.bag"])
+    filter_cmd(["run.bag", "some.bag", "topic == '/a'"])
+    assert "messages:    20" in capsys.readouterr().out
+    with rosbag.Bag("some.bag") as bag:
+        assert rows(bag) == [row for row in expected if row[0] == "/a"]
+    with pytest.raises(SystemExit) as ended:
+        info_cmd(["missing.bag"])
+    assert ended.value.code == 1
+    with pytest.raises(SystemExit) as ended:
+        rosbag.rosbag_main.compress_cmd([])
+    assert ended.value.code == 2

@@ -46,3 +46,9 @@ def test_a_mistake_is_named_with_its_line(text: str, tmp_path: Path, monkeypatch
 def test_the_environment_of_the_process_is_left_alone(tmp_path: Path) -> None:
     script_interpreter({}).run_text("set(ENV{PIPROS_TEST_OF_CMAKE} x)", "case.cmake")
     assert "PIPROS_TEST_OF_CMAKE" not in os.environ
+
+
+@pytest.mark.parametrize("sign", ["-", "~", "(", "1+"])
+def test_an_expression_that_is_nested_too_deep_is_a_mistake(sign: str) -> None:
+    with pytest.raises(CMakeError, match=r"mistake.cmake:1 \(math\):\n  cannot parse the expression"):
+        script_interpreter({}).run_text(f'math(EXPR o "{sign * 8000}1")', "mistake.cmake")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -17,6 +17,8 @@ from pipros.graph.message_path import Part
 from pipros.graph.message_rows import MessageRows
 from pipros.msg.base import Message
 from pipros.msg.time import TVal
+from pipros.names import canonicalize, is_legal_topic
+from pipros.printable import listed
 
 _FORMATS = ("csv", "npz")
 
@@ -46,10 +48,34 @@ def export(argv: Sequence[str]) -> int:
         unknown = set(topics) - {connection.topic for connection in bag.connections}
         if unknown:
             raise CommandError(f"the bag does not have the topics {', '.join(sorted(unknown))}")
+        files = _file_names(topics)
         folder.mkdir(parents=True, exist_ok=True)
-        for topic in topics:
-            _export(bag, topic, folder / topic.strip("/").replace("/", "_"), options.format)
+        for topic, name in files.items():
+            _export(bag, topic, folder / name, options.format)
     return 0
+
+
+def _file_names(topics: Iterable[str]) -> dict[str, str]:
+    """The name of the file or folder of each topic, without suffix: `a__b` for `/a/b`.
+
+    If topics would have the same name, also on a file system that ignores case, the later ones get a number.
+
+    Raises:
+        CommandError: a topic does not have a legal name, and could be a path to anywhere.
+    """
+    names: dict[str, str] = {}
+    taken: set[str] = set()
+    for topic in topics:
+        if not is_legal_topic(topic):
+            raise CommandError(f"[{listed(topic)}] is not a legal name of a topic. Name the topics to export")
+        base = name = canonicalize(topic).strip("/").replace("/", "__")
+        number = 1
+        while name.lower() in taken:
+            number += 1
+            name = f"{base}_{number}"
+        taken.add(name.lower())
+        names[topic] = name
+    return names
 
 
 def _export(bag: BagReader, topic: str, path: Path, form: str) -> None:
@@ -80,14 +106,17 @@ def _table(bag: BagReader, topic: str, file: TextIO) -> int:
 
 def _images(bag: BagReader, topic: str, folder: Path) -> int:
     folder.mkdir(exist_ok=True)
-    count = 0
+    count = same = 0
+    previous = None
     for _, message, time, _ in bag.messages(topic):
         try:
             suffix, content = image_file(message)
         except BagError as error:
             raise CommandError(f"{topic}: {error}") from error
-        (folder / f"{time.secs}.{time.nsecs:09d}{suffix}").write_bytes(content)
-        count += 1
+        same = same + 1 if time == previous else 1
+        name = f"{time.secs}.{time.nsecs:09d}" + (f"_{same}" if same > 1 else "")
+        (folder / (name + suffix)).write_bytes(content)
+        count, previous = count + 1, time
     return count
 
 
@@ -106,7 +135,7 @@ def _arrays(bag: BagReader, topic: str, path: Path) -> int:
     for name, values in columns.items():
         sizes = {len(value) if isinstance(value, list | tuple | bytes) else -1 for value in values}
         if len(values) != count or len(sizes) > 1:
-            print(f"{topic}: {name} is left out, since its length changes", file=sys.stderr)
+            print(f"{topic}: {listed(name)} is left out, since its length changes", file=sys.stderr)
             continue
         kept[name] = numpy.array([list(value) if isinstance(value, bytes) else value for value in values])
     numpy.savez_compressed(path, **kept)

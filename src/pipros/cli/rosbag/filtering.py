@@ -14,6 +14,7 @@ from pipros.bag.rewrite import copy_chosen, replaced_file
 from pipros.cli.command import CommandError, option_parser
 from pipros.cli.rosbag.progress import Progress
 from pipros.msg.time import Time
+from pipros.printable import listed, printable_lines
 from pipros.safe.expr import ExpressionError
 
 _USAGE = """rosbag filter [options] INBAG OUTBAG EXPRESSION
@@ -68,7 +69,9 @@ def _choice(
         message = decode() if needs_message else None
         is_wanted = bool(wanted.value(connection.topic, message, time))
         if shown is not None:
-            print(f"{'MATCH' if is_wanted else 'NO MATCH'} {shown.value(connection.topic, message, time)}")
+            value = shown.value(connection.topic, message, time)
+            text = listed(value) if isinstance(value, str) else printable_lines(str(value))
+            print(f"{'MATCH' if is_wanted else 'NO MATCH'} {text}")
         return is_wanted
 
     return choose

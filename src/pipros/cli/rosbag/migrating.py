@@ -13,6 +13,7 @@ from pipros.bag.reader import BagReader
 from pipros.bag.rewrite import replaced_file
 from pipros.cli.command import add_flag, option_parser
 from pipros.msg.class_finder import installed_class
+from pipros.printable import listed
 from pipros.workspace.index import PackageIndex
 
 
@@ -103,7 +104,8 @@ def _show(changes: Iterable[Change]) -> None:
 
 
 def _show_pair(indent: str, old: Kind, new: Kind) -> None:
-    print(f"{indent} * From: {old[0]} [{old[1]}]\n{indent}   To:   {new[0]} [{new[1]}]")
+    before, after = (f"{listed(name)} [{listed(md5sum)}]" for name, md5sum in (old, new))
+    print(f"{indent} * From: {before}\n{indent}   To:   {after}")
 
 
 def _write_rules(path: Path, changes: Iterable[Change], bag: BagReader) -> None:
@@ -120,4 +122,5 @@ def _write_rules(path: Path, changes: Iterable[Change], bag: BagReader) -> None:
             if pair[0] in classes and new is not None:
                 file.write(rule_text(pair, classes[pair[0]], new) + "\n")
             else:
-                print(f"cannot write a rule for {pair[0][0]} [{pair[0][1]}]", file=sys.stderr)
+                kind = f"{listed(pair[0][0])} [{listed(pair[0][1])}]"
+                print(f"cannot write a rule for {kind}", file=sys.stderr)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pipros.errors import PiprosError
+from pipros.printable import listed
 
 HEADER = "std_msgs/Header"
 """The type that a plain `Header` means. A publisher sets the `seq` of such a field."""
@@ -55,7 +56,7 @@ class DefinitionError(PiprosError):
         self.column = column
         self.others: tuple[DefinitionError, ...] = ()
         place = f"{file}:{line}:{column}" if line else file
-        super().__init__(f"{place}: {reason}")
+        super().__init__(f"{listed(place)}: {listed(reason)}")  # a peer or a bag may have chosen the names
 
 
 class UnknownType(DefinitionError):

@@ -1,0 +1,169 @@
+"""The messages of an MCAP file in time order: with few chunks in memory, whatever their times.
+
+Of each chunk whose times overlap those of the next messages, the times and offsets of its messages are kept.
+Contents are kept and decompressed again as those of bags (`chunk_data.py`).
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Container, Iterator, Sequence
+from typing import Any
+
+from pipros.bag.chunk_data import ChunkStore, check_index_size, read_chunk_data
+from pipros.bag.errors import BagFormatError
+from pipros.bag.index import ChunkHeader
+from pipros.bag.mcap_records import (
+    CHUNK,
+    DATA_END,
+    ENTRY_BYTES,
+    FOOTER,
+    MAGIC,
+    MESSAGE,
+    MESSAGE_START,
+    RECORD,
+    Entries,
+    McapChunk,
+    check_content,
+    message_entries,
+    read_chunk,
+    records,
+)
+from pipros.bag.runs import Span, runs_in_time_order
+from pipros.bag.source import Source
+from pipros.limits import Limits
+from pipros.msg.time import NS_PER_S
+
+McapMessage = tuple[int, int, bytes, int, int]
+"""Channel, time in ns, serialized message, the position of its chunk, its offset there."""
+
+_LOOSE = -1
+"""Stands for a chunk of all messages outside of chunks."""
+
+
+class McapMessages:
+    """The messages of some channels between two times in ns, both included. Iterate once.
+
+    Args:
+        indexes: chunk indexes of the summary, by position.
+
+    Raises:
+        BagFormatError: while iterating, at the place where the file is damaged.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        indexes: Sequence[Any],
+        limits: Limits,
+        wanted: Container[int],
+        first: int,
+        last: int,
+    ) -> None:
+        self._source = source
+        self._limits = limits
+        self._wanted, self._first, self._last = wanted, first, last
+        self._chunks: dict[int, McapChunk] = {}
+        self._entries: dict[int, Entries] = {}
+        self._held_bytes = 0
+        self._places = [each.chunk_start_offset for each in indexes]
+        times = [(each.message_start_time, each.message_end_time) for each in indexes]
+        self._loose = Entries(array("Q"), array("Q"))
+        if not indexes:
+            times = self._find_chunks()
+        spans = [
+            Span(number, divmod(max(begin, first), NS_PER_S), divmod(end, NS_PER_S))
+            for number, (begin, end) in enumerate(times)
+            if begin <= last and end >= first
+        ]
+        self._spans = sorted(spans, key=lambda span: (span.start, span.number))
+        self._next_of = {span.number: at + 1 for at, span in enumerate(self._spans)}
+        self._store = ChunkStore(source, self._header, limits)
+
+    def __iter__(self) -> Iterator[McapMessage]:
+        spans, source = list(self._spans), self._source
+        if self._loose:
+            spans.append(Span(_LOOSE, self._loose[0][:2], self._loose[-1][:2]))
+        size_of, start_of = RECORD.unpack_from, MESSAGE_START.unpack_from
+        head_bytes = RECORD.size + MESSAGE_START.size
+        try:
+            for run in runs_in_time_order(spans, self._load):
+                number = run.number
+                data, place, base = None, 0, 0
+                if number != _LOOSE:
+                    place, base = self._places[number], self._header(number).data_position
+                    data = self._store.get(number)
+                entries = self._entries[number]
+                for time, offset in zip(
+                    entries.times[run.begin : run.end], entries.offsets[run.begin : run.end], strict=True
+                ):
+                    if data is not None:
+                        channel = start_of(data, offset + RECORD.size)[0]
+                        end = offset + RECORD.size + size_of(data, offset)[1]
+                        yield channel, time, data[offset + head_bytes : end], place, offset
+                    else:
+                        head = source.read(base + offset, head_bytes)
+                        size = size_of(head)[1] - MESSAGE_START.size
+                        body = source.read(base + offset + head_bytes, size)
+                        yield start_of(head, RECORD.size)[0], time, body, place, offset
+                if run.is_last:
+                    self._held_bytes -= len(self._entries.pop(number)) * ENTRY_BYTES
+                    self._store.drop(number)
+        finally:
+            self._store.close()
+
+    def _header(self, number: int) -> ChunkHeader:
+        return self._chunk(number).header
+
+    def _chunk(self, number: int) -> McapChunk:
+        chunk = self._chunks.get(number)
+        if chunk is None:
+            place = self._places[number]
+            chunk = read_chunk(self._source, place)
+            following = number + 1
+            limit = self._places[following] if following < len(self._places) else self._source.size
+            if chunk.header.data_position + chunk.header.data_size > limit:
+                raise BagFormatError(
+                    f"{self._source.at(place)}: the chunk must end before the next one, at byte {limit}"
+                )
+            self._chunks[number] = chunk
+        return chunk
+
+    def _load(self, number: int) -> Entries:
+        if number == _LOOSE:
+            found = self._loose
+        else:
+            chunk, at = self._chunk(number), self._next_of[number]
+            data = self._store.get(number, [span.number for span in self._spans[at : at + 8]])
+            if data is None:
+                data = read_chunk_data(self._source, chunk.header, self._limits)
+            check_content(self._source, chunk, data)
+            where = self._source.at(self._places[number])
+            found = message_entries(data, where, self._wanted, self._first, self._last)
+        if found:
+            self._entries[number] = found
+            self._held_bytes += len(found) * ENTRY_BYTES
+            check_index_size(self._source, self._held_bytes, self._limits)
+        return found
+
+    def _find_chunks(self) -> list[tuple[int, int]]:
+        """Reads the file from its start, for files whose summary lists no chunks. Returns their times."""
+        times: list[tuple[int, int]] = []
+        stamps, positions = array("Q"), array("Q")
+        for op, position, size in records(self._source, len(MAGIC)):
+            if op == CHUNK:
+                chunk = read_chunk(self._source, position - RECORD.size)
+                self._places.append(position - RECORD.size)
+                times.append((chunk.start, chunk.end))
+            elif op == MESSAGE:
+                if size < MESSAGE_START.size:
+                    raise BagFormatError(f"{self._source.at(position)}: a message must have a header")
+                start = self._source.read(position, MESSAGE_START.size)
+                channel, _, time, _ = MESSAGE_START.unpack(start)
+                if channel in self._wanted and self._first <= time <= self._last:
+                    stamps.append(time)
+                    positions.append(position - RECORD.size)
+            elif op in (DATA_END, FOOTER):
+                break
+        self._loose = Entries(stamps, positions)
+        return times

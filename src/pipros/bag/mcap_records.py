@@ -1,0 +1,234 @@
+"""The records of MCAP files in bounded memory: chunks by position, their messages, and the summary.
+
+The `mcap` library parses schemas, channels, statistics and chunk indexes. Everything else is read here: the
+library bounds neither decompression nor reads, and makes an object for each message of a chunk.
+"""
+
+from __future__ import annotations
+
+import zlib
+from array import array
+from collections.abc import Callable, Container, Iterator, Sequence
+from dataclasses import dataclass, field
+from io import BytesIO
+from itertools import pairwise
+from struct import Struct
+from typing import Any, overload
+
+from pipros.bag.chunk_data import read_chunk_data
+from pipros.bag.compression import LZ4, NONE, ZSTD
+from pipros.bag.errors import BagFormatError
+from pipros.bag.index import ChunkHeader
+from pipros.bag.runs import Entry
+from pipros.bag.source import Source
+from pipros.limits import Limits
+from pipros.msg.time import NS_PER_S
+
+MAGIC = b"\x89MCAP0\r\n"
+
+FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, CHUNK_INDEX, STATISTICS, DATA_END = 2, 3, 4, 5, 6, 8, 11, 15
+
+RECORD = Struct("<BQ")
+MESSAGE_START = Struct("<HIQQ")
+"""Channel, sequence, log time, publish time."""
+
+_CHUNK_START = Struct("<QQQII")
+"""First and last time, size, checksum, length of the name of the compression."""
+
+_FOOTER_AND_MAGIC = RECORD.size + 20 + len(MAGIC)
+_COMPRESSIONS = {b"": NONE, b"lz4": LZ4, b"zstd": ZSTD}
+
+ENTRY_BYTES = 16
+"""What an entry of `Entries` takes."""
+
+
+class Entries(Sequence[Entry]):
+    """Times in ns and offsets of messages in a chunk, in time order, packed. Their rank is 0."""
+
+    def __init__(self, times: array[int], offsets: array[int]) -> None:
+        order: Any = None
+        if any(map(int.__gt__, times, times[1:])):
+            order = sorted(range(len(times)), key=times.__getitem__)
+        self.times = array("Q", map(times.__getitem__, order)) if order else times
+        self.offsets = array("Q", map(offsets.__getitem__, order)) if order else offsets
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    @overload
+    def __getitem__(self, at: int) -> Entry: ...
+    @overload
+    def __getitem__(self, at: slice) -> Sequence[Entry]: ...
+    def __getitem__(self, at: int | slice) -> Entry | Sequence[Entry]:
+        if isinstance(at, slice):
+            return Entries(self.times[at], self.offsets[at])
+        return (*divmod(self.times[at], NS_PER_S), 0, self.offsets[at])
+
+
+@dataclass(frozen=True, slots=True)
+class McapChunk:
+    """A chunk as its own record describes it; times are in ns, a checksum of 0 means none."""
+
+    start: int
+    end: int
+    checksum: int
+    header: ChunkHeader
+
+
+@dataclass(slots=True)
+class Summary:
+    """The summary of a file: records of the `mcap` library, chunk indexes by position."""
+
+    statistics: Any = None
+    schemas: dict[int, Any] = field(default_factory=dict)
+    channels: dict[int, Any] = field(default_factory=dict)
+    chunk_indexes: list[Any] = field(default_factory=list)
+
+
+def parsed(kind: Any, data: bytes) -> Any:
+    """A record of the `mcap` library. Raises what the library does if the record is damaged."""
+    from mcap.data_stream import ReadDataStream
+
+    return kind.read(ReadDataStream(BytesIO(data)))
+
+
+def read_summary(source: Source) -> Summary | None:
+    """The summary of a file; None if it has none.
+
+    Raises:
+        BagFormatError: it is cut off, names a chunk twice, or has a record of another kind. Damaged records
+            raise what the library raises.
+    """
+    from mcap.records import Channel, ChunkIndex, Schema, Statistics
+
+    at = source.size - _FOOTER_AND_MAGIC
+    op, size = RECORD.unpack(source.read(max(at, 0), RECORD.size))
+    if (op, size) != (FOOTER, 20) or source.read(source.size - len(MAGIC), len(MAGIC)) != MAGIC:
+        raise BagFormatError(f"{source.at(max(at, 0))}: the file must end with a footer")
+    start = int.from_bytes(source.read(at + RECORD.size, 8), "little")
+    if not start:
+        return None
+    summary = Summary()
+    for op, position, size in records(source, start):
+        if op == FOOTER:
+            break
+        if op not in (SCHEMA, CHANNEL, CHUNK_INDEX, STATISTICS):
+            continue
+        data = source.data(position, size)
+        if op == SCHEMA:
+            schema = parsed(Schema, data)
+            summary.schemas[schema.id] = schema
+        elif op == CHANNEL:
+            channel = parsed(Channel, data)
+            summary.channels[channel.id] = channel
+        elif op == STATISTICS:
+            summary.statistics = parsed(Statistics, data)
+        else:
+            summary.chunk_indexes.append(parsed(ChunkIndex, data))
+    positions = sorted(chunk.chunk_start_offset for chunk in summary.chunk_indexes)
+    for position, following in pairwise(positions):
+        if position == following:
+            raise BagFormatError(f"{source.at(start)}: the summary names the chunk at byte {position} twice")
+    summary.chunk_indexes.sort(key=lambda chunk: chunk.chunk_start_offset)
+    return summary
+
+
+def records(source: Source, position: int) -> Iterator[tuple[int, int, int]]:
+    """The records of a file from a position on: the kind of each, and the position and size of its content.
+
+    Raises:
+        BagFormatError: the file ends before the last one.
+    """
+    while True:
+        op, size = RECORD.unpack(source.read(position, RECORD.size))
+        position += RECORD.size
+        yield op, position, size
+        position += size
+
+
+def records_in(data: bytes, where: str) -> Iterator[tuple[int, int, int]]:
+    """As `records`, of the content of a chunk."""
+    position, end = 0, len(data)
+    while position < end:
+        after = position + RECORD.size
+        if after <= end:
+            op, size = RECORD.unpack_from(data, position)
+            position = after + size
+        if after > end or position > end or (op == MESSAGE and size < MESSAGE_START.size):
+            raise BagFormatError(f"{where}: the record at byte {after - RECORD.size} of the chunk is damaged")
+        yield op, after, size
+
+
+def read_chunk(source: Source, position: int) -> McapChunk:
+    """The description of the chunk whose record is at `position`.
+
+    Raises:
+        BagFormatError: there is no chunk, or its description is damaged.
+    """
+    where = source.at(position)
+    op, size = RECORD.unpack(source.read(position, RECORD.size))
+    if op != CHUNK or size < _CHUNK_START.size + 8:
+        raise BagFormatError(f"{where}: the record must be a chunk, got the record {op} of {size} bytes")
+    position += RECORD.size
+    start, end, plain_size, checksum, length = _CHUNK_START.unpack(source.read(position, _CHUNK_START.size))
+    position += _CHUNK_START.size
+    name = source.read(position, min(length, 8))
+    if name not in _COMPRESSIONS or len(name) != length:
+        raise BagFormatError(
+            f"{where}: the compression must be lz4 or zstd, got [{name.decode('utf-8', 'replace')}]"
+        )
+    data_size = int.from_bytes(source.read(position + length, 8), "little")
+    if data_size > size - _CHUNK_START.size - length - 8:
+        raise BagFormatError(f"{where}: {data_size} bytes of data do not fit into a chunk of {size} bytes")
+    header = ChunkHeader(_COMPRESSIONS[name], position + length + 8, data_size, plain_size)
+    return McapChunk(start, end, checksum, header)
+
+
+def check_content(source: Source, chunk: McapChunk, data: bytes) -> None:
+    """Raise `BagFormatError` if the content of a chunk differs from its checksum."""
+    if chunk.checksum and zlib.crc32(data) != chunk.checksum:
+        where = source.at(chunk.header.data_position)
+        raise BagFormatError(f"{where}: the chunk is damaged: its checksum differs")
+
+
+def message_entries(data: bytes, where: str, wanted: Container[int], first: int, last: int) -> Entries:
+    """The messages in the content of a chunk, of the channels and times in ns wanted.
+
+    Raises:
+        BagFormatError: a record is damaged.
+    """
+    times, offsets = array("Q"), array("Q")
+    unpack = MESSAGE_START.unpack_from
+    for op, position, _ in records_in(data, where):
+        if op == MESSAGE:
+            channel, _, time, _ = unpack(data, position)
+            if channel in wanted and first <= time <= last:
+                times.append(time)
+                offsets.append(position - RECORD.size)
+    return Entries(times, offsets)
+
+
+def all_records(
+    source: Source, limits: Limits, progress: Callable[[int], object]
+) -> Iterator[tuple[int, bytes]]:
+    """The schemas, channels and messages of a file from its start, without its summary: kind and content.
+
+    At the first damaged place it raises `BagFormatError`.
+    """
+    if source.read(0, min(source.size, len(MAGIC))) != MAGIC:
+        raise BagFormatError(f"{source.name} is not an MCAP file")
+    for op, position, size in records(source, len(MAGIC)):
+        progress(position)
+        if op == CHUNK:
+            chunk = read_chunk(source, position - RECORD.size)
+            data = read_chunk_data(source, chunk.header, limits)
+            check_content(source, chunk, data)
+            for inner, at, length in records_in(data, source.at(position)):
+                if inner in (SCHEMA, CHANNEL, MESSAGE):
+                    yield inner, data[at : at + length]
+        elif op in (SCHEMA, CHANNEL):
+            yield op, source.data(position, size)
+        elif op == MESSAGE:
+            yield op, source.read(position, size)
+        elif op == DATA_END:
+            return

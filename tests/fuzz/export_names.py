@@ -1,0 +1,68 @@
+"""Topics of a bag from a stranger, exported: a file for each within the folder, or one error and no file.
+
+An input is topics, separated by 0xff.
+
+python -m tests.fuzz.export_names --seconds 60
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+from std_msgs.msg import Empty
+
+from pipros.bag.info import bag_info, info_text, info_yaml
+from pipros.bag.reader import BagReader
+from pipros.cli.rosbag import main
+from tests.fuzz import mutation
+from tests.support.bags import bag_bytes
+
+WORDS = [
+    *(
+        b"\xff",
+        b"/",
+        b"//",
+        b"/../",
+        b"..",
+        b".",
+        b"__",
+        b"_2",
+        b"/a",
+        b"/A",
+        b"~",
+        b"\0",
+        b"\n",
+        b"\x1b[31m",
+    ),
+    *(b"\\", b"C:", b".csv", b" ", b"/a/b\xff/a_b", "\u202e".encode(), "\xe9".encode(), b"a" * 300),
+]
+
+
+def target(data: bytes) -> None:
+    topics = dict.fromkeys(part.decode("utf-8", "replace") for part in data.split(b"\xff")[:20])
+    content = bag_bytes([(topic, Empty(), n, 0) for n, topic in enumerate(topics)])
+    shown = io.StringIO()
+    with tempfile.TemporaryDirectory() as place, contextlib.redirect_stdout(shown):
+        bag = Path(place, "x.bag")
+        bag.write_bytes(content)
+        with contextlib.redirect_stderr(shown):
+            code = main(["export", str(bag), os.path.join(place, "inner", "out")])
+        found = sorted(path.relative_to(place) for path in Path(place).rglob("*") if path.is_file())
+        assert found[-1] == Path("x.bag")
+        assert all(path.parent == Path("inner/out") for path in found[:-1]), found
+        is_too_long = "File name too long" in shown.getvalue()
+        assert is_too_long or len(found) - 1 == (0 if code else len(topics)), (code, found)
+    with BagReader(io.BytesIO(content)) as reader:
+        info = bag_info(reader, None)
+    lines = [*shown.getvalue().splitlines(), *info_text(info).split("\n"), *info_yaml(info).split("\n")]
+    assert all(line.isprintable() for line in lines), lines
+    assert len(info_text(info).split("\n")) == 8 + len(topics)
+
+
+if __name__ == "__main__":
+    sys.exit(mutation.main(target, "export_names", WORDS))

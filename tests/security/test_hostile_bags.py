@@ -1,0 +1,130 @@
+"""Bags of strangers that would take far more memory or time than their size are refused."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import pytest
+from std_msgs.msg import Int32
+
+from pipros.bag import BagFormatError, BagReader, BagWriter, NotIndexed
+from pipros.bag.compression import compress
+from pipros.bag.index import ENTRY, ChunkInfo, chunk_header_bytes, index_record
+from pipros.bag.layout import Layout
+from pipros.bag.reader import RawMessage
+from pipros.bag.records import TIME, U32, Op, record_bytes
+from pipros.limits import Limits
+from tests.support.bags import bag_bytes, some_rows
+from tests.support.memory import memory_of
+
+MIB = 1 << 20
+
+
+def changed(data: bytes, change: Callable[[Layout], None], more: bytes = b"") -> bytes:
+    """A bag with `more` behind its chunks, and the index of the changed layout."""
+    file = io.BytesIO(data)
+    layout = BagReader(file).layout
+    file.seek(layout.end)
+    layout.end += file.write(more)
+    change(layout)
+    BagWriter(file, layout=layout).finish()
+    return file.getvalue()
+
+
+def appended(*parts: bytes, chunks: Sequence[int], counts: Mapping[int, int]) -> bytes:
+    """A bag of a message and these parts, with chunks at these offsets in the parts."""
+
+    def change(layout: Layout) -> None:
+        first = layout.end - sum(map(len, parts))
+        layout.chunks += [ChunkInfo(first + at, (10, 0), (20, 0), counts) for at in chunks]
+
+    return changed(bag_bytes([("/a", Int32(1), 10, 0)]), change, b"".join(parts))
+
+
+def chunk_of(content: bytes, compression: str = "none") -> bytes:
+    data = bytes(compress(compression, content))
+    return chunk_header_bytes(compression, len(content), len(data)) + data
+
+
+def message_record(connection: int, data: bytes = b"\x01\0\0\0") -> bytes:
+    fields = {"op": bytes([Op.MESSAGE]), "conn": U32.pack(connection), "time": TIME.pack(10, 0)}
+    return record_bytes(fields, data)
+
+
+def test_a_chunk_that_the_index_names_twice_is_refused() -> None:
+    def repeat(layout: Layout) -> None:
+        layout.chunks *= 2000
+
+    data = changed(bag_bytes(some_rows(3000)), repeat)
+
+    with memory_of(10 * MIB), pytest.raises(NotIndexed, match=r"names the chunk at byte 4117 twice"):
+        list(BagReader(io.BytesIO(data)).raw_messages())
+    rebuilt = BagReader(io.BytesIO(data), rebuild_index=True)
+    assert rebuilt.message_count == 3000
+
+
+def test_chunks_that_share_an_index_are_refused() -> None:
+    """Each chunk's data contain the next chunk; the entries follow the innermost."""
+    start = len(chunk_of(b""))
+    starts = [chunk_header_bytes("none", start * left, start * left) for left in reversed(range(500))]
+    entries = index_record(0, ENTRY.pack(10, 0, 0) * 1000)
+    data = appended(*starts, entries, chunks=[0, start * 499], counts={0: 1000})
+
+    with pytest.raises(BagFormatError, match=r"the chunk must end before the next one, at byte \d+"):
+        list(BagReader(io.BytesIO(data)).raw_messages())
+
+
+def test_an_index_of_more_messages_than_the_file_has_room_for_is_refused() -> None:
+    def multiply(layout: Layout) -> None:
+        layout.chunks[0] = replace(layout.chunks[0], counts={0: 10**9, 1: 15})
+
+    data = changed(bag_bytes(some_rows()), multiply)
+
+    with pytest.raises(NotIndexed, match="1000000015 messages"):
+        BagReader(io.BytesIO(data))
+
+
+def test_entries_that_name_one_message_again_and_again_are_refused() -> None:
+    content = message_record(0, bytes(10_000))
+    entries = index_record(0, ENTRY.pack(10, 0, 0) * 1000)
+    data = appended(chunk_of(content), entries, chunks=[0], counts={0: 1000})
+
+    read: list[RawMessage] = []
+    with pytest.raises(BagFormatError, match="its messages are larger than the chunk"):
+        read.extend(BagReader(io.BytesIO(data)).raw_messages())
+    assert len(read) == 2
+
+
+def test_index_records_of_one_connection_are_joined_in_one_pass() -> None:
+    count = 20_000
+    records = index_record(0, ENTRY.pack(10, 0, 0)) * count
+    counts = dict.fromkeys(range(count), 1)
+    bag = BagReader(io.BytesIO(appended(chunk_of(message_record(0)), records, chunks=[0], counts=counts)))
+
+    assert bag.chunk_index(1) == {0: ENTRY.pack(10, 0, 0) * count}
+
+
+def test_a_chunk_that_decompression_blows_up_is_refused() -> None:
+    content = message_record(0, bytes(8 * MIB))
+    entries = index_record(0, ENTRY.pack(10, 0, 0))
+    data = appended(chunk_of(content, "bz2"), entries, chunks=[0], counts={0: 1})
+    limits = Limits(bag_expanded_bytes=MIB)
+
+    with memory_of(MIB), pytest.raises(BagFormatError, match="bag_expanded_bytes in PIPROS_LIMITS"):
+        list(BagReader(io.BytesIO(data), limits=limits).raw_messages())
+    rebuilt = BagReader(io.BytesIO(data), rebuild_index=True, limits=limits)
+    assert rebuilt.message_count == 1
+    assert "bag_expanded_bytes in PIPROS_LIMITS" in rebuilt.damage[0]
+    assert sum(1 for _ in BagReader(io.BytesIO(data)).raw_messages()) == 2  # blank images are as small
+
+
+def test_a_bag_that_expands_to_too_many_messages_is_not_indexed() -> None:
+    content = message_record(0) * 20_000
+    data = appended(*[chunk_of(content, "bz2")] * 20, chunks=[], counts={})
+
+    rebuilt = BagReader(io.BytesIO(data), rebuild_index=True, limits=Limits(bag_index_bytes=MIB))
+
+    assert "bag_index_bytes in PIPROS_LIMITS" in rebuilt.damage[0]
+    assert 20_000 < rebuilt.message_count * ENTRY.size < MIB + 16 * len(data)

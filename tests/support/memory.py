@@ -1,0 +1,19 @@
+"""How much memory a piece of code takes."""
+
+from __future__ import annotations
+
+import tracemalloc
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def memory_of(most_bytes: int) -> Iterator[None]:
+    """Fails if Python objects made inside take more at a time."""
+    tracemalloc.start()
+    try:
+        yield
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < most_bytes, f"{peak} bytes"
