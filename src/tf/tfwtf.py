@@ -1,4 +1,4 @@
-"""tf's rules for roswtf: it listens to /tf for a second, and names transforms that contradict each other."""
+"""roswtf plugin of tf: record /tf for one second and report inconsistent transforms."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LISTEN_S = 1.0
 
 
 def _heard(ctx: Any) -> Sequence[HeardTransform]:
-    """What `roswtf_plugin_online` has heard."""
+    """Return the transforms that `roswtf_plugin_online` recorded."""
     return getattr(ctx, "heard_transforms", ())
 
 
@@ -60,7 +60,7 @@ tf_errors: list[Rule] = [
 
 
 def is_tf_active() -> bool:
-    """True when /tf has a publisher; False also without a master."""
+    """Return whether /tf has a publisher; False if the master cannot be reached."""
     try:
         return any(topic == "/tf" for topic, _ in rospy.get_published_topics())
     except OSError:
@@ -68,7 +68,7 @@ def is_tf_active() -> bool:
 
 
 def roswtf_plugin_online(ctx: Any) -> None:
-    """Applies the rules, unless nobody publishes /tf. Takes a second; needs an initialised node."""
+    """Apply the rules if /tf has a publisher. Blocks for one second; requires an initialised node."""
     if not is_tf_active():
         return
     print("running tf checks, this will take a second...", flush=True)
@@ -83,10 +83,10 @@ def roswtf_plugin_online(ctx: Any) -> None:
 def _listen() -> list[HeardTransform]:
     found: list[HeardTransform] = []
 
-    def take(message: Any) -> None:
+    def on_message(message: Any) -> None:
         found.extend(heard.heard_in(message, rospy.get_rostime()))
 
-    subscriber = rospy.Subscriber("/tf", TFMessage, take)
+    subscriber = rospy.Subscriber("/tf", TFMessage, on_message)
     time.sleep(_LISTEN_S)
     subscriber.unregister()
     return found

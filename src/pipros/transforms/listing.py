@@ -1,7 +1,4 @@
-"""All frames of a tree as text, YAML and for Graphviz, as tf2 writes them.
-
-`view_frames` and others read it.
-"""
+"""The frame tree as text, YAML and Graphviz DOT, in tf2's formats, which `view_frames` and others parse."""
 
 from __future__ import annotations
 
@@ -14,7 +11,7 @@ Frames = Mapping[str, FrameHistory | None]
 
 
 def frames_as_string(frames: Frames) -> str:
-    """A line for each frame with its parent."""
+    """Return one line per frame, with its parent."""
     lines = []
     for name, frame in frames.items():
         if frame is not None:
@@ -24,7 +21,7 @@ def frames_as_string(frames: Frames) -> str:
 
 
 def frames_as_yaml(frames: Frames) -> str:
-    """A mapping of frames to parent, sender, rate in Hz, and times in seconds."""
+    """Return a YAML mapping of frames to parent, publishing node, rate in Hz, and times in seconds."""
     return (
         "{}"
         if not frames
@@ -38,7 +35,7 @@ def frames_as_yaml(frames: Frames) -> str:
 
 
 def frames_as_dot(frames: Frames, now: float | None = None) -> str:
-    """A graph for Graphviz. With the time, in seconds, each frame tells its age."""
+    """Return the frame tree in the DOT language; with `now` in seconds, include the ages of transforms."""
     if not frames:
         return 'digraph G {\n"no tf data recieved"}'
     lines = []
@@ -54,19 +51,19 @@ def frames_as_dot(frames: Frames, now: float | None = None) -> str:
         f' subgraph cluster_legend {{ style=bold; color=black; label ="view_frames Result";\n{recorded}}}->'
     )
     for name, frame in frames.items():
-        # Roots, where there is a time to tell, and frames of which everything was forgotten.
+        # The legend is attached to each root if `now` is given, and to frames whose transforms were cleared.
         if (now is not None) if frame is None else (frame.latest()[1] is None):
             lines.append(f'{legend}"{name}";\n')
     return f"digraph G {{\n{''.join(lines)}}}"
 
 
 def edges(frames: Frames) -> list[tuple[str, str, str, float]]:
-    """Parent, name, sender and rate in Hz of each frame of which something is known."""
+    """Return parent, child, publishing node and rate in Hz of each frame with known transforms."""
     return [(parent, name, sender, rate) for name, parent, sender, rate, *_ in _known(frames)]
 
 
 def _known(frames: Frames) -> Iterator[tuple[str, str, str, float, float, float]]:
-    """Name, parent, sender, rate, newest and oldest time of each frame of which something is known."""
+    """Yield name, parent, publishing node, rate (Hz), latest and oldest time (s) of known frames."""
     for name, frame in frames.items():
         if frame is None:
             continue
