@@ -52,7 +52,7 @@ def test_a_launched_robot_has_its_frames(ros: RosSystem, package: Path) -> None:
         "finger 0.707 0.000 1.207",
         "camera 0.100 0.200 0.300",
     ], asked.output
-    assert "called robot_state_publisher now" in launch.output
+    assert "use robot_state_publisher instead" in launch.output
 
 
 def test_rosrun_xacro_expands_and_names_packages_that_are_unknown(ros: RosSystem, package: Path) -> None:
@@ -72,7 +72,7 @@ def test_rosrun_xacro_expands_and_names_packages_that_are_unknown(ros: RosSystem
 
 @pytest.mark.parametrize("program", ["joint_state_publisher", "robot_state_publisher"])
 @pytest.mark.parametrize(
-    ("description", "complaint"), [(None, "robot_description"), ("<robot/>", "one link must have no parent")]
+    ("description", "complaint"), [(None, "robot_description"), ("<robot/>", "must have no parent")]
 )
 def test_a_description_that_is_missing_or_wrong_is_named(
     ros: RosSystem, program: str, description: str | None, complaint: str
