@@ -1,4 +1,4 @@
-"""`rosrun topic_tools relay`: publishes the messages of a topic on another one."""
+"""`rosrun topic_tools relay`: republish the messages of a topic on another one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ USAGE = "\nusage: relay IN_TOPIC [OUT_TOPIC]\n"
 
 
 class Relay:
-    """Passes messages on, in lazy and stealth mode only while another node wants them."""
+    """Republisher of a topic; in lazy and stealth mode it subscribes only while another node does."""
 
     def __init__(self, source: str, target: str, *, lazy: bool, stealth: bool) -> None:
         self._lazy, self._stealth = lazy, stealth
@@ -39,9 +39,9 @@ class Relay:
             rospy.logdebug("lazy mode; resubscribing")
 
     def look_at(self, topic: str) -> None:
-        """Subscribes when another node subscribes to `topic`, and unsubscribes when none does any more.
+        """Subscribe if another node subscribes to `topic`, and unsubscribe if none does.
 
-        Until the first message has shown the type it stays subscribed.
+        Until the first message has determined the type, the relay stays subscribed.
         """
         master = rosgraph.Master(rospy.get_name())
         try:
@@ -57,7 +57,7 @@ class Relay:
 
 
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if not arguments:
         print(USAGE)
@@ -72,7 +72,7 @@ def main() -> int:
         topic = rospy.resolve_name(str(rospy.get_param("~monitor_topic", source)))
         rate = float(rospy.get_param("~monitor_rate", 1.0))
         if not rate > 0.0:
-            rospy.logerr(f"~monitor_rate must be a number above 0, got {rate}")
+            rospy.logerr(f"~monitor_rate must be > 0 Hz, got {rate}")
             return 1
         ended = threading.Event()
         rospy.on_shutdown(ended.set)
