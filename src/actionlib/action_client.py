@@ -244,20 +244,20 @@ class GoalManager:
 
     def update_statuses(self, status_array: Any) -> None:
         """Pass a status list of the server to all goals."""
-        for machine in self._living():
+        for machine in self._tracked():
             machine.update_status(status_array)
 
     def update_results(self, action_result: Any) -> None:
         """Pass a result to its goal."""
-        for machine in self._living():
+        for machine in self._tracked():
             machine.update_result(action_result)
 
     def update_feedbacks(self, action_feedback: Any) -> None:
         """Pass feedback to its goal."""
-        for machine in self._living():
+        for machine in self._tracked():
             machine.update_feedback(action_feedback)
 
-    def _living(self) -> list[CommStateMachine]:
+    def _tracked(self) -> list[CommStateMachine]:
         with self.list_mutex:
             pairs = [(each, each()) for each in self.statuses]
             self.statuses = [each for each, machine in pairs if machine is not None]

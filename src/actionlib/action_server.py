@@ -54,7 +54,7 @@ class ActionServer:
         self.result_pub: Any = None
         self.feedback_pub: Any = None
         self.lock = RLock()
-        self._one_callback = RLock()
+        self._callback_lock = RLock()
         self.status_timer: Any = None
         self.status_list: list[StatusTracker] = []
         self.last_cancel = rospy.Time()
@@ -148,7 +148,7 @@ class ActionServer:
 
     def internal_cancel_callback(self, goal_id: Any) -> None:
         """Handle a cancellation request: for one goal, all goals up to a stamp, or all goals."""
-        with self._one_callback:
+        with self._callback_lock:
             for handle in self._cancelled(goal_id):
                 self.cancel_callback(handle)
 
@@ -184,7 +184,7 @@ class ActionServer:
 
     def internal_goal_callback(self, goal: Any) -> None:
         """Handle a goal message."""
-        with self._one_callback:
+        with self._callback_lock:
             handle = self._accept_new(goal)
             if handle is not None:
                 self.goal_callback(handle)

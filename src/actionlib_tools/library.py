@@ -37,7 +37,7 @@ def yaml_msg_str(type_: Any, yaml_str: str, filename: str | None = None) -> Any:
         ValueError: the text is not a mapping.
         ROSMessageException: a field is unknown, or its value is invalid.
     """
-    return _filled(type_, {} if not yaml_str.strip() else load(yaml_str), filename, "a dictionary")
+    return _message_from(type_, {} if not yaml_str.strip() else load(yaml_str), filename, "a dictionary")
 
 
 def yaml_msg(type_: Any, filename: str) -> Any:
@@ -55,7 +55,7 @@ def yaml_msgs_str(type_: Any, yaml_str: str, filename: str | None = None) -> lis
     values = load(yaml_str)
     if not isinstance(values, list):
         values = [None]
-    return [_filled(type_, value, filename, "a list of dictionaries") for value in values]
+    return [_message_from(type_, value, filename, "a list of dictionaries") for value in values]
 
 
 def yaml_msgs(type_: Any, filename: str) -> list[Any]:
@@ -64,7 +64,7 @@ def yaml_msgs(type_: Any, filename: str) -> list[Any]:
         return yaml_msgs_str(type_, file.read(), filename)
 
 
-def _filled(type_: Any, values: Any, filename: str | None, wanted: str) -> Any:
+def _message_from(type_: Any, values: Any, filename: str | None, wanted: str) -> Any:
     if not isinstance(values, dict):
         where = f"yaml file [{filename}]" if filename else "yaml string"
         raise ValueError(f"{where} does not contain {wanted}")

@@ -78,7 +78,7 @@ class InteractiveMarkerServer:
         with self.mutex:
             self._markers.insert(marker)
             if not isinstance(feedback_cb, int):
-                self._markers.set_callback(marker.name, feedback_cb, self._event(feedback_type))
+                self._markers.set_callback(marker.name, feedback_cb, self._event_type(feedback_type))
 
     def setPose(self, name: str, pose: Pose, header: Header = _EMPTY_HEADER) -> bool:
         """Move a marker. A header without a frame id leaves the marker's header unchanged.
@@ -113,7 +113,7 @@ class InteractiveMarkerServer:
         Return False if the marker does not exist.
         """
         with self.mutex:
-            return self._markers.set_callback(name, feedback_cb, self._event(feedback_type))
+            return self._markers.set_callback(name, feedback_cb, self._event_type(feedback_type))
 
     def applyChanges(self) -> None:
         """Apply the pending changes and publish them. Does nothing without pending changes."""
@@ -167,5 +167,5 @@ class InteractiveMarkerServer:
         markers = [context.int_marker for context in self._markers.contexts.values()]
         self.init_pub.publish(InteractiveMarkerInit(self.server_id, self.seq_num, markers))
 
-    def _event(self, feedback_type: int) -> int | None:
+    def _event_type(self, feedback_type: int) -> int | None:
         return None if feedback_type == self.DEFAULT_FEEDBACK_CB else feedback_type

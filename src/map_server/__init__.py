@@ -86,7 +86,9 @@ def main() -> int:
     try:
         if len(arguments) == 2:
             rospy.logwarn("map_server <map> <resolution> is deprecated: pass only the YAML file of the map.")
-            grid = make_grid(MapDescription(arguments[0], _metres(arguments[1])), read_picture(arguments[0]))
+            grid = make_grid(
+                MapDescription(arguments[0], _resolution(arguments[1])), read_picture(arguments[0])
+            )
         else:
             rospy.loginfo('Loading map from image "%s"', arguments[0])
             grid = read_map(os.path.abspath(arguments[0]))
@@ -98,7 +100,7 @@ def main() -> int:
     return 0
 
 
-def _metres(text: str) -> float:
+def _resolution(text: str) -> float:
     try:
         resolution = float(text)
     except ValueError:

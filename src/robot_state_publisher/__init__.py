@@ -21,7 +21,7 @@ from pipros.robot_model.urdf import Joint, Robot, UrdfError, read_robot
 from pipros.transforms.pose import Pose
 from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 
-_OLD_S = 30.0
+_MAX_AGE_S = 30.0
 """Age of a JointState message above which a warning is logged."""
 
 
@@ -87,7 +87,7 @@ class RobotStatePublisher:
                 self._frames.forget_times()
             self._last_call = now
             age = (now - message.header.stamp).to_sec()
-            if age > _OLD_S:
+            if age > _MAX_AGE_S:
                 rospy.logwarn_throttle(10.0, f"The received JointState is {age:f} seconds old.")
             due = self._frames.due(message.name, message.position, message.header.stamp.to_nsec())
         if due:

@@ -90,7 +90,7 @@ class FSMContext:
         Raises:
             ValueError: `state` is not a State.
         """
-        self._state = _checked(state)
+        self._state = _require_state(state)
         self._log("NEW STATE       : " + state.getName())
 
     def isStateStackEmpty(self) -> bool:
@@ -107,7 +107,7 @@ class FSMContext:
         Raises:
             ValueError: `state` is not a State.
         """
-        new = _checked(state)
+        new = _require_state(state)
         if self._state is not None:
             self._state_stack.append(self._state)
         self._state = new
@@ -134,7 +134,7 @@ class FSMContext:
             self._debug_stream.write(f"{text}\n")
 
 
-def _checked(state: object) -> State:
+def _require_state(state: object) -> State:
     if not isinstance(state, State):
         raise ValueError("state should be a statemap.State")
     return state

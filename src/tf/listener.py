@@ -58,28 +58,28 @@ class TransformerROS(Transformer):
     def transformPoint(self, target_frame: str, ps: PointStamped) -> PointStamped:
         """Transform a point to `target_frame`."""
         frame = self._frame(target_frame, ps.header)
-        return PointStamped(_header(target_frame, ps), Point(*_moved(frame, ps.point)))
+        return PointStamped(_header(target_frame, ps), Point(*_transform_point(frame, ps.point)))
 
     def transformVector3(self, target_frame: str, v3s: Vector3Stamped) -> Vector3Stamped:
         """Rotate a vector to `target_frame`, without translating it."""
         frame = (*IDENTITY[:3], *self._frame(target_frame, v3s.header)[3:])
-        return Vector3Stamped(_header(target_frame, v3s), Vector3(*_moved(frame, v3s.vector)))
+        return Vector3Stamped(_header(target_frame, v3s), Vector3(*_transform_point(frame, v3s.vector)))
 
     def transformQuaternion(self, target_frame: str, ps: QuaternionStamped) -> QuaternionStamped:
         """Transform an orientation to `target_frame`."""
-        found = composed_exactly(self._frame(target_frame, ps.header), _numbers(Point(), ps.quaternion))
+        found = composed_exactly(self._frame(target_frame, ps.header), _pose_of(Point(), ps.quaternion))
         return QuaternionStamped(_header(target_frame, ps), Quaternion(*found[3:]))
 
     def transformPose(self, target_frame: str, ps: PoseStamped) -> PoseStamped:
         """Transform a pose to `target_frame`."""
-        pose = _numbers(ps.pose.position, ps.pose.orientation)
+        pose = _pose_of(ps.pose.position, ps.pose.orientation)
         found = composed_exactly(self._frame(target_frame, ps.header), pose)
         return PoseStamped(_header(target_frame, ps), Pose(Point(*found[:3]), Quaternion(*found[3:])))
 
     def transformPointCloud(self, target_frame: str, point_cloud: PointCloud) -> PointCloud:
         """Transform a point cloud to `target_frame`. The result shares the channels of the input."""
         frame = self._frame(target_frame, point_cloud.header)
-        points = [Point32(*_moved(frame, point)) for point in point_cloud.points]
+        points = [Point32(*_transform_point(frame, point)) for point in point_cloud.points]
         return PointCloud(_header(target_frame, point_cloud), points, point_cloud.channels)
 
     def _frame(self, target_frame: str, header: Any) -> Numbers:
@@ -93,13 +93,13 @@ def _header(target_frame: str, stamped: Any) -> Header:
     return Header(stamp=stamped.header.stamp, frame_id=target_frame)
 
 
-def _numbers(position: Any, rotation: Any) -> Numbers:
+def _pose_of(position: Any, rotation: Any) -> Numbers:
     if rotation.x == rotation.y == rotation.z == rotation.w == 0:  # unset: treat as identity
         return (position.x, position.y, position.z, *IDENTITY[3:])
     return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
 
 
-def _moved(frame: Numbers, point: Any) -> tuple[float, float, float]:
+def _transform_point(frame: Numbers, point: Any) -> tuple[float, float, float]:
     return composed(frame, (point.x, point.y, point.z, *IDENTITY[3:]))[:3]
 
 

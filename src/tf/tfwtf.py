@@ -16,33 +16,33 @@ from roswtf.rules import error_rule, warning_rule
 _LISTEN_S = 1.0
 
 
-def _heard(ctx: Any) -> Sequence[HeardTransform]:
+def _recorded(ctx: Any) -> Sequence[HeardTransform]:
     """Return the transforms that `roswtf_plugin_online` recorded."""
     return getattr(ctx, "heard_transforms", ())
 
 
 def rostime_delta(ctx: Any) -> list[str]:
-    return heard.of_other_times(_heard(ctx))
+    return heard.of_other_times(_recorded(ctx))
 
 
 def reparenting(ctx: Any) -> list[str]:
-    return heard.reparented(_heard(ctx))
+    return heard.reparented(_recorded(ctx))
 
 
 def cycle_detection(ctx: Any) -> list[str]:
-    return heard.loops(_heard(ctx))
+    return heard.loops(_recorded(ctx))
 
 
 def multiple_authority(ctx: Any) -> list[str]:
-    return heard.of_several_senders(_heard(ctx))
+    return heard.of_several_senders(_recorded(ctx))
 
 
 def no_msgs(ctx: Any) -> bool:
-    return not _heard(ctx)
+    return not _recorded(ctx)
 
 
 def not_normalized(ctx: Any) -> list[str]:
-    return heard.not_normalized(_heard(ctx))
+    return heard.not_normalized(_recorded(ctx))
 
 
 Rule = tuple[Callable[[Any], Any], str]

@@ -50,7 +50,7 @@ class Transformer:
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> Any:
         """Return whether `lookupTransformFull` would succeed. Does not block."""
-        arguments = _stripped(target_frame, target_time, source_frame, source_time, fixed_frame)
+        arguments = _without_slashes(target_frame, target_time, source_frame, source_time, fixed_frame)
         return self._buffer.can_transform_full(*arguments)
 
     def waitForTransform(
@@ -87,7 +87,7 @@ class Transformer:
             tf.Exception: `timeout` expired, or no listener fills the buffer (`setUsingDedicatedThread`).
         """
         self._require_listener()
-        arguments = _stripped(target_frame, target_time, source_frame, source_time, fixed_frame)
+        arguments = _without_slashes(target_frame, target_time, source_frame, source_time, fixed_frame)
         result = self._buffer.can_transform_full(*arguments, timeout, return_debug_tuple=True)
         _require_success(result, source_frame, target_frame)
 
@@ -124,7 +124,7 @@ class Transformer:
             tf.LookupException, tf.ConnectivityException, tf.ExtrapolationException, tf.Exception.
         """
         target, source = strip_leading_slash(target_frame), strip_leading_slash(source_frame)
-        return _lists(self._buffer.lookup_transform(target, source, time))
+        return _as_lists(self._buffer.lookup_transform(target, source, time))
 
     def lookupTransformFull(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
@@ -133,8 +133,8 @@ class Transformer:
 
         `fixed_frame` does not move between these times.
         """
-        arguments = _stripped(target_frame, target_time, source_frame, source_time, fixed_frame)
-        return _lists(self._buffer.lookup_transform_full(*arguments))
+        arguments = _without_slashes(target_frame, target_time, source_frame, source_time, fixed_frame)
+        return _as_lists(self._buffer.lookup_transform_full(*arguments))
 
     def lookupTwist(
         self, tracking_frame: str, observation_frame: str, time: Any, averaging_interval: Any
@@ -179,7 +179,8 @@ class Transformer:
         linear = composed(turn, (*moved, *IDENTITY[3:]))[:3]
         angular = composed(turn, (*(part / seconds for part in rotation), *IDENTITY[3:]))[:3]
         origin = tracked[:3]
-        # The reference point of the twist turns with the frame.
+        # Change of the reference point. Like Noetic (compared in tests/interop), this adds a cross product of
+        # the origin and a scalar product to each component, which is not the usual kinematic formula.
         moved_point = composed(point, (*origin, *IDENTITY[3:]))[:3]
         around = _cross(origin, angular)
         share = sum(a * (p - o) for a, p, o in zip(angular, moved_point, origin, strict=True))
@@ -205,7 +206,7 @@ class Transformer:
             )
 
 
-def _stripped(
+def _without_slashes(
     target: str, target_time: Any, source: str, source_time: Any, fixed: str
 ) -> tuple[str, Any, str, Any, str]:
     return (
@@ -222,7 +223,7 @@ def _require_success(result: tuple[int, str], source: str, target: str) -> None:
         raise tf2_ros.TransformException(result[1] or f'no such transformation: "{source}" -> "{target}"')
 
 
-def _lists(message: Any) -> PositionAndRotation:
+def _as_lists(message: Any) -> PositionAndRotation:
     position, rotation = message.transform.translation, message.transform.rotation
     return [position.x, position.y, position.z], [rotation.x, rotation.y, rotation.z, rotation.w]
 

@@ -42,36 +42,36 @@ def transform_to_kdl(t: Any) -> Any:
     )
 
 
-def _numbers(position: Any, rotation: Any) -> Numbers:
+def _pose_of(position: Any, rotation: Any) -> Numbers:
     if rotation.x == rotation.y == rotation.z == rotation.w == 0:  # unset: treat as identity
         return (position.x, position.y, position.z, *IDENTITY[3:])
     return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
 
 
-def _moved(point: Any, transform: Any) -> tuple[float, float, float]:
-    frame = _numbers(transform.transform.translation, transform.transform.rotation)
+def _transform_point(point: Any, transform: Any) -> tuple[float, float, float]:
+    frame = _pose_of(transform.transform.translation, transform.transform.rotation)
     return composed(frame, (point.x, point.y, point.z, *IDENTITY[3:]))[:3]
 
 
-def _rotated(vector: Any, transform: Any) -> tuple[float, float, float]:
-    frame = (*IDENTITY[:3], *_numbers(transform.transform.translation, transform.transform.rotation)[3:])
+def _rotate(vector: Any, transform: Any) -> tuple[float, float, float]:
+    frame = (*IDENTITY[:3], *_pose_of(transform.transform.translation, transform.transform.rotation)[3:])
     return composed(frame, (vector.x, vector.y, vector.z, *IDENTITY[3:]))[:3]
 
 
 def do_transform_point(point: PointStamped, transform: Any) -> PointStamped:
     """Apply the transform to a point."""
-    return PointStamped(transform.header, Point(*_moved(point.point, transform)))
+    return PointStamped(transform.header, Point(*_transform_point(point.point, transform)))
 
 
 def do_transform_vector3(vector3: Vector3Stamped, transform: Any) -> Vector3Stamped:
     """Apply the rotation of the transform to a vector, without translating it."""
-    return Vector3Stamped(transform.header, Vector3(*_rotated(vector3.vector, transform)))
+    return Vector3Stamped(transform.header, Vector3(*_rotate(vector3.vector, transform)))
 
 
 def do_transform_pose(pose: PoseStamped, transform: Any) -> PoseStamped:
     """Apply the transform to a pose."""
-    frame = _numbers(transform.transform.translation, transform.transform.rotation)
-    found = normalized(composed(frame, _numbers(pose.pose.position, pose.pose.orientation)))
+    frame = _pose_of(transform.transform.translation, transform.transform.rotation)
+    found = normalized(composed(frame, _pose_of(pose.pose.position, pose.pose.orientation)))
     return PoseStamped(transform.header, Pose(Point(*found[:3]), Quaternion(*found[3:])))
 
 
@@ -80,7 +80,7 @@ def do_transform_wrench(wrench: WrenchStamped, transform: Any) -> WrenchStamped:
 
     The torque of the translated force is not added, as in Noetic.
     """
-    force, torque = _rotated(wrench.wrench.force, transform), _rotated(wrench.wrench.torque, transform)
+    force, torque = _rotate(wrench.wrench.force, transform), _rotate(wrench.wrench.torque, transform)
     return WrenchStamped(transform.header, Wrench(Vector3(*force), Vector3(*torque)))
 
 

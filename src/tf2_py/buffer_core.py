@@ -65,7 +65,9 @@ class BufferCore:
         Raises:
             LookupException, ConnectivityException, ExtrapolationException, InvalidArgumentException.
         """
-        stamp, pose = self._buffer.lookup(_text(target_frame, 1), _text(source_frame, 2), in_ns(time))
+        stamp, pose = self._buffer.lookup(
+            _require_str(target_frame, 1), _require_str(source_frame, 2), in_ns(time)
+        )
         return stamped(stamp, target_frame, source_frame, pose)
 
     def lookup_transform_full_core(
@@ -76,17 +78,17 @@ class BufferCore:
         `fixed_frame` must not move between these times.
         """
         stamp, pose = self._buffer.lookup_full(
-            _text(target_frame, 1),
+            _require_str(target_frame, 1),
             in_ns(target_time),
-            _text(source_frame, 3),
+            _require_str(source_frame, 3),
             in_ns(source_time),
-            _text(fixed_frame, 5),
+            _require_str(fixed_frame, 5),
         )
         return stamped(stamp, target_frame, source_frame, pose)
 
     def can_transform_core(self, target_frame: str, source_frame: str, time: Any) -> tuple[int, str]:
         """Return (1, "") if `lookup_transform_core` would succeed, otherwise 0 and the reason."""
-        _text(target_frame, 1), _text(source_frame, 2)
+        _require_str(target_frame, 1), _require_str(source_frame, 2)
         try:
             reason = self._buffer.can_transform(target_frame, source_frame, in_ns(time))
         except InvalidArgumentException as error:
@@ -98,7 +100,7 @@ class BufferCore:
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> tuple[int, str]:
         """Return (1, "") if `lookup_transform_full_core` would succeed, otherwise 0 and the reason."""
-        _text(target_frame, 1), _text(source_frame, 3), _text(fixed_frame, 5)
+        _require_str(target_frame, 1), _require_str(source_frame, 3), _require_str(fixed_frame, 5)
         times = in_ns(target_time), in_ns(source_time)
         try:
             reason = self._buffer.can_transform_full(
@@ -111,7 +113,9 @@ class BufferCore:
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> rospy.Time:
         """Return the latest time at which a transform between the frames is available."""
-        return in_time(self._buffer.latest_common_time(_text(target_frame, 1), _text(source_frame, 2)))
+        return in_time(
+            self._buffer.latest_common_time(_require_str(target_frame, 1), _require_str(source_frame, 2))
+        )
 
     def clear(self) -> None:
         """Remove all transforms except static ones."""
@@ -132,7 +136,7 @@ class BufferCore:
         return self._buffer.edges()
 
     def _frameExists(self, frame_id: str) -> bool:  # noqa: N802
-        return self._buffer.frame_exists(_text(frame_id, 1))
+        return self._buffer.frame_exists(_require_str(frame_id, 1))
 
     def _getFrameStrings(self) -> list[str]:  # noqa: N802
         return self._buffer.frame_names()
@@ -174,7 +178,7 @@ def in_ns(time: Any) -> int:
         raise TypeError("time must have a to_sec method, e.g. rospy.Time or rospy.Duration") from None
 
 
-def _text(value: Any, number: int) -> str:
+def _require_str(value: Any, number: int) -> str:
     if isinstance(value, str):
         return value
     raise TypeError(f"argument {number} must be str, not {type(value).__name__}")

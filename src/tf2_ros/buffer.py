@@ -32,7 +32,7 @@ class Buffer(BufferCore, BufferInterface):
         BufferCore.__init__(self, cache_time)
         BufferInterface.__init__(self)
         self._changed = Condition()
-        self._waiting = 0
+        self._waiters = 0
         self.CAN_TRANSFORM_POLLING_SCALE = DEFAULT_CAN_TRANSFORM_POLLING_SCALE
         if debug:
             self._advertise_frames()
@@ -50,7 +50,7 @@ class Buffer(BufferCore, BufferInterface):
 
     def _insert(self, transform: Any, authority: str, is_static: bool) -> None:
         super()._insert(transform, authority, is_static)
-        if self._waiting:
+        if self._waiters:
             with self._changed:
                 self._changed.notify_all()
 
@@ -134,7 +134,7 @@ class Buffer(BufferCore, BufferInterface):
         start = rospy.Time.now()
         end = start + timeout
         with self._changed:
-            self._waiting += 1
+            self._waiters += 1
             try:
                 while not (result := ask())[0]:
                     now = rospy.Time.now()
@@ -145,5 +145,5 @@ class Buffer(BufferCore, BufferInterface):
                     left = (end - now).to_sec() if rospy.rostime.is_wallclock() else _SLICE_S
                     self._changed.wait(min(left, _SLICE_S))
             finally:
-                self._waiting -= 1
+                self._waiters -= 1
         return result

@@ -90,13 +90,13 @@ class BufferServer:
     def _can_transform(self, goal: Any) -> bool:
         if not goal.advanced:
             return bool(self.buffer.can_transform(goal.target_frame, goal.source_frame, goal.source_time))
-        return bool(self.buffer.can_transform_full(*_full(goal)))
+        return bool(self.buffer.can_transform_full(*_full_arguments(goal)))
 
     def _complete(self, handle: Any) -> None:
         goal, result = handle.get_goal(), LookupTransformResult()
         try:
             if goal.advanced:
-                result.transform = self.buffer.lookup_transform_full(*_full(goal))
+                result.transform = self.buffer.lookup_transform_full(*_full_arguments(goal))
             else:
                 result.transform = self.buffer.lookup_transform(
                     goal.target_frame, goal.source_frame, goal.source_time
@@ -107,5 +107,5 @@ class BufferServer:
         handle.set_succeeded(result)
 
 
-def _full(goal: Any) -> tuple[str, Any, str, Any, str]:
+def _full_arguments(goal: Any) -> tuple[str, Any, str, Any, str]:
     return (goal.target_frame, goal.target_time, goal.source_frame, goal.source_time, goal.fixed_frame)

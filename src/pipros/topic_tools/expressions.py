@@ -54,7 +54,7 @@ class Transformation:
             ExpressionError: the expression is malformed, or uses a module that cannot be imported.
         """
         self.missing: dict[str, str] = {}
-        """Unused modules that cannot be imported, with the reason."""
+        """Modules that cannot be imported and are not used, with the reason."""
         self._names: dict[str, Any] = {}
         for module in modules:
             try:

@@ -29,7 +29,7 @@ def frames_as_yaml(frames: Frames) -> str:
             f"{name}: \n  parent: '{parent}'\n  broadcaster: '{sender}'\n  rate: {rate:.3f}\n"
             f"  most_recent_transform: {newest:.3f}\n  oldest_transform: {oldest:.3f}\n"
             f"  buffer_length: {newest - oldest:.3f}\n"
-            for name, parent, sender, rate, newest, oldest in _known(frames)
+            for name, parent, sender, rate, newest, oldest in _rows(frames)
         )
     )
 
@@ -39,7 +39,7 @@ def frames_as_dot(frames: Frames, now: float | None = None) -> str:
     if not frames:
         return 'digraph G {\n"no tf data recieved"}'
     lines = []
-    for name, parent, sender, rate, newest, oldest in _known(frames):
+    for name, parent, sender, rate, newest, oldest in _rows(frames):
         age = "" if now is None else f"( {now - newest:.3f} sec old)"
         lines.append(
             f'"{parent}" -> "{name}"[label="Broadcaster: {sender}\\nAverage rate: {rate:.3f} Hz\\n'
@@ -59,10 +59,10 @@ def frames_as_dot(frames: Frames, now: float | None = None) -> str:
 
 def edges(frames: Frames) -> list[tuple[str, str, str, float]]:
     """Return parent, child, publishing node and rate in Hz of each frame with known transforms."""
-    return [(parent, name, sender, rate) for name, parent, sender, rate, *_ in _known(frames)]
+    return [(parent, name, sender, rate) for name, parent, sender, rate, *_ in _rows(frames)]
 
 
-def _known(frames: Frames) -> Iterator[tuple[str, str, str, float, float, float]]:
+def _rows(frames: Frames) -> Iterator[tuple[str, str, str, float, float, float]]:
     """Yield name, parent, publishing node, rate (Hz), latest and oldest time (s) of known frames."""
     for name, frame in frames.items():
         if frame is None:

@@ -87,9 +87,9 @@ class OpenCVCodec:
                 ".jpg" if kind == "jpeg" else ".png", image, [option, level]
             )
         except self._cv2.error as error:
-            raise PictureError(f"OpenCV cannot write {_shown(image)} as {kind}: {error}") from error
+            raise PictureError(f"OpenCV cannot write {_describe(image)} as {kind}: {error}") from error
         if not is_written:
-            raise PictureError(f"OpenCV cannot write {_shown(image)} as {kind}")
+            raise PictureError(f"OpenCV cannot write {_describe(image)} as {kind}")
         return bytes(data)
 
 
@@ -113,29 +113,29 @@ class PillowCodec:
                 image = np.asarray(picture)
         except (OSError, SyntaxError, ValueError, self._images.DecompressionBombError) as error:
             raise PictureError(f"Pillow cannot read the picture of {len(data)} bytes: {error}") from error
-        return image if image.ndim == 2 else _swapped(image)
+        return image if image.ndim == 2 else _swap_red_and_blue(image)
 
     def encode(self, image: Any, kind: str, level: int) -> bytes:
         is_deep = image.dtype == np.uint16
         if image.dtype not in (np.uint8, np.uint16) or (is_deep and (image.ndim == 3 or kind == "jpeg")):
             raise PictureError(
-                f"Pillow cannot write {_shown(image)} as {kind}. Try OpenCV: pip install 'pipros[vision]'"
+                f"Pillow cannot write {_describe(image)} as {kind}. Try OpenCV: pip install 'pipros[vision]'"
             )
         if image.ndim == 3:
-            image = _swapped(image[:, :, :3] if kind == "jpeg" else image)
+            image = _swap_red_and_blue(image[:, :, :3] if kind == "jpeg" else image)
         file = io.BytesIO()
         options = {"quality": level} if kind == "jpeg" else {"compress_level": level}
         try:
             self._images.fromarray(image).save(file, kind.upper(), **options)
         except (OSError, TypeError, ValueError) as error:
-            raise PictureError(f"Pillow cannot write {_shown(image)} as {kind}: {error}") from error
+            raise PictureError(f"Pillow cannot write {_describe(image)} as {kind}: {error}") from error
         return file.getvalue()
 
 
-def _swapped(image: Any) -> Any:
+def _swap_red_and_blue(image: Any) -> Any:
     """Swap the red and blue channels."""
     return np.ascontiguousarray(image[:, :, [2, 1, 0, 3][: image.shape[2]]])
 
 
-def _shown(image: Any) -> str:
+def _describe(image: Any) -> str:
     return f"an array of {image.dtype} of shape {image.shape}"
