@@ -17,7 +17,7 @@ class HandleTrackerDeleter:
         self.action_server = action_server
         self.status_tracker = status_tracker
 
-    def __call__(self, ptr: Any) -> None:  # noqa: ARG002 # Noetic passes a weak reference
+    def __call__(self, ptr: Any) -> None:  # noqa: ARG002 # Noetic's signature
         if self.action_server:
             with self.action_server.lock:
                 self.status_tracker.handle_destruction_time = rospy.Time.now()

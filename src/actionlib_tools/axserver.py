@@ -20,11 +20,11 @@ COMMANDS = "Commands: feedback YAML, succeed YAML, abort YAML, preempt YAML, qui
 
 
 class Server:
-    """Action server whose goals are ended by the user, or all with the same `result`."""
+    """Action server whose goals are ended by the user, or all with the result `answer`."""
 
-    def __init__(self, name: str, action: DynamicAction, result: Any = None) -> None:
+    def __init__(self, name: str, action: DynamicAction, answer: Any = None) -> None:
         self.action = action
-        self._result = result
+        self._answer = answer
         self._lock = Lock()
         self._server = SimpleActionServer(name, action.action, auto_start=False)
         self._server.register_goal_callback(self._on_goal)
@@ -37,8 +37,8 @@ class Server:
         if goal is None:
             return
         print("goal:\n" + "\n".join(f"  {line}" for line in to_yaml(goal).split("\n")), flush=True)
-        if self._result is not None:
-            self._server.set_succeeded(self._result)
+        if self._answer is not None:
+            self._server.set_succeeded(self._answer)
 
     def _on_cancel(self) -> None:
         print("The client requested cancellation of the goal.", flush=True)
