@@ -46,7 +46,7 @@ class FrameBuffer:
             child = child[1:]
         px, py, pz, qx, qy, qz, qw = pose
         norm = qx * qx + qy * qy + qz * qz + qw * qw
-        # NaN fails every comparison, so that one condition covers NaN, infinity and a wrong norm.
+        # NaN fails every comparison, so this covers NaN and a norm that is wrong or infinite.
         if not (-NORM_TOLERANCE < norm - 1.0 < NORM_TOLERANCE and px == px and py == py and pz == pz):
             return _rejections(parent, child, pose, authority, stamp)
         if parent == child or not parent or not child or stamp < 0:
