@@ -1,4 +1,4 @@
-"""actionlib, as Noetic has it, on pipros: goals that take time, with feedback, results and cancellation."""
+"""Drop-in replacement for Noetic's actionlib: long-running goals with feedback, results and cancellation."""
 
 from actionlib_msgs.msg import GoalID as GoalID
 from actionlib_msgs.msg import GoalStatus as GoalStatus

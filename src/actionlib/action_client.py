@@ -1,4 +1,4 @@
-"""`ActionClient`: sends any number of goals, and follows each of them."""
+"""`ActionClient`, which sends and tracks any number of goals."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _POLL_S = 0.01
 
 
 def get_name_of_constant(C: Any, n: int) -> str:
-    """The name of a number among the constants of a class."""
+    """Return the name of the constant of class `C` with the value `n`, or `NO_SUCH_STATE_<n>`."""
     for name, value in C.__dict__.items():
         if isinstance(value, int) and value == n:
             return str(name)
@@ -31,7 +31,7 @@ def get_name_of_constant(C: Any, n: int) -> str:
 
 
 class CommState:
-    """The states of a client's goal."""
+    """States of a goal at its client."""
 
     WAITING_FOR_GOAL_ACK = 0
     PENDING = 1
@@ -47,7 +47,7 @@ class CommState:
 
 
 class TerminalState:
-    """How a goal may have ended."""
+    """Final states of a goal."""
 
     RECALLED = GoalStatus.RECALLED
     REJECTED = GoalStatus.REJECTED
@@ -63,10 +63,10 @@ GoalStatus.to_string = classmethod(get_name_of_constant)  # type: ignore[attr-de
 
 
 class CommStateMachine:
-    """A goal that was sent: where it is, and whom to tell.
+    """Client-side state of one goal, and its callbacks.
 
-    Callbacks come one at a time, in the order of the states, and without a lock: they may do what they like.
-    Changes that occur during the callback, also because of it, are reported after it.
+    Transition callbacks run one at a time, in the order of the states, and without a lock held, so that they
+    may call any method. Transitions that occur during a callback are reported after it has returned.
     """
 
     def __init__(
@@ -81,14 +81,14 @@ class CommStateMachine:
         self.latest_goal_status = GoalStatus(status=GoalStatus.PENDING)
         self.latest_result: Any = None
         self._goal = ClientGoal()
-        self._told = State.WAITING_FOR_GOAL_ACK
-        self._untold: deque[State] = deque()
-        self._is_telling = False
+        self._reported = State.WAITING_FOR_GOAL_ACK
+        self._unreported: deque[State] = deque()
+        self._is_notifying = False
 
     @property
     def state(self) -> int:
-        """One of CommState."""
-        return int(self._told)
+        """The last state that was reported to the callback, one of CommState."""
+        return int(self._reported)
 
     def __eq__(self, o: object) -> bool:
         return isinstance(o, CommStateMachine) and self.goal_id == o.goal_id
@@ -98,73 +98,73 @@ class CommStateMachine:
 
     @property
     def goal_id(self) -> str:
-        """The id of the goal."""
+        """The goal ID."""
         return str(self.action_goal.goal_id.id)
 
     def cancel(self) -> None:
-        """Asks the server to end the goal. Nothing happens where it ends already."""
+        """Request cancellation of the goal. Does nothing if it is already ending."""
         with self.mutex:
             if self._goal.state not in MAY_BE_CANCELLED:
                 return
             self.send_cancel_fn(GoalID(rospy.Time(0), self.goal_id))
-            self._untold.extend(self._goal.on_cancel())
-        self._tell()
+            self._unreported.extend(self._goal.on_cancel())
+        self._notify()
 
     def update_status(self, status_array: Any) -> None:
-        """The statuses that the server published."""
+        """Handle a status list of the server."""
         with self.mutex:
             wanted = self.goal_id
             found = next((each for each in status_array.status_list if each.goal_id.id == wanted), None)
             if found is not None and self._goal.state is not State.DONE:
                 self.latest_goal_status = found
             try:
-                way = self._goal.on_status(None if found is None else found.status)
+                states = self._goal.on_status(None if found is None else found.status)
             except ValueError as error:
                 rospy.logerr("goal %s: %s", wanted, error)
                 return
-            if found is None and way:
+            if found is None and states:
                 self.latest_goal_status.status = GoalStatus.LOST
-            self._untold.extend(way)
-        self._tell()
+            self._unreported.extend(states)
+        self._notify()
 
     def update_result(self, action_result: Any) -> None:
-        """A result of any goal."""
+        """Handle a result. Results of other goals are ignored."""
         if action_result.status.goal_id.id != self.goal_id:
             return
         with self.mutex:
             if self._goal.state is State.DONE:
-                rospy.logerr("goal %s: a result came after its end", self.goal_id)
+                rospy.logerr("goal %s: received another result after it was done", self.goal_id)
                 return
             self.latest_goal_status = action_result.status
             self.latest_result = action_result
-            self._untold.extend(self._goal.on_result(action_result.status.status))
-        self._tell()
+            self._unreported.extend(self._goal.on_result(action_result.status.status))
+        self._notify()
 
     def update_feedback(self, action_feedback: Any) -> None:
-        """Feedback of any goal."""
+        """Handle feedback. Feedback of other goals is ignored."""
         if action_feedback.status.goal_id.id != self.goal_id:
             return
         if self.feedback_cb and self._goal.state is not State.DONE:
             self.feedback_cb(ClientGoalHandle(self), action_feedback.feedback)
 
-    def _tell(self) -> None:
+    def _notify(self) -> None:
         while True:
             with self.mutex:
-                if self._is_telling or not self._untold:
-                    return  # who is telling already will tell the rest
-                self._is_telling = True
-                self._told = self._untold.popleft()
+                if self._is_notifying or not self._unreported:
+                    return  # the thread that is notifying will report the rest
+                self._is_notifying = True
+                self._reported = self._unreported.popleft()
             try:
                 if self.transition_cb:
                     self.transition_cb(ClientGoalHandle(self))
             except Exception as error:
-                rospy.logerr("a callback of an action client raised %s\n%s", error, format_exc())
+                rospy.logerr("callback of action client raised %s\n%s", error, format_exc())
             finally:
-                self._is_telling = False
+                self._is_notifying = False
 
 
 class ClientGoalHandle:
-    """A goal that was sent. As long as a program holds it, the client follows the goal."""
+    """Handle of a goal that was sent. The client tracks the goal until its last handle is deleted."""
 
     def __init__(self, comm_state_machine: CommStateMachine) -> None:
         self.comm_state_machine = comm_state_machine
@@ -179,28 +179,28 @@ class ClientGoalHandle:
         return hash(self.comm_state_machine)
 
     def cancel(self) -> None:
-        """Asks the server to end the goal. Nothing happens where it ends already."""
+        """Request cancellation of the goal. Does nothing if it is already ending."""
         self.comm_state_machine.cancel()
 
     def get_comm_state(self) -> int:
-        """One of CommState."""
+        """Return the state of the goal, one of CommState."""
         return self.comm_state_machine.state
 
     def get_goal_status(self) -> int:
-        """What the server said last, one of the constants of GoalStatus."""
+        """Return the last status from the server, one of the constants of GoalStatus."""
         return self.comm_state_machine.latest_goal_status.status
 
     def get_goal_status_text(self) -> str:
-        """What the server said with it."""
+        """Return the text that the server sent with the last status."""
         return self.comm_state_machine.latest_goal_status.text
 
     def get_result(self) -> Any:
-        """The result, None as long as there is none."""
+        """Return the result, or None if it was not received yet."""
         result = self.comm_state_machine.latest_result
         return None if result is None else result.result
 
     def get_terminal_state(self) -> int:
-        """One of TerminalState; LOST, and an error in the log, where the goal has not ended."""
+        """Return the final state, one of TerminalState. Log an error and return LOST if it has not ended."""
         with self.comm_state_machine.mutex:
             status = self.comm_state_machine.latest_goal_status.status
             if self.comm_state_machine.state == CommState.DONE and status in TERMINAL:
@@ -210,7 +210,7 @@ class ClientGoalHandle:
 
 
 class GoalManager:
-    """The goals of a client that a program still holds."""
+    """The goals of a client that still have a handle."""
 
     def __init__(self, ActionSpec: Any) -> None:
         types = ActionTypes(ActionSpec)
@@ -222,15 +222,15 @@ class GoalManager:
         self.cancel_fn: Any = None
 
     def register_send_goal_fn(self, fn: Callable[[Any], object]) -> None:
-        """What sends goals."""
+        """Set the function that sends goals."""
         self.send_goal_fn = fn
 
     def register_cancel_fn(self, fn: Callable[[Any], object]) -> None:
-        """What sends requests to cancel."""
+        """Set the function that sends cancellation requests."""
         self.cancel_fn = fn
 
     def init_goal(self, goal: Any, transition_cb: Any = None, feedback_cb: Any = None) -> ClientGoalHandle:
-        """Sends a goal."""
+        """Send a goal with a new goal ID and return its handle."""
         now = rospy.Time.now()
         goal_id = GoalID(now, f"{rospy.get_caller_id()}-{next(_numbers)}-{now.to_sec():.3f}")
         action_goal = self.ActionGoal(goal_id=goal_id, goal=goal)
@@ -243,21 +243,21 @@ class GoalManager:
         return handle
 
     def update_statuses(self, status_array: Any) -> None:
-        """The statuses that the server published."""
-        for machine in self._living():
+        """Pass a status list of the server to all goals."""
+        for machine in self._tracked():
             machine.update_status(status_array)
 
     def update_results(self, action_result: Any) -> None:
-        """A result."""
-        for machine in self._living():
+        """Pass a result to its goal."""
+        for machine in self._tracked():
             machine.update_result(action_result)
 
     def update_feedbacks(self, action_feedback: Any) -> None:
-        """Feedback."""
-        for machine in self._living():
+        """Pass feedback to its goal."""
+        for machine in self._tracked():
             machine.update_feedback(action_feedback)
 
-    def _living(self) -> list[CommStateMachine]:
+    def _tracked(self) -> list[CommStateMachine]:
         with self.list_mutex:
             pairs = [(each, each()) for each in self.statuses]
             self.statuses = [each for each, machine in pairs if machine is not None]
@@ -265,7 +265,9 @@ class GoalManager:
 
 
 class ActionClient:
-    """Sends goals to the action server below the name `ns`.
+    """Client of the action server `ns` that tracks any number of goals.
+
+    Callbacks run in threads of the node.
 
     Raises:
         ActionException: `ActionSpec` is not the class of an action.
@@ -296,35 +298,35 @@ class ActionClient:
         )
 
     def stop(self) -> None:
-        """Leaves all topics."""
+        """Unregister from all topics."""
         for part in (self.pub_goal, self.pub_cancel, self.status_sub, self.result_sub, self.feedback_sub):
             part.unregister()
 
     def send_goal(self, goal: Any, transition_cb: Any = None, feedback_cb: Any = None) -> ClientGoalHandle:
-        """Sends a goal. Keep the handle: without it the goal is no longer tracked.
+        """Send a goal and return its handle. Keep the handle: without it the goal is no longer tracked.
 
         Args:
-            transition_cb: called with a handle at each new state.
-            feedback_cb: called with a handle and the feedback.
+            transition_cb: called with a handle on each transition of CommState.
+            feedback_cb: called with a handle and the feedback message.
         """
         return self.manager.init_goal(goal, transition_cb, feedback_cb)
 
     def cancel_all_goals(self) -> None:
-        """Asks the server to end all goals, of all clients."""
+        """Request cancellation of all goals of all clients."""
         self.pub_cancel.publish(GoalID())
 
     def cancel_goals_at_and_before_time(self, time: Any) -> None:
-        """Asks the server to end all goals, of all clients, with this stamp or an earlier one."""
+        """Request cancellation of all goals of all clients with a stamp at or before `time`."""
         self.pub_cancel.publish(GoalID(time, ""))
 
     def wait_for_action_server_to_start(self, timeout: Any = rospy.Duration(0.0)) -> bool:  # noqa: B008
-        """The same as `wait_for_server`."""
+        """Same as `wait_for_server`."""
         return self.wait_for_server(timeout)
 
     def wait_for_server(self, timeout: Any = rospy.Duration(0.0)) -> bool:  # noqa: B008
-        """Waits until a server is connected on all topics; for ever where `timeout` is zero.
+        """Wait until a server is connected on all topics, without limit if `timeout` is zero.
 
-        Returns False where it is not in that time, or the node ends.
+        Return False if the timeout expires or the node is shut down first.
         """
         end = rospy.get_rostime() + timeout
         never = Event()

@@ -1,4 +1,4 @@
-"""`ActionServer`: takes goals and cancel requests, sends statuses, feedback and results."""
+"""`ActionServer`, which receives goals and cancellations, and publishes status, feedback and results."""
 
 from __future__ import annotations
 
@@ -24,19 +24,20 @@ _SHORTEST_PERIOD_S = 0.001
 
 
 def nop_cb(goal_handle: Any) -> None:
-    """Does nothing."""
+    """Do nothing."""
 
 
 class ActionServer:
-    """Serves an action below the name `ns`.
+    """Server of the action `ns` for any number of concurrent goals.
 
-    Callbacks come one at a time, and without the server's lock: they and other threads may use goals at will.
+    Callbacks run one at a time and without the server's lock held, so that they and other threads may use the
+    goal handles at the same time.
 
     Args:
-        goal_cb: called with a ServerGoalHandle for each new goal.
-        cancel_cb: called with a ServerGoalHandle that a client asked to cancel.
-        auto_start: start at once. Callbacks may then come before the constructor returns, so better call
-        `start`.
+        goal_cb: called with the ServerGoalHandle of each new goal.
+        cancel_cb: called with the ServerGoalHandle of each goal whose cancellation was requested.
+        auto_start: start immediately, which is deprecated, since callbacks may run before the constructor
+            returns: pass False and call `start`.
     """
 
     def __init__(
@@ -58,7 +59,7 @@ class ActionServer:
         self.result_pub: Any = None
         self.feedback_pub: Any = None
         self.lock = RLock()
-        self._one_callback = RLock()
+        self._callback_lock = RLock()
         self.status_timer: Any = None
         limits = process_limits()
         self._goals: GoalTable[StatusTracker] = GoalTable(limits.goals, limits.name_characters, _has_ended)
@@ -67,15 +68,15 @@ class ActionServer:
         self.status_list_timeout = rospy.Duration()
         self.id_generator = GoalIDGenerator()
         if not callable(goal_cb):
-            raise AssertionError(f"goal_cb must be a function that takes a goal handle, got {goal_cb!r}")
+            raise AssertionError(f"goal_cb must be callable with a goal handle, got {goal_cb!r}")
         self.goal_callback = goal_cb
         self.cancel_callback = cancel_cb
         self.auto_start = auto_start
         self.started = False
         if auto_start:
             rospy.logwarn(
-                "The action server %s starts by itself: goals may come before its constructor has returned. "
-                "Better pass auto_start=False and call start().",
+                "Action server [%s] uses auto_start: goals may arrive before the constructor has returned. "
+                "Pass auto_start=False and call start().",
                 ns,
             )
             self.start()
@@ -87,22 +88,22 @@ class ActionServer:
             return list(self._goals)
 
     def register_goal_callback(self, cb: Callable[[Any], object]) -> None:
-        """Calls another function with new goals from now on."""
+        """Set the function to call with each new goal."""
         self.goal_callback = cb
 
     def register_cancel_callback(self, cancel_cb: Callable[[Any], object]) -> None:
-        """Calls another function with goals to cancel from now on."""
+        """Set the function to call with each goal whose cancellation was requested."""
         self.cancel_callback = cancel_cb
 
     def start(self) -> None:
-        """Takes goals from now on."""
+        """Start to accept goals."""
         with self.lock:
             self.initialize()
             self.started = True
             self.publish_status()
 
     def stop(self) -> None:
-        """Takes no goals any more, and leaves all topics."""
+        """Stop accepting goals, and unregister from all topics."""
         with self.lock:
             self.started = False
             parts = (self.goal_sub, self.cancel_sub, self.status_pub, self.feedback_pub, self.result_pub)
@@ -113,7 +114,7 @@ class ActionServer:
                 part.unregister()
 
     def initialize(self) -> None:
-        """Makes the topics; `start` calls it."""
+        """Advertise and subscribe to the topics. Called by `start`."""
         name = rospy.remap_name(self.ns)
         size = rospy.get_param("actionlib_server_pub_queue_size", 50)
         self.pub_queue_size = 50 if size < 0 else size
@@ -135,14 +136,14 @@ class ActionServer:
     def _status_frequency(self, name: str) -> float:
         if rospy.has_param(f"{name}/status_frequency"):
             rospy.logwarn(
-                "The parameter %s/status_frequency is out of use: set actionlib_status_frequency.", name
+                "Parameter %s/status_frequency is deprecated: set actionlib_status_frequency.", name
             )
             return float(rospy.get_param(f"{name}/status_frequency", 5.0))
         found = rospy.search_param("actionlib_status_frequency")
         return 5.0 if found is None else float(rospy.get_param(found, 5.0))
 
     def publish_result(self, status: Any, result: Any) -> None:
-        """Sends the result of a goal, and all statuses."""
+        """Publish the result of a goal, and the status of all goals."""
         with self.lock:
             message = self.ActionResult(status=deepcopy(status), result=result)
             message.header.stamp = rospy.Time.now()
@@ -151,7 +152,7 @@ class ActionServer:
             self.publish_status()
 
     def publish_feedback(self, status: Any, feedback: Any) -> None:
-        """Sends feedback for a goal."""
+        """Publish feedback for a goal."""
         with self.lock:
             message = self.ActionFeedback(status=deepcopy(status), feedback=feedback)
             message.header.stamp = rospy.Time.now()
@@ -159,13 +160,13 @@ class ActionServer:
                 self.feedback_pub.publish(message)
 
     def internal_cancel_callback(self, goal_id: Any) -> None:
-        """Called with each request to cancel: one goal, all until a time, or all."""
-        with self._one_callback:
+        """Handle a cancellation request: for one goal, all goals up to a stamp, or all goals."""
+        with self._callback_lock:
             for handle in self._cancelled(goal_id):
                 self.cancel_callback(handle)
 
     def _cancelled(self, goal_id: Any) -> list[ServerGoalHandle]:
-        """The goals that this request cancels, and that were not cancelled before."""
+        """Return the goals that a request newly cancels."""
         cancelled = []
         with self.lock:
             if not self.started:
@@ -187,7 +188,7 @@ class ActionServer:
                 handle = ServerGoalHandle(tracker, self, tracker.handle_tracker)
                 if handle.set_cancel_requested():
                     cancelled.append(handle)
-            if wanted and found is None:  # the goal may still come
+            if wanted and found is None:  # the goal may still arrive
                 tracker = StatusTracker(goal_id, GoalStatus.RECALLING)
                 tracker.handle_destruction_time = rospy.Time.now()
                 if not self._goals.add(wanted, tracker):
@@ -197,14 +198,14 @@ class ActionServer:
         return cancelled
 
     def internal_goal_callback(self, goal: Any) -> None:
-        """Called with each goal that comes."""
-        with self._one_callback:
+        """Handle a goal message."""
+        with self._callback_lock:
             handle = self._accept_new(goal)
             if handle is not None:
                 self.goal_callback(handle)
 
     def _accept_new(self, goal: Any) -> ServerGoalHandle | None:
-        """A handle for a goal that is new and not cancelled already."""
+        """Return a handle for a goal, or None if it is a duplicate or already cancelled."""
         with self.lock:
             if not self.started:
                 return None
@@ -216,8 +217,7 @@ class ActionServer:
                 if known.handle_tracker is None:
                     known.handle_destruction_time = rospy.Time.now()
                 return None
-            # By the stamp that the client gave: one that the server gives is never before a request to
-            # cancel.
+            # Only a stamp of the client can precede a cancellation; the server's is set on arrival.
             is_late = not goal.goal_id.stamp.is_zero() and goal.goal_id.stamp <= self.last_cancel
             tracker = StatusTracker(None, None, goal)
             if not self._goals.add(tracker.status.goal_id.id, tracker):
@@ -227,7 +227,7 @@ class ActionServer:
             handle = ServerGoalHandle(tracker, self, tracker.handle_tracker)
             if is_late:
                 handle.set_canceled(
-                    None, "This goal was cancelled by a request for all goals up to a time after its own."
+                    None, "This goal was cancelled by a request for all goals up to a later stamp."
                 )
                 return None
             return handle
@@ -252,13 +252,13 @@ class ActionServer:
             )
 
     def publish_status_async(self, event: Any) -> None:  # noqa: ARG002 # of the timer
-        """Called by a timer."""
+        """Publish the status of all goals if the server runs. Called by a timer."""
         with self.lock:
             if self.started:
                 self.publish_status()
 
     def publish_status(self) -> None:
-        """Sends the status of all goals. Goals that have ended stay in it for `status_list_timeout`."""
+        """Publish the status of all goals. Ended goals remain listed for `status_list_timeout`."""
         with self.lock:
             now = rospy.Time.now()
             self._goals.keep(

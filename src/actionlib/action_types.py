@@ -1,4 +1,4 @@
-"""The messages of an action."""
+"""The message classes of an action."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from actionlib.exceptions import ActionException
 
 
 class ActionTypes:
-    """The classes that belong to an action's own class, such as `TestAction`.
+    """The message classes of an action class such as `TestAction`.
 
     Raises:
-        ActionException: the class is not of an action.
+        ActionException: `ActionSpec` is not the class of an action.
     """
 
     def __init__(self, ActionSpec: Any) -> None:
@@ -23,5 +23,5 @@ class ActionTypes:
             self.feedback: Any = type(action.action_feedback)
         except (AttributeError, TypeError):
             raise ActionException(
-                f"Type is not an action spec: {ActionSpec}. It must be the class whose name ends in Action"
+                f"Type is not an action spec: {ActionSpec}. It must be a class whose name ends in Action"
             ) from None

@@ -1,5 +1,5 @@
-"""The exception of actionlib."""
+"""Exceptions of actionlib."""
 
 
 class ActionException(Exception):
-    """A type is not an action."""
+    """A class is not the class of an action."""

@@ -1,4 +1,4 @@
-"""Names of goals that no other goal has."""
+"""Generation of unique goal IDs."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ _numbers = count(1)
 
 
 class GoalIDGenerator:
-    """Makes ids of the name of a node, a number that counts in the whole process, and the time."""
+    """Generator of goal IDs that consist of the node name, a counter of this process and the time."""
 
     def __init__(self, name: str | None = None) -> None:
         self.set_name(rospy.get_name() if name is None else name)
 
     def set_name(self, name: str) -> None:
-        """The name that ids begin with."""
+        """Set the prefix of the IDs."""
         self.name = name
 
     def generate_ID(self) -> GoalID:
-        """A new id, with the current time as its stamp."""
+        """Return a new goal ID, stamped with the current time."""
         now = rospy.Time.now()
         return GoalID(now, f"{self.name}-{next(_numbers)}-{now.secs}.{now.nsecs}")

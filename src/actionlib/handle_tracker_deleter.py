@@ -1,4 +1,4 @@
-"""Reports when no handle of a goal is left."""
+"""Notification that the last handle of a goal was deleted."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ import rospy
 
 
 class HandleTrackerDeleter:
-    """Called when a goal is let go: its server then forgets it after a while."""
+    """Callback for the deletion of a goal's last handle.
+
+    The server then removes the goal from its status list after `status_list_timeout`.
+    """
 
     def __init__(self, action_server: Any, status_tracker: Any) -> None:
         self.action_server = action_server
         self.status_tracker = status_tracker
 
-    def __call__(self, ptr: Any) -> None:  # noqa: ARG002 # as others call it
+    def __call__(self, ptr: Any) -> None:  # noqa: ARG002 # Noetic's signature
         if self.action_server:
             with self.action_server.lock:
                 self.status_tracker.handle_destruction_time = rospy.Time.now()

@@ -1,4 +1,4 @@
-"""A goal in the hands of the program that works on it."""
+"""`ServerGoalHandle`, the server-side handle of a goal."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from pipros.actions.status import TERMINAL
 
 
 class ServerGoalHandle:
-    """A goal: accept or reject it, say how it goes and how it ended.
+    """Handle to accept or reject a goal, publish feedback and set its final status.
 
-    What cannot be (succeed before it was accepted, end twice) is logged as an error and changes nothing.
+    Invalid transitions (success of a goal that was not accepted, a second final status) are logged as errors
+    and ignored. All methods may be called from any thread.
     """
 
     def __init__(
@@ -26,61 +27,61 @@ class ServerGoalHandle:
         self.goal = status_tracker.goal if status_tracker else None
 
     def get_default_result(self) -> Any:
-        """A result with all fields at their defaults."""
+        """Return a result with default values."""
         return self.action_server.ActionResultType()
 
     def set_accepted(self, text: str = "") -> None:
-        """The goal is worked on from now."""
+        """Accept the goal: set its status to ACTIVE, or PREEMPTING if cancellation was requested."""
         self._set(Event.ACCEPT, None, text)
 
     def set_canceled(self, result: Any = None, text: str = "") -> None:
-        """The goal ended because it was cancelled."""
+        """End the goal as cancelled: RECALLED before `set_accepted`, PREEMPTED after it."""
         self._set(Event.CANCEL, result, text)
 
     def set_rejected(self, result: Any = None, text: str = "") -> None:
-        """The goal will not be worked on."""
+        """Reject the goal; valid only before `set_accepted`."""
         self._set(Event.REJECT, result, text)
 
     def set_aborted(self, result: Any = None, text: str = "") -> None:
-        """The goal failed."""
+        """End the goal as ABORTED."""
         self._set(Event.ABORT, result, text)
 
     def set_succeeded(self, result: Any = None, text: str = "") -> None:
-        """The goal is reached."""
+        """End the goal as SUCCEEDED."""
         self._set(Event.SUCCEED, result, text)
 
     def publish_feedback(self, feedback: Any) -> None:
-        """Tells the client how it goes."""
+        """Publish feedback for the goal."""
         if not self.goal:
-            rospy.logerr("a ServerGoalHandle without a goal cannot publish feedback")
+            rospy.logerr("publish_feedback requires a ServerGoalHandle with a goal")
             return
         with self.action_server.lock:
             self.action_server.publish_feedback(self.status_tracker.status, feedback)
 
     def get_goal(self) -> Any:
-        """What the client asked for; None for a handle without a goal."""
+        """Return the goal message of the client, or None for a handle without a goal."""
         return self.goal.goal if self.goal else None
 
     def get_goal_id(self) -> GoalID:
-        """The id of the goal."""
+        """Return the goal ID; an empty one for a handle without a goal."""
         if not self.goal:
-            rospy.logerr("a ServerGoalHandle without a goal has no goal id")
+            rospy.logerr("get_goal_id requires a ServerGoalHandle with a goal")
             return GoalID()
         with self.action_server.lock:
             goal_id: GoalID = self.status_tracker.status.goal_id
             return goal_id
 
     def get_goal_status(self) -> GoalStatus:
-        """The status of the goal."""
+        """Return the status of the goal; an empty one for a handle without a goal."""
         if not self.goal:
-            rospy.logerr("a ServerGoalHandle without a goal has no status")
+            rospy.logerr("get_goal_status requires a ServerGoalHandle with a goal")
             return GoalStatus()
         with self.action_server.lock:
             status: GoalStatus = self.status_tracker.status
             return status
 
     def set_cancel_requested(self) -> bool:
-        """A client asked to cancel the goal. Returns whether that is news."""
+        """Record a cancellation request. Return False if one was recorded before or the goal has ended."""
         if not self.goal:
             return False
         with self.action_server.lock:
@@ -94,7 +95,7 @@ class ServerGoalHandle:
 
     def _set(self, event: Event, result: Any, text: str) -> None:
         if not self.goal:
-            rospy.logerr("a ServerGoalHandle without a goal cannot be %s", event.value)
+            rospy.logerr("ServerGoalHandle without a goal cannot be %s", event.value)
             return
         with self.action_server.lock:
             status = self.status_tracker.status

@@ -1,4 +1,4 @@
-"""`SimpleActionClient`: one goal at a time."""
+"""`SimpleActionClient`, which tracks one goal at a time."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import rospy
 from actionlib.action_client import ActionClient, ClientGoalHandle, CommState, get_name_of_constant
 
 _SLICE_S = 0.1
-"""How long a wait lasts before it looks for Ctrl-C, a shutdown, and a simulated clock."""
+"""Maximum time between checks for Ctrl-C, shutdown and simulated time while waiting."""
 
 
 class SimpleGoalState:
-    """The states of the only goal."""
+    """States of the current goal."""
 
     PENDING = 0
     ACTIVE = 1
@@ -26,10 +26,10 @@ class SimpleGoalState:
 
 
 class SimpleActionClient:
-    """Sends goals to the action server below the name `ns`, one at a time.
+    """Client of the action server `ns` that tracks one goal at a time.
 
-    Callbacks come one at a time. A goal that another one replaced is not followed any more; the server may go
-    on.
+    Transition callbacks of a goal run one at a time, in a thread of the node. A new goal replaces the tracked
+    one, which is not cancelled.
     """
 
     def __init__(self, ns: str, ActionSpec: Any) -> None:
@@ -43,28 +43,28 @@ class SimpleActionClient:
         self._number = 0
 
     def wait_for_server(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
-        """Waits until a server is connected on all topics; for ever where `timeout` is zero.
+        """Wait until a server is connected on all topics, without limit if `timeout` is zero.
 
-        Returns False where it is not in that time, or the node ends.
+        Return False if the timeout expires or the node is shut down first.
         """
         return self.action_client.wait_for_server(timeout)
 
     def send_goal(
         self, goal: Any, done_cb: Any = None, active_cb: Any = None, feedback_cb: Any = None
     ) -> None:
-        """Sends a goal, and follows it instead of the one before.
+        """Send a goal and track it instead of the previous one. Does not wait for the server.
 
         Args:
-            done_cb: called with the last status and the result.
-            active_cb: called without arguments when the server begins.
-            feedback_cb: called with the feedback.
+            done_cb: called with the final status and the result.
+            active_cb: called without arguments when the goal becomes active.
+            feedback_cb: called with each feedback message.
         """
         with self.done_condition:
             self._number = number = self._number + 1
             self.gh = None
             self.done_cb, self.active_cb, self.feedback_cb = done_cb, active_cb, feedback_cb
             self.simple_state = SimpleGoalState.PENDING
-        # News may come before `gh` is set: the number says whether they are of this goal.
+        # Status updates may arrive before `gh` is set; the number identifies their goal.
         handle = self.action_client.send_goal(
             goal,
             lambda gh: self._handle_transition(gh, number),
@@ -80,11 +80,11 @@ class SimpleActionClient:
         execute_timeout: Any = rospy.Duration(),  # noqa: B008
         preempt_timeout: Any = rospy.Duration(),  # noqa: B008
     ) -> int:
-        """Sends a goal, waits for its end, and returns its status.
+        """Send a goal, wait until it has ended, and return its status.
 
         Args:
-            execute_timeout: how long to wait before it is cancelled; zero for ever.
-            preempt_timeout: how long to wait after that; zero for ever.
+            execute_timeout: how long to wait before cancelling the goal; zero for no limit.
+            preempt_timeout: how long to wait after cancelling it; zero for no limit.
         """
         self.send_goal(goal)
         if not self.wait_for_result(execute_timeout):
@@ -93,9 +93,9 @@ class SimpleActionClient:
         return self.get_state()
 
     def wait_for_result(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
-        """Waits until the goal has ended; for ever where `timeout` is zero. Returns whether it has."""
+        """Wait until the goal has ended, without limit if `timeout` is zero. Return whether it has."""
         if self.gh is None:
-            rospy.logerr("wait_for_result was called, but no goal was sent")
+            rospy.logerr("wait_for_result was called without a goal")
             return False
         end = rospy.get_rostime() + timeout
         is_endless = timeout.is_zero()
@@ -110,14 +110,14 @@ class SimpleActionClient:
             return self.simple_state == SimpleGoalState.DONE
 
     def get_result(self) -> Any:
-        """The result of the goal, None as long as there is none."""
+        """Return the result of the goal, or None if it was not received yet."""
         if self.gh is None:
-            rospy.logerr("get_result was called, but no goal was sent")
+            rospy.logerr("get_result was called without a goal")
             return None
         return self.gh.get_result()
 
     def get_state(self) -> int:
-        """The status of the goal: PENDING, ACTIVE, or how it ended. LOST where none was sent."""
+        """Return the status of the goal: PENDING, ACTIVE, or its final status; LOST without a goal."""
         if self.gh is None:
             return GoalStatus.LOST
         status = self.gh.get_goal_status()
@@ -125,28 +125,28 @@ class SimpleActionClient:
         return visible.get(status, status)
 
     def get_goal_status_text(self) -> str:
-        """What the server said with the status."""
+        """Return the text that the server sent with the status."""
         if self.gh is None:
-            rospy.logerr("get_goal_status_text was called, but no goal was sent")
+            rospy.logerr("get_goal_status_text was called without a goal")
             return "ERROR: Called get_goal_status_text when no goal is running"
         return self.gh.get_goal_status_text()
 
     def cancel_all_goals(self) -> None:
-        """Asks the server to end all goals, of all clients."""
+        """Request cancellation of all goals of all clients."""
         self.action_client.cancel_all_goals()
 
     def cancel_goals_at_and_before_time(self, time: Any) -> None:
-        """Asks the server to end all goals, of all clients, with this stamp or an earlier one."""
+        """Request cancellation of all goals of all clients with a stamp at or before `time`."""
         self.action_client.cancel_goals_at_and_before_time(time)
 
     def cancel_goal(self) -> None:
-        """Asks the server to end the goal."""
+        """Request cancellation of the goal."""
         handle = self.gh
         if handle is not None:
             handle.cancel()
 
     def stop_tracking_goal(self) -> None:
-        """Stops tracking the goal; the server continues with it."""
+        """Stop tracking the goal without cancelling it."""
         with self.done_condition:
             self._number += 1
             self.gh = None
@@ -172,7 +172,7 @@ class SimpleActionClient:
         try:
             if done_cb:
                 done_cb(gh.get_goal_status(), gh.get_result())
-        finally:  # waiting threads must continue even if the callback raises
+        finally:  # wake waiting threads even if the callback raises
             with self.done_condition:
                 if number == self._number:
                     self.simple_state = SimpleGoalState.DONE

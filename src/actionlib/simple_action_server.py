@@ -1,4 +1,4 @@
-"""`SimpleActionServer`: one goal at a time; a new goal asks the one before to end."""
+"""`SimpleActionServer`, which executes one goal at a time; a new goal preempts the current one."""
 
 from __future__ import annotations
 
@@ -15,21 +15,23 @@ from actionlib.server_goal_handle import ServerGoalHandle
 
 _REPLACED = "This goal was canceled because another goal was received by the simple action server"
 _SLICE_S = 0.1
-"""How long a wait lasts before it looks whether the node ends."""
+"""Maximum time between checks for shutdown while waiting."""
 _GRACE_S = 0.2
 """How long the process waits for `execute_cb` after shutdown."""
 
 
 class SimpleActionServer:
-    """Works on one goal at a time.
+    """Action server that executes one goal at a time.
+
+    A new goal requests preemption of the current one; a goal that is still pending is cancelled. Methods may
+    be called from any thread.
 
     Args:
-        name: of the action.
-        ActionSpec: its class, whose name ends in Action.
-        execute_cb: called with each goal, in a thread of its own; it should end when `is_preempt_requested`,
-        and
-            must say how the goal ended. None: goals are taken with `accept_new_goal`.
-        auto_start: start at once. Better pass False and call `start`.
+        name: namespace of the action.
+        ActionSpec: class of the action; its name ends in Action.
+        execute_cb: called with each goal message in a dedicated thread. It should return when
+            `is_preempt_requested` is true, and must set the final status. If None, call `accept_new_goal`.
+        auto_start: start immediately, which is deprecated: pass False and call `start`.
     """
 
     def __init__(
@@ -51,7 +53,7 @@ class SimpleActionServer:
         self.action_server = ActionServer(
             name, ActionSpec, self.internal_goal_callback, self.internal_preempt_callback, False
         )
-        # One lock for both: no two threads can take two of them in different order.
+        # Both servers share one lock, so that no lock order can be violated.
         self.lock = self.action_server.lock
         self.execute_condition = Condition(self.lock)
         self.execute_thread: Thread | None = None
@@ -62,18 +64,18 @@ class SimpleActionServer:
             Thread(target=self._keep_process, name=f"server of {name}").start()
         if auto_start:
             rospy.logwarn(
-                "The action server %s starts by itself: goals may come before its constructor has returned. "
-                "Better pass auto_start=False and call start().",
+                "Action server [%s] uses auto_start: goals may arrive before the constructor has returned. "
+                "Pass auto_start=False and call start().",
                 name,
             )
             self.start()
 
     def start(self) -> None:
-        """Takes goals from now on."""
+        """Start to accept goals."""
         self.action_server.start()
 
     def stop(self) -> None:
-        """Takes no goals any more, and ends the thread that works on them after its current goal."""
+        """Stop accepting goals, and end the execution thread after its current goal. Does not wait for it."""
         with self.lock:
             self.need_to_terminate = True
             self.execute_condition.notify_all()
@@ -81,13 +83,13 @@ class SimpleActionServer:
             self.action_server.stop()
 
     def accept_new_goal(self) -> Any:
-        """Takes the new goal, which ends the one before as cancelled. Returns what its client asked for.
+        """Accept the pending goal and return its goal message. The current goal, if active, is cancelled.
 
-        Returns None, and logs an error, where there is no new goal.
+        If there is no pending goal, log an error and return None.
         """
         with self.lock:
             if not self.new_goal or not self.next_goal.get_goal():
-                rospy.logerr("there is no new goal to accept")
+                rospy.logerr("accept_new_goal was called without a pending goal")
                 return None
             if self.is_active() and self.current_goal != self.next_goal:
                 self.current_goal.set_canceled(None, _REPLACED)
@@ -98,57 +100,57 @@ class SimpleActionServer:
             return self.current_goal.get_goal()
 
     def is_new_goal_available(self) -> bool:
-        """Whether there is a goal to accept."""
+        """Return whether a goal is pending."""
         return self.new_goal
 
     def is_preempt_requested(self) -> bool:
-        """Whether the current goal should end: it was cancelled, or a new goal waits."""
+        """Return whether the current goal should end: it was cancelled, or a new goal is pending."""
         return self.preempt_request
 
     def is_active(self) -> bool:
-        """Whether a goal is worked on."""
+        """Return whether the current goal is ACTIVE or PREEMPTING."""
         with self.lock:
             if not self.current_goal.get_goal():
                 return False
             return self.current_goal.get_goal_status().status in (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
 
     def set_succeeded(self, result: Any = None, text: str = "") -> None:
-        """The current goal is reached."""
-        with self.lock:  # while a new goal is being accepted, the one before is not meant any more
+        """End the current goal as SUCCEEDED."""
+        with self.lock:  # excludes that `accept_new_goal` replaces the goal meanwhile
             self.current_goal.set_succeeded(result, text)
 
     def set_aborted(self, result: Any = None, text: str = "") -> None:
-        """The current goal failed."""
+        """End the current goal as ABORTED."""
         with self.lock:
             self.current_goal.set_aborted(result, text)
 
     def set_preempted(self, result: Any = None, text: str = "") -> None:
-        """The current goal ended because it was asked to."""
+        """End the current goal as PREEMPTED."""
         with self.lock:
             self.current_goal.set_canceled(result, text)
 
     def publish_feedback(self, feedback: Any) -> None:
-        """Tells the client how the current goal goes."""
+        """Publish feedback for the current goal."""
         with self.lock:
             self.current_goal.publish_feedback(feedback)
 
     def get_default_result(self) -> Any:
-        """A result with all fields at their defaults."""
+        """Return a result with default values."""
         return self.action_server.ActionResultType()
 
     def register_goal_callback(self, cb: Callable[[], object]) -> None:
-        """Calls `cb()` when a new goal waits. Not together with `execute_cb`."""
+        """Set the function to call without arguments for a new goal. Ignored if `execute_cb` is set."""
         if self.execute_callback:
-            rospy.logwarn("An action server with execute_cb has no goal callback: it is not registered.")
+            rospy.logwarn("goal callback ignored: an action server with execute_cb does not call it")
         else:
             self.goal_callback = cb
 
     def register_preempt_callback(self, cb: Callable[[], object]) -> None:
-        """Calls `cb()` when the current goal should end."""
+        """Set the function to call without arguments when preemption of the current goal is requested."""
         self.preempt_callback = cb
 
     def internal_goal_callback(self, goal: ServerGoalHandle) -> None:
-        """Called with each new goal."""
+        """Handle a new goal of the underlying ActionServer."""
         with self.lock:
             stamp = goal.get_goal_id().stamp
             others = [other for other in (self.current_goal, self.next_goal) if other.get_goal()]
@@ -169,7 +171,7 @@ class SimpleActionServer:
         _call(self.goal_callback)
 
     def internal_preempt_callback(self, preempt: ServerGoalHandle) -> None:
-        """Called with each goal that was cancelled."""
+        """Handle a cancellation request of the underlying ActionServer."""
         with self.lock:
             is_current = preempt == self.current_goal
             if is_current:
@@ -180,7 +182,7 @@ class SimpleActionServer:
             _call(self.preempt_callback)
 
     def executeLoop(self) -> None:
-        """Works on goals until the node ends, in a thread of its own."""
+        """Execute goals until the node or the server is shut down. Runs in the execution thread."""
         while not rospy.is_shutdown():
             with self.execute_condition:
                 if self.need_to_terminate:
@@ -204,18 +206,19 @@ class SimpleActionServer:
 
     def _execute(self, goal: Any) -> None:
         assert self.execute_callback is not None  # noqa: S101 # the thread runs only with one
-        worked_on = self.current_goal
+        executed = self.current_goal
         try:
             self.execute_callback(goal)
         except Exception as error:
             rospy.logerr("execute_cb raised %s\n%s", error, traceback.format_exc())
-            self._abort(worked_on, f"Exception in execute callback: {error}")
+            self._abort(executed, f"Exception in execute callback: {error}")
             return
         if self.is_active():
             rospy.logwarn(
-                "execute_cb returned without set_succeeded, set_aborted or set_preempted: it is aborted."
+                "execute_cb returned without a call of set_succeeded, set_aborted or set_preempted: "
+                "aborting the goal"
             )
-            self._abort(worked_on, "No terminal state was set.")
+            self._abort(executed, "No terminal state was set.")
 
     def _abort(self, goal: ServerGoalHandle, text: str) -> None:
         if goal.get_goal() and goal.get_goal_status().status in (GoalStatus.ACTIVE, GoalStatus.PREEMPTING):
@@ -223,10 +226,10 @@ class SimpleActionServer:
 
 
 def _call(callback: Callable[[], object] | None) -> None:
-    """Calls a user's function; what it raises is logged, as goals must go on."""
+    """Call a user's function and log any exception, so that later goals are still processed."""
     if callback is None:
         return
     try:
         callback()
     except Exception as error:
-        rospy.logerr("a callback of an action server raised %s\n%s", error, traceback.format_exc())
+        rospy.logerr("callback of action server raised %s\n%s", error, traceback.format_exc())

@@ -1,4 +1,4 @@
-"""What a server keeps of a goal."""
+"""The record of a goal in its server."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from actionlib.goal_id_generator import GoalIDGenerator
 
 
 class StatusTracker:
-    """A goal with its status.
+    """A goal and its status.
 
     Args:
-        goal_id, status: for a goal that was cancelled before it came.
-        goal: the message of a goal that came. It gets an id and a stamp where it has none.
+        goal_id, status: for a goal that was cancelled before it was received.
+        goal: the ActionGoal message of a received goal. A missing ID or stamp is filled in.
     """
 
     def __init__(self, goal_id: Any = None, status: Any = None, goal: Any = None) -> None:

@@ -1,1 +1,1 @@
-"""actionlib_tools, as Noetic has it, on pipros: axclient, axserver, and messages from YAML."""
+"""Drop-in replacement for Noetic's actionlib_tools: axclient, axserver, and messages from YAML."""

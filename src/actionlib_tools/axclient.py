@@ -1,4 +1,4 @@
-"""`rosrun actionlib_tools axclient.py /action [type]`: sends goals from a terminal, and shows how they go."""
+"""`rosrun actionlib_tools axclient.py /action [type]`: send goals from a terminal and show their progress."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from pipros.printable import listed
 
 USAGE = """Usage: axclient.py /action_name [action_type]
 
-On a terminal: shows the goal, and takes the commands below. Otherwise: reads the goal as YAML from the
-standard input (nothing for the default goal), sends it, prints feedback and result, and ends with 0 when it
-succeeded. Ctrl-C cancels the goal."""
+On a terminal: show the goal and read the commands below. Otherwise: read the goal as YAML from standard input
+(empty for the default goal), send it, print feedback and result, and exit with 0 if it succeeded. Ctrl-C
+cancels the goal."""
 COMMANDS = """Commands: edit (the goal, in $EDITOR), set YAML, send, cancel, show, quit"""
 _SLICE_S = 0.1
 
 
 class WrongAction(ValueError):
-    """The action or its type does not exist; the text says why."""
+    """The action or its type does not exist."""
 
 
 def type_of_action(name: str) -> str:
-    """The type of a running action server, by its goal topic.
+    """Return the type of a running action server, from its goal topic.
 
     Raises:
-        WrongAction: no server runs, or the topic is of another type.
+        WrongAction: no server is running, or the topic does not have the type of an action goal.
     """
     found = rostopic.get_topic_type(rospy.resolve_name(f"{name}/goal"))[0]
     if found is None:
@@ -46,7 +46,7 @@ def type_of_action(name: str) -> str:
 
 
 class Client:
-    """Sends goals of one action, and prints what comes back."""
+    """Client of one action that prints feedback and results."""
 
     def __init__(self, name: str, action: DynamicAction) -> None:
         self.action = action
@@ -56,39 +56,39 @@ class Client:
         self._ended.set()
 
     def wait_for_server(self) -> bool:
-        """Whether the server is there; false where the node ends before."""
+        """Wait for the server without limit. Return False if the node is shut down first."""
         if not self._client.wait_for_server(rospy.Duration(2)):
             print("Waiting for the action server …", file=sys.stderr)
             return self._client.wait_for_server()
         return True
 
     def set_goal(self, text: str) -> None:
-        """Makes the YAML of `text` the goal.
+        """Set the goal from YAML.
 
         Raises:
-            ValueError: it is not a goal of this type.
+            ValueError: the text is not a goal of this action.
         """
         try:
             goal = yaml_msg_str(self.action.goal, text)
             goal._check_types()
         except rospy.ROSException as error:
             raise ValueError(str(error)) from None
-        except Exception as error:  # of messages: genpy's and YAML's own
-            raise ValueError(f"this is not a {self.action.goal._type}: {error}") from None
+        except Exception as error:  # messages and YAML raise various exceptions
+            raise ValueError(f"not a valid {self.action.goal._type}: {error}") from None
         self.goal = goal
 
     def send(self) -> None:
-        """Sends the goal."""
+        """Send the goal. Does not wait for the result."""
         self._ended.clear()
         self._client.send_goal(self.goal, self._on_end, self._on_active, self._on_feedback)
 
     def cancel(self) -> None:
-        """Asks the server to end the goal that was sent."""
+        """Request cancellation of the goal, if one is active."""
         if not self._ended.is_set():
             self._client.cancel_goal()
 
     def wait(self) -> int:
-        """The status of the goal when it has ended; LOST where the node ends before."""
+        """Wait until the goal has ended and return its status; LOST if the node is shut down first."""
         while not self._ended.wait(_SLICE_S):
             if rospy.is_shutdown():
                 return TerminalState.LOST
@@ -112,7 +112,7 @@ def _indented(message: Any) -> str:
 
 
 def main() -> int:
-    """Sends one goal, or those that the user of a terminal wants. Returns the exit code."""
+    """Send one goal from standard input, or run the prompt on a terminal. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if len(arguments) not in (1, 2) or arguments[0] in ("-h", "--help"):
         print(USAGE)
@@ -120,8 +120,8 @@ def main() -> int:
     name = arguments[0]
     is_terminal = sys.stdin.isatty()
     try:
-        goal = "" if is_terminal else sys.stdin.read()  # before there is a node to end
-        # On a terminal a first Ctrl-C is for the goal, and so not for the node.
+        goal = "" if is_terminal else sys.stdin.read()  # before the node starts
+        # On a terminal, the first Ctrl-C cancels the goal instead of shutting down the node.
         rospy.init_node("axclient", anonymous=True, disable_signals=True)
         action_type = arguments[1] if len(arguments) == 2 else type_of_action(name)
         if not action_type.endswith("Action"):
@@ -129,7 +129,7 @@ def main() -> int:
         client = Client(name, DynamicAction(action_type))
         if not client.wait_for_server():
             return 1
-        return _talk(client) if is_terminal else _send_once(client, goal)
+        return _run_prompt(client) if is_terminal else _send_once(client, goal)
     except (WrongAction, ValueError) as error:
         print(f"axclient.py: error: {error}", file=sys.stderr)
         return 2
@@ -150,7 +150,7 @@ def _send_once(client: Client, goal: str) -> int:
     return 0 if status == TerminalState.SUCCEEDED else 1
 
 
-def _talk(client: Client) -> int:
+def _run_prompt(client: Client) -> int:
     print(f"{client.action.goal._type}:\n{_indented(client.goal)}\n{COMMANDS}")
     prompt = Prompt("axclient> ")
     while (line := prompt.read()) is not None:

@@ -1,4 +1,4 @@
-"""`rosrun actionlib_tools axserver.py /action type`: answers goals from a terminal."""
+"""`rosrun actionlib_tools axserver.py /action type`: execute goals by hand from a terminal."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from actionlib_tools.prompt import Prompt
 
 USAGE = """Usage: axserver.py /action_name action_type
 
-On a terminal: shows each goal, and takes the commands below. Otherwise: every goal succeeds, with the result
-that the standard input gives as YAML (nothing for the default)."""
+On a terminal: show each goal and read the commands below. Otherwise: every goal succeeds with the result read
+as YAML from standard input (empty for the default result)."""
 COMMANDS = "Commands: feedback YAML, succeed YAML, abort YAML, preempt YAML, quit"
 
 
 class Server:
-    """One action whose goals are answered by hand, or all with one result."""
+    """Action server whose goals are ended by the user, or all with the result `answer`."""
 
     def __init__(self, name: str, action: DynamicAction, answer: Any = None) -> None:
         self.action = action
@@ -41,13 +41,13 @@ class Server:
             self._server.set_succeeded(self._answer)
 
     def _on_cancel(self) -> None:
-        print("The client asks to end the goal.", flush=True)
+        print("The client requested cancellation of the goal.", flush=True)
 
     def do(self, word: str, text: str) -> None:
-        """Carries out a command of the user.
+        """Execute a command of the user.
 
         Raises:
-            ValueError: an unknown command, no goal, or a message of another type.
+            ValueError: the command is unknown, no goal is active, or the text is not a valid message.
         """
         endings = {
             "succeed": self._server.set_succeeded,
@@ -57,7 +57,7 @@ class Server:
         if word not in endings and word != "feedback":
             raise ValueError(COMMANDS)
         if not self._server.is_active():
-            raise ValueError("there is no active goal")
+            raise ValueError("no goal is active")
         wanted = self.action.feedback if word == "feedback" else self.action.result
         message = read_message(wanted, text)
         if word == "feedback":
@@ -67,21 +67,21 @@ class Server:
 
 
 def read_message(wanted: Any, text: str) -> Any:
-    """A message from YAML.
+    """Parse a message of the class `wanted` from YAML.
 
     Raises:
-        ValueError: it is not one of this type.
+        ValueError: the text is not a message of this type.
     """
     try:
         message = yaml_msg_str(wanted, text)
         message._check_types()
-    except Exception as error:  # of messages: genpy's and YAML's own
-        raise ValueError(f"this is not a {wanted._type}: {error}") from None
+    except Exception as error:  # messages and YAML raise various exceptions
+        raise ValueError(f"not a valid {wanted._type}: {error}") from None
     return message
 
 
 def main() -> int:
-    """Serves until the node or the input ends. Returns the exit code."""
+    """Serve until the node is shut down or standard input ends. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if len(arguments) != 2:
         print(USAGE)
@@ -91,22 +91,22 @@ def main() -> int:
         action_type += "Action"
     is_terminal = sys.stdin.isatty()
     try:
-        answer = "" if is_terminal else sys.stdin.read()  # before rospy handles Ctrl-C
+        text = "" if is_terminal else sys.stdin.read()  # before rospy handles Ctrl-C
         rospy.init_node("axserver", anonymous=True, disable_signals=is_terminal)
         action = DynamicAction(action_type)
         if not is_terminal:
-            server = Server(name, action, read_message(action.result, answer))
+            server = Server(name, action, read_message(action.result, text))
             rospy.spin()
             return 0
         server = Server(name, action)
         print(COMMANDS)
         prompt = Prompt("axserver> ")
         while (line := prompt.read()) is not None:
-            word, _, text = line.partition(" ")
+            word, _, rest = line.partition(" ")
             if word == "quit":
                 return 0
             try:
-                server.do(word, text)
+                server.do(word, rest)
             except ValueError as error:
                 print(error)
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""`DynamicAction`: the messages of an action by the name of its type."""
+"""`DynamicAction`, the message classes of an action by its type name."""
 
 from __future__ import annotations
 
@@ -10,14 +10,17 @@ import rospy
 
 
 class DynamicAction:
-    """The classes of an action such as `actionlib/TestAction`: `action`, `goal`, `feedback`, `result`.
+    """The message classes of an action such as `actionlib/TestAction`.
 
-    The process ends with an error in the log where one does not exist.
+    If one of them does not exist, an error is logged and SystemExit is raised, as in Noetic.
+
+    Attributes:
+        action, goal, feedback, result: the classes.
     """
 
     def __init__(self, name: str) -> None:
         if not name.endswith("Action"):
-            raise AssertionError(f"the type of an action must end in Action, got {name}")
+            raise AssertionError(f"action type must end in Action, got {name}")
         self.name = name[: -len("Action")]
         self.action = self.load_submsg("Action")
         self.goal = self.load_submsg("Goal")
@@ -25,7 +28,7 @@ class DynamicAction:
         self.result = self.load_submsg("Result")
 
     def load_submsg(self, subname: str) -> Any:
-        """The class of one of the messages, by the end of its name."""
+        """Load the message class whose name ends with `subname`."""
         found = genpy.message.get_message_class(self.name + subname)
         if found is None:
             rospy.logfatal("Could not load message for: %s", self.name + subname)

@@ -1,4 +1,4 @@
-"""Edits a text in the editor of the user."""
+"""Editing of a text in the user's editor."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import tempfile
 
 
 def edited(text: str) -> str:
-    """What the user makes of a text with `$VISUAL`, `$EDITOR` or vi.
+    """Open a text in `$VISUAL`, `$EDITOR` or vi, and return the edited text. Blocks until the editor exits.
 
     Raises:
-        ValueError: the editor cannot be started, or ends with an error.
+        ValueError: the editor cannot be started, or exits with an error.
     """
     editor = shlex.split(os.environ.get("VISUAL") or os.environ.get("EDITOR") or "vi")
     descriptor, path = tempfile.mkstemp(suffix=".yaml", text=True)
@@ -22,7 +22,7 @@ def edited(text: str) -> str:
         try:
             subprocess.run([*editor, path], check=True)  # noqa: S603
         except (OSError, subprocess.CalledProcessError) as error:
-            raise ValueError(f"the editor failed: {error}. Set EDITOR to another one") from None
+            raise ValueError(f"editor failed: {error}. Set EDITOR to another one") from None
         with open(path, encoding="utf-8") as file:
             return file.read()
     finally:

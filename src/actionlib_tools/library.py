@@ -1,4 +1,4 @@
-"""Messages from YAML and back."""
+"""Conversion of messages from and to YAML."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from pipros.safe.yaml import load
 
 
 def findros(pkg: str, resource: str) -> str:
-    """The path of a file in a package.
+    """Return the path of a file in a package.
 
     Raises:
-        ROSException: it does not exist.
+        ROSException: the file does not exist.
     """
     found = roslib.packages.find_resource(pkg, resource)
     if not found:
@@ -26,45 +26,45 @@ def findros(pkg: str, resource: str) -> str:
 
 
 def to_yaml(obj: Any) -> str:
-    """A message, or plain data, as YAML."""
+    """Return a message, or plain data, as YAML."""
     return str(obj) if isinstance(obj, Message) else str(safe_dump(obj))
 
 
 def yaml_msg_str(type_: Any, yaml_str: str, filename: str | None = None) -> Any:
-    """A message of `type_` with the fields that a YAML mapping gives; an empty text gives none.
+    """Return a message of class `type_` with the fields of a YAML mapping. Missing fields keep defaults.
 
     Raises:
         ValueError: the text is not a mapping.
-        ROSMessageException: a field that the type does not have, or a wrong value.
+        ROSMessageException: a field is unknown, or its value is invalid.
     """
-    return _filled(type_, {} if not yaml_str.strip() else load(yaml_str), filename, "a dictionary")
+    return _message_from(type_, {} if not yaml_str.strip() else load(yaml_str), filename, "a dictionary")
 
 
 def yaml_msg(type_: Any, filename: str) -> Any:
-    """As `yaml_msg_str`, from a file."""
+    """Like `yaml_msg_str`, from a file."""
     with open(filename, encoding="utf-8") as file:
         return yaml_msg_str(type_, file.read(), filename)
 
 
 def yaml_msgs_str(type_: Any, yaml_str: str, filename: str | None = None) -> list[Any]:
-    """Messages of `type_` from a YAML list of mappings.
+    """Return messages of class `type_` from a YAML list of mappings.
 
     Raises:
-        ValueError: the text is not such a list.
+        ValueError: the text is not a list of mappings.
     """
     values = load(yaml_str)
     if not isinstance(values, list):
         values = [None]
-    return [_filled(type_, value, filename, "a list of dictionaries") for value in values]
+    return [_message_from(type_, value, filename, "a list of dictionaries") for value in values]
 
 
 def yaml_msgs(type_: Any, filename: str) -> list[Any]:
-    """As `yaml_msgs_str`, from a file."""
+    """Like `yaml_msgs_str`, from a file."""
     with open(filename, encoding="utf-8") as file:
         return yaml_msgs_str(type_, file.read(), filename)
 
 
-def _filled(type_: Any, values: Any, filename: str | None, wanted: str) -> Any:
+def _message_from(type_: Any, values: Any, filename: str | None, wanted: str) -> Any:
     if not isinstance(values, dict):
         where = f"yaml file [{filename}]" if filename else "yaml string"
         raise ValueError(f"{where} does not contain {wanted}")

@@ -1,4 +1,4 @@
-"""Reads commands of a terminal's user, as long as the node runs."""
+"""`Prompt`, which reads commands from a terminal while a node runs."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from rospy.core import is_shutdown_requested
 
 
 class Prompt:
-    """Lines from the terminal. Use it in the main thread, with a node made with `disable_signals`.
+    """Reader of lines from the terminal. Use it in the main thread, with a node that has `disable_signals`.
 
-    With the handlers of rospy, Ctrl-C would end the node but not the wait for a line.
+    With rospy's signal handlers, Ctrl-C would shut down the node but not interrupt the read.
     """
 
     def __init__(self, text: str) -> None:
@@ -21,10 +21,10 @@ class Prompt:
         rospy.on_shutdown(self._wake)
 
     def read(self) -> str | None:
-        """The next line; None at the end of the input, and when the node has been shut down.
+        """Block for the next line. Return None at the end of the input, or once the node is shut down.
 
         Raises:
-            KeyboardInterrupt: Ctrl-C.
+            KeyboardInterrupt: Ctrl-C was pressed and the node is not shut down.
         """
         self._is_reading = True
         try:

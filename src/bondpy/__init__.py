@@ -1,1 +1,1 @@
-"""bondpy: bonds between two processes, by which each knows when the other one is gone."""
+"""Drop-in replacement for Noetic's bondpy: bonds, by which two processes detect each other's end."""

@@ -1,4 +1,4 @@
-"""`Bond`, one side of a bond."""
+"""`Bond`, one side of a bond between two processes."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ _EVENT_OF = {True: Event.SISTER_ALIVE, False: Event.SISTER_ENDS}
 
 
 def as_ros_duration(d: Seconds) -> rospy.Duration:
-    """A duration, from one or from a number of seconds."""
+    """Convert a number of seconds to a `rospy.Duration`; a duration is returned unchanged."""
     return d if isinstance(d, rospy.Duration) else rospy.Duration.from_sec(d)
 
 
 def as_float_duration(d: Seconds) -> float:
-    """Seconds, from them or from a duration."""
+    """Convert a `rospy.Duration` or a number to seconds."""
     return d.to_sec() if isinstance(d, rospy.Duration) else float(d)
 
 
 class Timeout:
-    """Calls a function once when the time since the last `reset` is over."""
+    """Timer that calls a function once, `duration` after the last `reset`, in a thread of its own."""
 
     def __init__(self, duration: Seconds, on_timeout: Callable[[], object] | None = None) -> None:
         self.duration = as_ros_duration(duration)
@@ -41,7 +41,7 @@ class Timeout:
         self._timer: threading.Timer | None = None
 
     def reset(self) -> Timeout:
-        """Starts the timer, or starts it again. Returns itself."""
+        """Start or restart the timer. Return self."""
         self.cancel()
         self._timer = threading.Timer(self.duration.to_sec(), self.on_timeout or (lambda: None))
         self._timer.daemon = True
@@ -49,22 +49,24 @@ class Timeout:
         return self
 
     def cancel(self) -> None:
-        """Stops; nothing is called."""
+        """Stop the timer without calling the function."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
 
 
 class Bond:
-    """One side of a bond: two processes that give the same topic and id hold it together.
+    """One side of a bond between two processes with the same topic and ID.
 
-    It is formed when they have heard from each other, and broken when one of them breaks it or falls silent.
-    The callbacks are called without arguments, in a thread of the bond, and may use the bond.
+    The bond is formed when the sides have received a message from each other, and broken when one side breaks
+    it or stops publishing. Callbacks are called without arguments in a thread of the bond or of its
+    subscriber, and may call any method. All methods may be called from any thread.
 
     Attributes:
-        topic, id: as given.
-        instance_id: this side; `sister_instance_id` is the other side, None before its first message.
-        sm: the state machine: `sm.getState().getName()`.
+        topic, id: the arguments.
+        instance_id: ID of this side; `sister_instance_id` is that of the other side, None before its first
+            message.
+        sm: the state machine; `sm.getState().getName()` is the name of the state.
     """
 
     def __init__(
@@ -74,7 +76,7 @@ class Bond:
         on_broken: Callable[[], object] | None = None,
         on_formed: Callable[[], object] | None = None,
     ) -> None:
-        """Nothing is sent until `start`."""
+        """Set up the bond. Nothing is published until `start`."""
         self.topic = topic
         self.id = id
         self.instance_id = str(uuid.uuid4())
@@ -93,7 +95,7 @@ class Bond:
             Event.DISCONNECT_TIMEOUT: Timeout(Constants.DEFAULT_DISCONNECT_TIMEOUT),
         }
         for event, timeout in self._timeouts.items():
-            timeout.on_timeout = functools.partial(self._take, event)
+            timeout.on_timeout = functools.partial(self._handle, event)
         self._heartbeat_period = float(Constants.DEFAULT_HEARTBEAT_PERIOD)
         self._pending: list[Callable[[], object]] = []
         self._publisher: Any = None
@@ -103,71 +105,71 @@ class Bond:
 
     def _set(self, event: Event, duration: Seconds) -> None:
         if self._started:
-            raise AssertionError("the times of a bond can be set before it is started only")
+            raise AssertionError("timeouts can only be set before start()")
         self._timeouts[event].duration = as_ros_duration(duration)
 
     def _seconds(self, event: Event) -> float:
         return self._timeouts[event].duration.to_sec()
 
     def get_connect_timeout(self) -> float:
-        """How long to wait for the other side, in seconds."""
+        """Return the maximum time to wait for the other side, in seconds."""
         return self._seconds(Event.CONNECT_TIMEOUT)
 
     def set_connect_timeout(self, dur: Seconds) -> None:
-        """Raises AssertionError after `start`, as the other setters."""
+        """Set the timeout. Raises AssertionError after `start`."""
         self._set(Event.CONNECT_TIMEOUT, dur)
 
     connect_timeout = property(get_connect_timeout, set_connect_timeout)
 
     def get_heartbeat_timeout(self) -> float:
-        """How long the other side may be silent, in seconds."""
+        """Return the maximum time between messages of the other side, in seconds."""
         return self._seconds(Event.HEARTBEAT_TIMEOUT)
 
     def set_heartbeat_timeout(self, dur: Seconds) -> None:
-        """See `set_connect_timeout`."""
+        """Set the timeout. Raises AssertionError after `start`."""
         self._set(Event.HEARTBEAT_TIMEOUT, dur)
 
     heartbeat_timeout = property(get_heartbeat_timeout, set_heartbeat_timeout)
 
     def get_disconnect_timeout(self) -> float:
-        """How long to wait until the other side confirms the end, in seconds."""
+        """Return the maximum time to wait until the other side confirms the end, in seconds."""
         return self._seconds(Event.DISCONNECT_TIMEOUT)
 
     def set_disconnect_timeout(self, dur: Seconds) -> None:
-        """See `set_connect_timeout`."""
+        """Set the timeout. Raises AssertionError after `start`."""
         self._set(Event.DISCONNECT_TIMEOUT, dur)
 
     disconnect_timeout = property(get_disconnect_timeout, set_disconnect_timeout)
 
     def get_heartbeat_period(self) -> float:
-        """How often this side says that it lives, in seconds."""
+        """Return the period of this side's messages, in seconds."""
         return self._heartbeat_period
 
     def set_heartbeat_period(self, per: Seconds) -> None:
-        """See `set_connect_timeout`. Raises ValueError for a period that is not above 0, too."""
+        """Set the period. Raises AssertionError after `start`, and ValueError unless the period is > 0."""
         if self._started:
-            raise AssertionError("the period of a bond can be set before it is started only")
+            raise AssertionError("the heartbeat period can only be set before start()")
         seconds = as_float_duration(per)
         if not seconds > 0:
-            raise ValueError(f"the period of a bond must be above 0 s, got {seconds}")
+            raise ValueError(f"the heartbeat period must be > 0 s, got {seconds}")
         self._heartbeat_period = seconds
 
     heartbeat_period = property(get_heartbeat_period, set_heartbeat_period)
 
     def set_formed_callback(self, on_formed: Callable[[], object] | None) -> None:
-        """What is called when the bond is formed."""
+        """Set the function to call when the bond is formed."""
         with self._condition:
             self.on_formed = on_formed
 
     def set_broken_callback(self, on_broken: Callable[[], object] | None) -> None:
-        """What is called when the bond is broken, whether it was formed or not."""
+        """Set the function to call when the bond is broken, whether it was formed or not."""
         with self._condition:
             self.on_broken = on_broken
 
     # -- life --------------------------------------------------------------------
 
     def start(self) -> None:
-        """Looks for the other side from now on."""
+        """Start to publish and to wait for the other side. Does not block; does nothing if repeated."""
         with self._condition:
             if self._started:
                 return
@@ -176,24 +178,27 @@ class Bond:
                 self._timeouts[Event.CONNECT_TIMEOUT].reset()
             self._publisher = rospy.Publisher(self.topic, Status, queue_size=10)
             self._subscriber = rospy.Subscriber(self.topic, Status, self._on_status)
-        threading.Thread(target=self._keep_telling, name=f"bond {self.id}", daemon=True).start()
+        threading.Thread(target=self._publish_heartbeats, name=f"bond {self.id}", daemon=True).start()
         rospy.on_shutdown(self._on_node_shutdown)
 
     def break_bond(self) -> None:
-        """Ends the bond: tells the other side until it agrees. Does nothing if it is broken."""
-        self._take(Event.BREAK)
+        """Break the bond: publish its end until the other side confirms it or `disconnect_timeout` expires.
+
+        Does not block. Does nothing if the bond is already broken.
+        """
+        self._handle(Event.BREAK)
 
     def shutdown(self) -> None:
-        """Breaks the bond, and leaves its topic when that is done. Does not wait for it; may be repeated."""
+        """Break the bond and unregister from its topic afterwards. Does not block; may be repeated."""
         with self._condition:
             if self.is_shutdown:
                 return
             self.is_shutdown = True
         self.break_bond()
         if self.is_broken():
-            self._leave()
+            self._unregister()
 
-    def _leave(self) -> None:
+    def _unregister(self) -> None:
         with self._condition:
             handles = self._subscriber, self._publisher
             self._publisher = self._subscriber = None
@@ -206,16 +211,22 @@ class Bond:
             self._condition.notify_all()
 
     def is_broken(self) -> bool:
-        """Whether the bond has ended; also when it was never formed."""
+        """Return whether the bond is broken, including one that was never formed."""
         with self._condition:
             return self._life.state is State.DEAD
 
     def wait_until_formed(self, timeout: Seconds | None = None) -> bool:
-        """Waits until the bond is formed or broken. Returns False if the timeout ended the wait."""
+        """Wait until the bond is formed or broken, without limit if `timeout` is None.
+
+        Return False if the timeout expires or the node is shut down first.
+        """
         return self._wait(lambda: self._life.state is not State.WAITING, timeout)
 
     def wait_until_broken(self, timeout: Seconds | None = None) -> bool:
-        """Waits until the bond is broken. Returns False if the timeout ended the wait."""
+        """Wait until the bond is broken, without limit if `timeout` is None.
+
+        Return False if the timeout expires or the node is shut down first.
+        """
         return self._wait(lambda: self._life.state is State.DEAD, timeout)
 
     def _wait(self, is_over: Callable[[], bool], timeout: Seconds | None) -> bool:
@@ -237,15 +248,15 @@ class Bond:
                 self.sister_instance_id = message.instance_id
         if message.instance_id != self.sister_instance_id:
             rospy.logerr_once(
-                f"a third process uses the bond {printable(self.id)} of {self.topic}; a bond has two sides, "
-                "each pair of processes needs an id of its own"
+                f"a third process uses the bond {printable(self.id)} on {self.topic}: a bond has two sides, "
+                "use a different ID for each pair of processes"
             )
             return
-        self._take(_EVENT_OF[bool(message.active)])
+        self._handle(_EVENT_OF[bool(message.active)])
         if message.active and self._life.state is State.DEAD:
-            self._tell()  # it has not heard the end
+            self._publish_status()  # the other side has missed the end
 
-    def _take(self, event: Event) -> None:
+    def _handle(self, event: Event) -> None:
         if event is Event.HEARTBEAT_TIMEOUT and _timeouts_are_off():
             self._timeouts[event].reset()
             return
@@ -259,12 +270,12 @@ class Bond:
             if self._life.was_formed and not was_formed:
                 self._pending.append(lambda: self.on_formed and self.on_formed())
             if state is not before:
-                self._enter(state)
+                self._enter_state(state)
         if state is State.ENDING and before is not State.ENDING:
-            self._tell()
+            self._publish_status()
         self._call_pending()
 
-    def _enter(self, state: State) -> None:
+    def _enter_state(self, state: State) -> None:
         self.sm.enter(state.value)
         self._timeouts[Event.CONNECT_TIMEOUT].cancel()
         if state in (State.ENDING, State.DEAD):
@@ -277,28 +288,28 @@ class Bond:
         self._condition.notify_all()
 
     def _call_pending(self) -> None:
-        """Calls what is to be called, without the lock: callbacks may wait and use the bond."""
+        """Call the pending callbacks without holding the lock, so that they may block and use the bond."""
         with self._condition:
             pending, self._pending = self._pending, []
         for call in pending:
             try:
                 call()
             except Exception as error:
-                rospy.logerr(f"a callback of the bond {printable(self.id)} failed: {error!r}")
+                rospy.logerr(f"callback of bond {printable(self.id)} raised {error!r}")
 
-    def _keep_telling(self) -> None:
-        """Says on the topic that this side lives, and at its end that it ends."""
+    def _publish_heartbeats(self) -> None:
+        """Publish the state of this side periodically until the bond is broken, then once more."""
         while (state := self._life.state) is not State.DEAD and not rospy.is_shutdown():
-            self._tell()
+            self._publish_status()
             pause_s = Constants.DEAD_PUBLISH_PERIOD if state is State.ENDING else self._heartbeat_period
             with self._condition:
                 if self._life.state is state and not rospy.is_shutdown():
                     self._condition.wait(pause_s)
-        self._tell()
+        self._publish_status()
         if self.is_shutdown:
-            self._leave()
+            self._unregister()
 
-    def _tell(self) -> None:
+    def _publish_status(self) -> None:
         with self._condition:
             publisher, state = self._publisher, self._life.state
         if publisher is None or rospy.is_shutdown():
@@ -313,12 +324,12 @@ class Bond:
         status.header.stamp = rospy.Time.now()
         try:
             publisher.publish(status)
-        except rospy.ROSException:  # it was shut down meanwhile
+        except rospy.ROSException:  # the node was shut down meanwhile
             return
 
 
 def _timeouts_are_off() -> bool:
     try:
         return bool(rospy.get_param(Constants.DISABLE_HEARTBEAT_TIMEOUT_PARAM, False))
-    except (OSError, rospy.ROSException):  # without a master
+    except (OSError, rospy.ROSException):  # the master cannot be reached
         return False

@@ -1,4 +1,4 @@
-"""A bond's state as a machine of smclib, as Noetic's bonds show it in `bond.sm`."""
+"""The state of a bond as a state machine of smclib, for Noetic's attribute `Bond.sm`."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ _STATES = {state.value: statemap.State(state.value, number) for number, state in
 
 
 class BondMachine(statemap.FSMContext):
-    """Only shows the state; the bond itself changes it."""
+    """Mirror of the bond's state, without transitions of its own."""
 
     def __init__(self) -> None:
         super().__init__(_STATES[State.WAITING.value])
 
     def enter(self, name: str) -> None:
-        """Shows the state of that name."""
+        """Set the state by name."""
         self.clearState()
         self.setState(_STATES[name])

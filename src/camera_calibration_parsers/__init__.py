@@ -1,4 +1,4 @@
-"""camera_calibration_parsers, as Noetic has it, on pipros: files with calibrations of cameras."""
+"""Drop-in replacement for Noetic's camera_calibration_parsers: camera calibration files."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from pipros.vision.calibration_files import load, save
 
 
 def readCalibration(file_name: str) -> tuple[str, CameraInfo] | None:
-    """The name of the camera and its CameraInfo, from a file that ends with .yaml, .yml or .ini.
+    """Read the camera name and the CameraInfo from a .yaml, .yml or .ini file.
 
-    None where the file cannot be read; standard error says why.
+    If the file cannot be read, print the reason to standard error and return None.
     """
     try:
         found = load(file_name)
@@ -24,9 +24,9 @@ def readCalibration(file_name: str) -> tuple[str, CameraInfo] | None:
 
 
 def writeCalibration(file_name: str, camera_name: str, cam_info: CameraInfo) -> bool:
-    """Write a file that ends with .yaml, .yml or .ini. Genuine has this function in C++ only.
+    """Write a calibration to a .yaml, .yml or .ini file. Noetic has this function only in C++.
 
-    Returns False where it cannot be written; standard error says why.
+    If the file cannot be written, print the reason to standard error and return False.
     """
     try:
         save(file_name, calibration(camera_name, cam_info))
@@ -37,7 +37,7 @@ def writeCalibration(file_name: str, camera_name: str, cam_info: CameraInfo) -> 
 
 
 def camera_info(calibration: Calibration) -> CameraInfo:
-    """The message for a calibration."""
+    """Convert a calibration to a message."""
     return CameraInfo(
         width=calibration.width,
         height=calibration.height,
@@ -50,6 +50,6 @@ def camera_info(calibration: Calibration) -> CameraInfo:
 
 
 def calibration(camera_name: str, cam_info: CameraInfo) -> Calibration:
-    """The calibration of a message."""
+    """Convert a message to a calibration."""
     d, k, r, p = (tuple(map(float, values)) for values in (cam_info.D, cam_info.K, cam_info.R, cam_info.P))
     return Calibration(camera_name, cam_info.width, cam_info.height, cam_info.distortion_model, d, k, r, p)

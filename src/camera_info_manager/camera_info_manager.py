@@ -1,4 +1,4 @@
-"""CameraInfoManager: what a driver of a camera needs to publish its CameraInfo."""
+"""`CameraInfoManager`, which provides the CameraInfo of a camera to its driver."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipros.vision.calibration_files import FILE, PACKAGE, load, resolved, save
 
 default_camera_info_url = "file://${ROS_HOME}/camera_info/${NAME}.yaml"
 
-# What parseURL returns; what is at least URL_invalid names no file.
+# Results of parseURL. Values from URL_invalid on do not denote a file.
 URL_empty = 0
 URL_file = 1
 URL_package = 2
@@ -26,24 +26,24 @@ _NAME = re.compile(r"[A-Za-z0-9_]+")
 
 
 class CameraInfoError(Exception):
-    """Something is wrong with a calibration."""
+    """Base class of calibration errors."""
 
 
 class CameraInfoMissingError(CameraInfoError):
-    """The calibration was not loaded yet."""
+    """The calibration has not been loaded yet."""
 
 
 class CameraInfoManager:
-    """Loads and saves the calibration of a camera, and offers the service `set_camera_info`.
+    """The calibration of a camera, with the service `set_camera_info` to change and save it.
 
-    The calibration is in the file that a URL names: `file:///path`, `package://package/path`, or the default,
-    `file://${ROS_HOME}/camera_info/${NAME}.yaml`. `${NAME}` is the name of the camera. Call `loadCameraInfo`
-    before the first `getCameraInfo`, and after a change of name or URL.
+    The calibration file is given by a URL: `file:///path`, `package://package/path`, or by default
+    `file://${ROS_HOME}/camera_info/${NAME}.yaml`, where `${NAME}` is the camera name. Call `loadCameraInfo`
+    before the first `getCameraInfo`, and after changing the name or the URL.
 
     Args:
-        cname: the name of the camera, of letters, digits and underscores.
-        url: where the calibration is; empty for the default.
-        namespace: of the service; empty for the node's own.
+        cname: camera name of letters, digits and underscores.
+        url: URL of the calibration file; empty for the default.
+        namespace: namespace of the service; empty for that of the node.
     """
 
     def __init__(self, cname: str = "camera", url: str = "", namespace: str = "") -> None:
@@ -55,46 +55,47 @@ class CameraInfoManager:
         self.svc = rospy.Service(name, SetCameraInfo, self.setCameraInfo)
 
     def getCameraInfo(self) -> CameraInfo:
-        """The calibration; all zeros where the file does not exist or cannot be read.
+        """Return the calibration; all zeros if the file does not exist or cannot be read.
 
         Raises:
-            CameraInfoMissingError: it was not loaded.
+            CameraInfoMissingError: the calibration was not loaded.
         """
         if self.camera_info is None:
             raise CameraInfoMissingError("Calibration missing, loadCameraInfo() needed.")
         return self.camera_info
 
     def getCameraName(self) -> str:
-        """The name of the camera."""
+        """Return the camera name."""
         return self.cname
 
     def getURL(self) -> str:
-        """The URL as it was given."""
+        """Return the URL as passed, without substitution."""
         return self.url
 
     def isCalibrated(self) -> bool:
-        """Whether the camera has a calibration.
+        """Return whether the camera is calibrated.
 
         Raises:
-            CameraInfoMissingError: it was not loaded.
+            CameraInfoMissingError: the calibration was not loaded.
         """
         return bool(self.getCameraInfo().K[0] != 0.0)
 
     def loadCameraInfo(self) -> None:
-        """Load the calibration. What is wrong with it is logged, and it is all zeros then."""
+        """Load the calibration. If that fails, log the reason and use a calibration of zeros."""
         self._loadCalibration(self.url, self.cname)
 
     def setCameraInfo(self, req: SetCameraInfoRequest) -> SetCameraInfoResponse:
-        """The service: take a calibration and save it."""
+        """Handle a service request: use a new calibration and save it."""
         rospy.loginfo("New camera info received")
         self.camera_info = req.camera_info
         is_saved = saveCalibration(req.camera_info, self.url, self.cname)
         return SetCameraInfoResponse(is_saved, "" if is_saved else "Error storing camera calibration.")
 
     def setCameraName(self, cname: str) -> bool:
-        """Change the name of the camera; its calibration must be loaded then.
+        """Change the camera name. The calibration must be loaded again afterwards.
 
-        Returns False, and changes nothing, if it has other characters than letters, digits and underscores.
+        Return False without a change if `cname` is empty or contains characters other than letters, digits
+        and underscores.
         """
         if not _NAME.fullmatch(cname):
             return False
@@ -103,9 +104,9 @@ class CameraInfoManager:
         return True
 
     def setURL(self, url: str) -> bool:
-        """Change where the calibration is; it must be loaded then.
+        """Change the URL of the calibration file. The calibration must be loaded again afterwards.
 
-        Returns False, and changes nothing, if it is not a URL for a calibration.
+        Return False without a change if the URL is invalid.
         """
         if parseURL(resolveURL(url, self.cname)) >= URL_invalid:
             return False
@@ -119,12 +120,12 @@ class CameraInfoManager:
 
 
 def genCameraName(from_string: str) -> str:
-    """A name for a camera, of a text such as a device's model and number: other characters become `_`."""
+    """Return a valid camera name: characters other than letters, digits and underscores become `_`."""
     return re.sub(r"[^A-Za-z0-9_]", "_", from_string)
 
 
 def resolveURL(url: str, cname: str) -> str:
-    """A URL with ${NAME} and ${ROS_HOME} replaced; other variables stay, and are logged."""
+    """Substitute ${NAME} and ${ROS_HOME} in a URL. Other variables are kept, with a warning."""
     found, unknown = resolved(url, cname, os.environ)
     for name in unknown:
         rospy.logwarn(f"[{cname}] invalid URL substitution (not resolved): ${{{name}}} in {url}")
@@ -132,7 +133,7 @@ def resolveURL(url: str, cname: str) -> str:
 
 
 def parseURL(url: str) -> int:
-    """What kind of URL it is, after `resolveURL`: URL_empty, URL_file, URL_package or URL_invalid."""
+    """Classify a resolved URL: return URL_empty, URL_file, URL_package or URL_invalid."""
     if not url:
         return URL_empty
     if url[: len(FILE) + 1].lower() == f"{FILE}/":
@@ -144,7 +145,7 @@ def parseURL(url: str) -> int:
 
 
 def getPackageFileName(url: str) -> str:
-    """The file of a package:// URL; empty where the package does not exist, which is logged."""
+    """Return the path of a package:// URL; an empty string, with a warning, if the package is unknown."""
     import rospkg
 
     package, _, path = url[len(PACKAGE) :].partition("/")
@@ -156,9 +157,9 @@ def getPackageFileName(url: str) -> str:
 
 
 def loadCalibrationFile(filename: str, cname: str) -> CameraInfo:
-    """The calibration in a file that ends with .yaml, .yml or .ini.
+    """Read the calibration from a .yaml, .yml or .ini file.
 
-    Where the file does not exist, or cannot be read, which is logged, it is all zeros.
+    Return a calibration of zeros if the file does not exist, or cannot be read (with a warning).
     """
     try:
         found = load(filename)
@@ -174,13 +175,13 @@ def loadCalibrationFile(filename: str, cname: str) -> CameraInfo:
 
 
 def saveCalibration(new_info: CameraInfo, url: str, cname: str) -> bool:
-    """Save a calibration where the URL says. Returns False, and logs why, where that is not possible."""
+    """Save a calibration to the file of a URL. On failure, log the reason and return False."""
     path = _path(url, cname)
     return path is not None and saveCalibrationFile(new_info, path, cname)
 
 
 def saveCalibrationFile(ci: CameraInfo, filename: str, cname: str) -> bool:
-    """Save a calibration in a file; its folders are made. Returns False, and logs why, where it cannot be."""
+    """Save a calibration to a file and create missing folders. On failure, log the reason, return False."""
     try:
         save(filename, calibration_of(cname, ci))
     except (OSError, CalibrationError) as error:
@@ -191,7 +192,7 @@ def saveCalibrationFile(ci: CameraInfo, filename: str, cname: str) -> bool:
 
 
 def _path(url: str, cname: str) -> str | None:
-    """The file that a URL names; None, which is logged, where it names none."""
+    """Return the path of a URL; None, with an error in the log, if the URL is invalid."""
     found = resolveURL(url, cname)
     kind = parseURL(found)
     if kind == URL_empty:

@@ -1,4 +1,4 @@
-"""CvBridge: arrays of messages with images, and messages of arrays."""
+"""`CvBridge`, which converts between image messages and numpy arrays."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class CvBridgeError(TypeError):
 
 
 class CvBridge:
-    """Converts between `sensor_msgs` messages and the arrays that OpenCV and numpy work on.
+    """Converter between `sensor_msgs` image messages and numpy arrays as used by OpenCV.
 
-    An array has the shape (height, width), or (height, width, channels) for more channels than one. Only
-    compressed images need OpenCV (`pip install 'pipros[vision]'`).
+    Arrays have the shape (height, width), or (height, width, channels) for more than one channel. Only
+    compressed images require OpenCV (`pip install 'pipros[vision]'`). Without state: threads may share it.
 
     >>> bridge = CvBridge()
     >>> gray = bridge.imgmsg_to_cv2(bridge.cv2_to_imgmsg(np.zeros((4, 6, 3), np.uint8), "rgb8"), "mono8")
@@ -40,24 +40,24 @@ class CvBridge:
         self.numpy_type_to_cvtype = {name: depth for depth, name in DTYPES.items()} | DTYPES
 
     def dtype_with_channels_to_cvtype2(self, dtype: Any, n_channels: int) -> str:
-        """The encoding, such as 8UC3, of arrays with this type of numpy.
+        """Return the encoding, such as 8UC3, for a numpy dtype and a number of channels.
 
         Raises:
-            KeyError: images have no values of this type.
+            KeyError: no encoding has values of this dtype.
         """
         if dtype.name not in self.numpy_type_to_cvtype:
-            raise KeyError(f"an image must have values of {', '.join(DTYPES.values())}, got {dtype.name}")
+            raise KeyError(f"dtype of an image must be one of {', '.join(DTYPES.values())}, got {dtype.name}")
         return f"{self.numpy_type_to_cvtype[dtype.name]}C{n_channels}"
 
     def cvtype2_to_dtype_with_channels(self, cvtype: int) -> tuple[str, int]:
-        """The name of numpy's type, and the channels, of a type of OpenCV."""
+        """Return the name of the numpy dtype and the number of channels of an OpenCV type."""
         return self.cvdepth_to_numpy_depth[CV_MAT_DEPTHWrap(cvtype)], CV_MAT_CNWrap(cvtype)
 
     def encoding_to_cvtype2(self, encoding: str) -> int:
-        """The type of OpenCV for an encoding.
+        """Return the OpenCV type of an encoding.
 
         Raises:
-            CvBridgeError: no encoding has this name.
+            CvBridgeError: the encoding is unknown.
         """
         try:
             return getCvType(encoding)
@@ -65,21 +65,21 @@ class CvBridge:
             raise CvBridgeError(error) from None
 
     def encoding_to_dtype_with_channels(self, encoding: str) -> tuple[str, int]:
-        """The name of numpy's type, and the channels, of an encoding.
+        """Return the name of the numpy dtype and the number of channels of an encoding.
 
         Raises:
-            CvBridgeError: no encoding has this name.
+            CvBridgeError: the encoding is unknown.
         """
         return self.cvtype2_to_dtype_with_channels(self.encoding_to_cvtype2(encoding))
 
     def imgmsg_to_cv2(self, img_msg: Any, desired_encoding: str = "passthrough") -> Any:
-        """The image of a `sensor_msgs/Image`, converted unless the desired encoding is "passthrough".
+        """Return the array of a `sensor_msgs/Image`, converted unless the encoding is "passthrough".
 
-        Rows may be padded (`step`). Without a conversion, the array shares the message's data where it can,
-        and cannot be written to then.
+        Rows may be padded (`step`). Without a conversion, the array shares the message's data if possible; it
+        is read-only then.
 
         Raises:
-            CvBridgeError: an encoding is unknown, the two do not go together, or there is too little data.
+            CvBridgeError: an encoding is unknown, the conversion is not supported, or the data is too short.
         """
         dtype_name, channels = self.encoding_to_dtype_with_channels(img_msg.encoding)
         dtype = np.dtype(dtype_name).newbyteorder(">" if img_msg.is_bigendian else "<")
@@ -91,12 +91,12 @@ class CvBridge:
         return self._converted(image, img_msg.encoding, desired_encoding)
 
     def cv2_to_imgmsg(self, cvim: Any, encoding: str = "passthrough", header: Header | None = None) -> Any:
-        """A `sensor_msgs/Image` of an array; "passthrough" names the type of the array, such as 8UC3.
+        """Return the `sensor_msgs/Image` of an array. "passthrough" means the array's type, such as 8UC3.
 
         Raises:
-            TypeError: it is not an array.
-            KeyError: images have no values of its type.
-            CvBridgeError: the encoding is unknown, or belongs to arrays of another type.
+            TypeError: `cvim` is not an array.
+            KeyError: no encoding has values of its dtype.
+            CvBridgeError: the encoding is unknown, or does not match the type of the array.
         """
         if not isinstance(cvim, np.ndarray | np.generic):
             raise TypeError("Your input type is not a numpy array")
@@ -122,12 +122,12 @@ class CvBridge:
         return message
 
     def compressed_imgmsg_to_cv2(self, cmprs_img_msg: Any, desired_encoding: str = "passthrough") -> Any:
-        """The image of a `sensor_msgs/CompressedImage`, as OpenCV reads it: blue, green, red.
+        """Decode a `sensor_msgs/CompressedImage` with OpenCV; channels are in the order blue, green, red.
 
-        None where OpenCV cannot read it and no encoding is asked for.
+        With "passthrough", return None if OpenCV cannot decode the image.
 
         Raises:
-            CvBridgeError: it cannot be read, or not converted to this encoding.
+            CvBridgeError: the image cannot be decoded, or not converted to this encoding.
             ImportError: OpenCV is not installed.
         """
         cv2 = opencv("a compressed image")
@@ -140,11 +140,15 @@ class CvBridge:
         return self._converted(image, "bgr8", desired_encoding)
 
     def cv2_to_compressed_imgmsg(self, cvim: Any, dst_format: str = "jpg") -> Any:
-        """A `sensor_msgs/CompressedImage` of an array; the format is what OpenCV takes as a file's ending.
+        """Return the `sensor_msgs/CompressedImage` of an array.
+
+        Args:
+            cvim: the image; channels are in the order blue, green, red.
+            dst_format: a file extension that OpenCV supports, without the dot.
 
         Raises:
-            TypeError: it is not an array.
-            CvBridgeError: OpenCV cannot write such an image in this format.
+            TypeError: `cvim` is not an array.
+            CvBridgeError: OpenCV cannot encode the image in this format.
             ImportError: OpenCV is not installed.
         """
         if not isinstance(cvim, np.ndarray | np.generic):
@@ -158,7 +162,7 @@ class CvBridge:
 
     def _array(self, img_msg: Any, dtype: Any, channels: int) -> Any:
         row = img_msg.width * channels * dtype.itemsize
-        # Some publishers leave the step out: then there is no padding.
+        # Some publishers do not set `step`; their rows are not padded.
         step = max(img_msg.step, row)
         shape = (img_msg.height, img_msg.width, channels)[: 2 if channels == 1 else 3]
         strides = (step, dtype.itemsize * channels, dtype.itemsize)[: len(shape)]

@@ -1,1 +1,1 @@
-"""The programs of `rosrun image_transport …`, on pipros: images as other nodes want them."""
+"""The executables of the package image_transport, which convert images between transports."""

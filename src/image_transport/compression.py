@@ -1,4 +1,4 @@
-"""Images to compressed ones and back; what cannot be converted is logged and left out."""
+"""Conversion between raw and compressed image messages. Failures are logged and the image is dropped."""
 
 from __future__ import annotations
 
@@ -13,11 +13,14 @@ from pipros.vision.picture_files import codec
 
 
 def compressor(topic: str) -> Callable[[Image], CompressedImage | None]:
-    """What makes compressed images, by the parameters `format`, `jpeg_quality` and `png_level` of the topic.
+    """Return a function that compresses images by the parameters of `topic`.
+
+    The parameters are `format`, `jpeg_quality` and `png_level` in the namespace of the topic. The function
+    returns None if an image cannot be compressed.
 
     Raises:
         ImportError: neither OpenCV nor Pillow is installed.
-        CompressionError: a parameter has a value that is not allowed.
+        CompressionError: a parameter has an invalid value.
     """
     default, bridge, pictures = Settings(), CvBridge(), codec()
     settings = Settings(
@@ -31,7 +34,7 @@ def compressor(topic: str) -> Callable[[Image], CompressedImage | None]:
             array = bridge.imgmsg_to_cv2(message)
             kind, data = compressed(array, message.encoding, settings, pictures)
         except (CvBridgeError, CompressionError) as error:
-            rospy.logerr_throttle(10, f"an image cannot be compressed: {error}")
+            rospy.logerr_throttle(10, f"cannot compress image: {error}")
             return None
         return CompressedImage(message.header, kind, data)
 
@@ -39,7 +42,7 @@ def compressor(topic: str) -> Callable[[Image], CompressedImage | None]:
 
 
 def decompressor() -> Callable[[CompressedImage], Image | None]:
-    """What makes images of compressed ones.
+    """Return a function that decompresses images. It returns None if an image cannot be decompressed.
 
     Raises:
         ImportError: neither OpenCV nor Pillow is installed.
@@ -51,7 +54,7 @@ def decompressor() -> Callable[[CompressedImage], Image | None]:
             array, encoding = decompressed(message.format, message.data, pictures)
             image: Image = bridge.cv2_to_imgmsg(array, encoding, message.header)
         except (CvBridgeError, CompressionError) as error:
-            rospy.logerr_throttle(10, f"a compressed image cannot be read: {error}")
+            rospy.logerr_throttle(10, f"cannot decompress image: {error}")
             return None
         return image
 

@@ -1,18 +1,18 @@
-"""`rosrun image_transport list_transports`: the transports that images can have."""
+"""`rosrun image_transport list_transports`: list the supported transports."""
 
 from __future__ import annotations
 
 from image_transport.transports import PUBLISHED, SUBSCRIBED
 
 _ABOUT = {
-    "raw": "The image as it is, on the base topic (sensor_msgs/Image).",
-    "compressed": "JPEG or PNG, by OpenCV or Pillow (sensor_msgs/CompressedImage).",
-    "compressedDepth": "PNG of depths, by OpenCV or Pillow (sensor_msgs/CompressedImage).",
+    "raw": "Uncompressed image on the base topic (sensor_msgs/Image).",
+    "compressed": "JPEG or PNG image, with OpenCV or Pillow (sensor_msgs/CompressedImage).",
+    "compressedDepth": "Depth image as PNG, with OpenCV or Pillow (sensor_msgs/CompressedImage).",
 }
 
 
 def main() -> int:
-    """Prints them. Returns the exit code."""
+    """Print the transports. Return the exit code."""
     names = [f"image_transport/{transport}" for transport in SUBSCRIBED]
     print("Declared transports:", *names, "", "Details:", "----------", sep="\n")
     for transport, name in zip(SUBSCRIBED, names, strict=True):

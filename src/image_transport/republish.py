@@ -1,4 +1,4 @@
-"""`rosrun image_transport republish`: publishes the images of a topic with another transport."""
+"""`rosrun image_transport republish`: republish the images of a topic with another transport."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipros.topic_tools.raw import class_like
 
 USAGE = "Usage: {} in_transport in:=<in_base_topic> [out_transport] out:=<out_base_topic>"
 
-# An image that is passed on unchanged is not decoded.
+# Class of images that are passed on unchanged, without decoding.
 _RawImage: Any = class_like(
     {"type": Image._type, "md5sum": Image._md5sum, "message_definition": Image._full_text}
 )
@@ -25,7 +25,7 @@ _Publish = Callable[[Any], None]
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     program, *arguments = rospy.myargv()
     if not arguments:
         print(USAGE.format(program))
@@ -50,33 +50,33 @@ def main() -> int:
 
 def _connect(source: str, targets: list[str] | tuple[str, ...]) -> None:
     output, topic = rospy.resolve_name("out"), topic_of(rospy.resolve_name("in"), source)
-    passes_on = source == "raw" and list(targets) == ["raw"]
-    outputs = [_passed(output) if passes_on else _output(output, target) for target in targets]
+    is_unchanged = source == "raw" and list(targets) == ["raw"]
+    outputs = [_raw_output(output) if is_unchanged else _output(output, target) for target in targets]
 
     def publish(image: Any) -> None:
         for each in outputs:
             each(image)
 
     if source == "raw":
-        rospy.Subscriber(topic, _RawImage if passes_on else Image, publish, queue_size=1)
+        rospy.Subscriber(topic, _RawImage if is_unchanged else Image, publish, queue_size=1)
         return
     decompress = _decompressor()
 
-    def unpack(message: CompressedImage) -> None:
+    def on_compressed(message: CompressedImage) -> None:
         image = decompress(message)
         if image is not None:
             publish(image)
 
-    rospy.Subscriber(topic, CompressedImage, unpack, queue_size=1)
+    rospy.Subscriber(topic, CompressedImage, on_compressed, queue_size=1)
 
 
-def _passed(topic: str) -> _Publish:
+def _raw_output(topic: str) -> _Publish:
     publisher = rospy.Publisher(topic, _RawImage, queue_size=1)
     return publisher.publish
 
 
 def _output(topic: str, transport: str) -> _Publish:
-    """What publishes an Image; a compressed one only while a node subscribes to it."""
+    """Return a function that publishes an Image. Images are compressed only while there are subscribers."""
     if transport == "raw":
         publisher = rospy.Publisher(topic, Image, queue_size=1)
         return publisher.publish

@@ -1,4 +1,4 @@
-"""The transports that images can have here, and their topics."""
+"""The supported image transports and their topics."""
 
 from __future__ import annotations
 
@@ -7,5 +7,5 @@ SUBSCRIBED = ("raw", "compressed", "compressedDepth")
 
 
 def topic_of(base: str, transport: str) -> str:
-    """The topic of a transport: `raw` has the base topic itself."""
+    """Return the topic of a transport; that of `raw` is the base topic."""
     return base if transport == "raw" else f"{base}/{transport}"

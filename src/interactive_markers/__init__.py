@@ -1,1 +1,1 @@
-"""interactive_markers, as Noetic has it, on pipros: markers that people move and click in a viewer."""
+"""Drop-in replacement for Noetic's interactive_markers: markers that users move and click in a viewer."""

@@ -1,4 +1,4 @@
-"""InteractiveMarkerServer: tells viewers of markers, and callbacks of what viewers do."""
+"""`InteractiveMarkerServer`, which publishes markers to viewers and dispatches their feedback."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ _EMPTY_HEADER = Header()
 
 
 class InteractiveMarkerServer:
-    """Shows markers to the viewers of a namespace.
+    """Server of the interactive markers of a namespace.
 
-    `insert`, `setPose`, `erase` and `clear` take effect with `applyChanges`; callbacks count at once. All
-    methods may be called from any thread, and from callbacks.
+    `insert`, `setPose`, `erase` and `clear` take effect with `applyChanges`; callbacks take effect
+    immediately. All methods may be called from any thread, and from callbacks.
 
-    Topics: `<topic_ns>/update` has the changes, and twice a second a sign of life; `<topic_ns>/update_full`,
-    latched, all markers; `<topic_ns>/feedback` is what viewers send.
+    Topics: `<topic_ns>/update` carries changes, and a keep-alive message twice a second;
+    `<topic_ns>/update_full` (latched) carries all markers; viewers publish on `<topic_ns>/feedback`.
 
     Args:
-        topic_ns: the namespace.
-        server_id: added to the node's name; needed where a node has several servers of one namespace.
-        q_size: how many feedback messages may wait.
+        topic_ns: namespace of the topics.
+        server_id: suffix to the node name, to distinguish several servers of one node and namespace.
+        q_size: queue size of the feedback subscriber.
     """
 
     DEFAULT_FEEDBACK_CB = 255
@@ -60,12 +60,12 @@ class InteractiveMarkerServer:
 
     @property
     def marker_contexts(self) -> dict[str, MarkerContext]:
-        """The markers that viewers know, by name."""
+        """The published markers by name."""
         return self._markers.contexts
 
     @property
     def pending_updates(self) -> dict[str, UpdateContext]:
-        """The changes that wait for `applyChanges`, by the marker's name."""
+        """The changes pending for `applyChanges`, by marker name."""
         return self._markers.pending
 
     def insert(
@@ -74,27 +74,27 @@ class InteractiveMarkerServer:
         feedback_cb: Callable[[InteractiveMarkerFeedback], Any] | int | None = -1,
         feedback_type: int = DEFAULT_FEEDBACK_CB,
     ) -> None:
-        """Add a marker, or replace the one with its name; with a callback, as `setCallback` takes it."""
+        """Add a marker, or replace the one with the same name. For the callback, see `setCallback`."""
         with self.mutex:
             self._markers.insert(marker)
             if not isinstance(feedback_cb, int):
-                self._markers.set_callback(marker.name, feedback_cb, self._event(feedback_type))
+                self._markers.set_callback(marker.name, feedback_cb, self._event_type(feedback_type))
 
     def setPose(self, name: str, pose: Pose, header: Header = _EMPTY_HEADER) -> bool:
-        """Move a marker; a header without a frame leaves its own.
+        """Move a marker. A header without a frame id leaves the marker's header unchanged.
 
-        Returns False if it does not exist, or waits to be inserted.
+        Return False if the marker does not exist, or its insertion is pending.
         """
         with self.mutex:
             return self._markers.set_pose(name, pose, header)
 
     def erase(self, name: str) -> bool:
-        """Take a marker away. Returns False if it does not exist."""
+        """Remove a marker. Return False if it does not exist."""
         with self.mutex:
             return self._markers.erase(name)
 
     def clear(self) -> None:
-        """Take all markers away, and forget the changes that wait."""
+        """Remove all markers and drop pending changes."""
         with self.mutex:
             self._markers.clear()
 
@@ -104,19 +104,19 @@ class InteractiveMarkerServer:
         feedback_cb: Callable[[InteractiveMarkerFeedback], Any] | None,
         feedback_type: int = DEFAULT_FEEDBACK_CB,
     ) -> bool:
-        """Call `feedback_cb` with what viewers do to a marker; None calls nothing.
+        """Set the function to call with the feedback for a marker; None removes it.
 
         Args:
             feedback_type: the type of event, such as `InteractiveMarkerFeedback.POSE_UPDATE`; by default all
-                types that have no callback of their own.
+                types without a specific callback.
 
-        Returns False if the marker does not exist.
+        Return False if the marker does not exist.
         """
         with self.mutex:
-            return self._markers.set_callback(name, feedback_cb, self._event(feedback_type))
+            return self._markers.set_callback(name, feedback_cb, self._event_type(feedback_type))
 
     def applyChanges(self) -> None:
-        """Make the changes that wait, and tell the viewers. Nothing is sent when nothing waits."""
+        """Apply the pending changes and publish them. Does nothing without pending changes."""
         with self.mutex:
             changes = self._markers.apply()
             if changes is None:
@@ -136,13 +136,13 @@ class InteractiveMarkerServer:
             self._publish_init()
 
     def get(self, name: str) -> InteractiveMarker | None:
-        """The marker as it will be after `applyChanges`; None if it does not exist then."""
+        """Return the marker as it will be after `applyChanges`, or None if it will not exist."""
         with self.mutex:
             marker: InteractiveMarker | None = self._markers.get(name)
         return marker
 
     def processFeedback(self, feedback: InteractiveMarkerFeedback) -> None:
-        """Take what a viewer sent: where it moved a marker, `applyChanges` tells the others."""
+        """Handle feedback of a viewer. A moved marker is a pending change until `applyChanges`."""
         with self.mutex:
             is_move = feedback.event_type == InteractiveMarkerFeedback.POSE_UPDATE
             callback = self._markers.take_feedback(feedback, is_move, rospy.Time.now().to_sec())
@@ -150,16 +150,16 @@ class InteractiveMarkerServer:
             callback(feedback)
 
     def keepAlive(self, msg: Any) -> None:  # noqa: ARG002 # the event of the timer
-        """Tell viewers that the server is there."""
+        """Publish a keep-alive message. Called by a timer."""
         self.publish(InteractiveMarkerUpdate(type=InteractiveMarkerUpdate.KEEP_ALIVE))
 
     def publish(self, update: InteractiveMarkerUpdate) -> None:
-        """Send an update with the server's name and number."""
+        """Publish an update with the server's ID and sequence number."""
         update.server_id, update.seq_num = self.server_id, self.seq_num
         self.update_pub.publish(update)
 
     def publishInit(self) -> None:
-        """Send all markers to those who begin to view."""
+        """Publish all markers for new viewers."""
         with self.mutex:
             self._publish_init()
 
@@ -167,5 +167,5 @@ class InteractiveMarkerServer:
         markers = [context.int_marker for context in self._markers.contexts.values()]
         self.init_pub.publish(InteractiveMarkerInit(self.server_id, self.seq_num, markers))
 
-    def _event(self, feedback_type: int) -> int | None:
+    def _event_type(self, feedback_type: int) -> int | None:
         return None if feedback_type == self.DEFAULT_FEEDBACK_CB else feedback_type

@@ -1,4 +1,4 @@
-"""MenuHandler: a menu for markers, with a callback for each entry."""
+"""`MenuHandler`, a menu for interactive markers with a callback for each entry."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from visualization_msgs.msg import InteractiveMarkerFeedback, MenuEntry
 import rospy
 from interactive_markers.interactive_marker_server import InteractiveMarkerServer
 
-_BEFORE_TITLE = {1: "[x] ", 2: "[ ] "}  # of entries that are checked, or are not
+_CHECKBOX = {1: "[x] ", 2: "[ ] "}  # by check state: CHECKED, UNCHECKED
 
 
 @dataclass(slots=True)
 class EntryContext:
-    """An entry of a menu."""
+    """A menu entry."""
 
     title: str = ""
     command: str = ""
@@ -28,10 +28,9 @@ class EntryContext:
 
 
 class MenuHandler:
-    """A menu that any number of markers may have.
+    """A menu that can be attached to any number of markers.
 
-    Changes of its entries show when it is applied to the markers again, by `reApply`, and the server applies
-    its changes.
+    Changed entries become visible after `reApply` and the server's `applyChanges`.
     """
 
     NO_CHECKBOX = 0
@@ -55,7 +54,7 @@ class MenuHandler:
         """Add an entry to the menu, or to the submenu of the entry `parent`.
 
         Returns:
-            Its handle; None if the parent does not exist, which is logged.
+            The handle of the entry; None, with an error in the log, if the parent does not exist.
         """
         if parent is not None and parent not in self.entry_contexts_:
             rospy.logerr(f"Parent menu entry {parent} not found.")
@@ -68,31 +67,34 @@ class MenuHandler:
         return handle
 
     def setVisible(self, handle: int, visible: bool) -> bool:
-        """Show or hide an entry with its submenu. Returns False if it does not exist."""
+        """Show or hide an entry and its submenu. Return False if the entry does not exist."""
         entry = self.entry_contexts_.get(handle)
         if entry:
             entry.visible = visible
         return entry is not None
 
     def setCheckState(self, handle: int, check_state: int) -> bool:
-        """Set NO_CHECKBOX, CHECKED or UNCHECKED. Returns False if the entry does not exist."""
+        """Set the check state to NO_CHECKBOX, CHECKED or UNCHECKED.
+
+        Return False if the entry does not exist.
+        """
         entry = self.entry_contexts_.get(handle)
         if entry:
             entry.check_state = check_state
         return entry is not None
 
     def getCheckState(self, handle: int) -> int | None:
-        """NO_CHECKBOX, CHECKED or UNCHECKED; None if the entry does not exist."""
+        """Return NO_CHECKBOX, CHECKED or UNCHECKED; None if the entry does not exist."""
         entry = self.entry_contexts_.get(handle)
         return entry.check_state if entry else None
 
     def getTitle(self, handle: int) -> str | None:
-        """The title of an entry; None if it does not exist."""
+        """Return the title of an entry; None if it does not exist."""
         entry = self.entry_contexts_.get(handle)
         return entry.title if entry else None
 
     def apply(self, server: InteractiveMarkerServer, marker_name: str) -> bool:
-        """Give a marker the menu as it is now. Returns False if the marker does not exist."""
+        """Attach the current menu to a marker. Return False if the marker does not exist."""
         marker = server.get(marker_name)
         if not marker:
             self.managed_markers_.discard(marker_name)
@@ -103,12 +105,12 @@ class MenuHandler:
         return True
 
     def reApply(self, server: InteractiveMarkerServer) -> bool:
-        """Give the menu to all markers that have it. Returns False if one of them does not exist any more."""
+        """Attach the current menu to all its markers again. Return False if one of them no longer exists."""
         applied = [self.apply(server, name) for name in sorted(self.managed_markers_)]
         return all(applied)
 
     def processFeedback(self, feedback: InteractiveMarkerFeedback) -> None:
-        """Call the callback of the entry that was chosen, if it has one."""
+        """Call the callback of the selected entry, if it has one."""
         entry = self.entry_contexts_.get(feedback.menu_entry_id)
         if entry and entry.feedback_cb:
             entry.feedback_cb(feedback)
@@ -117,6 +119,6 @@ class MenuHandler:
         for handle in handles:
             entry = self.entry_contexts_[handle]
             if entry.visible:
-                title = _BEFORE_TITLE.get(entry.check_state, "") + entry.title
+                title = _CHECKBOX.get(entry.check_state, "") + entry.title
                 yield MenuEntry(handle, parent, title, entry.command, entry.command_type)
                 yield from self._entries(entry.sub_entries, handle)

@@ -1,4 +1,4 @@
-"""joint_state_publisher, as Noetic has it, on pipros: says where joints are for which nothing else does."""
+"""Drop-in replacement for Noetic's joint_state_publisher: publish default or collected values of joints."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipros.robot_model.urdf import UrdfError, read_robot
 
 
 def get_param(name: str, value: Any = None) -> Any:
-    """The private parameter of that name, else the one of the namespace, else `value`."""
+    """Return the private parameter `name`, or the one of the namespace, or the default `value`."""
     for wanted in (f"~{name}", name):
         if rospy.has_param(wanted):
             return rospy.get_param(wanted)
@@ -23,12 +23,13 @@ def get_param(name: str, value: Any = None) -> Any:
 
 
 class JointStatePublisher:
-    """Sends `joint_states` for the robot of the parameter `robot_description`.
+    """Publisher of `joint_states` for the robot in the parameter `robot_description`.
 
-    `free_joints`, `joint_list` and `dependent_joints` are the joints, which may be changed.
+    The attributes `free_joints`, `joint_list` and `dependent_joints` hold the joints and may be modified.
 
     Raises:
-        RuntimeError: there is no `robot_description`, or it is not the URDF of a robot.
+        RuntimeError: `robot_description` is not set, or not a valid URDF.
+        SystemExit: joints mimic each other in a circle.
     """
 
     def __init__(self) -> None:
@@ -63,17 +64,17 @@ class JointStatePublisher:
         self.pub = rospy.Publisher("joint_states", JointState, queue_size=5)
 
     def source_cb(self, msg: Any) -> None:
-        """Called with each message of a source."""
+        """Handle a message of a source."""
         self._values.update(msg.name, position=msg.position, velocity=msg.velocity, effort=msg.effort)
         if self.source_update_cb is not None:
             self.source_update_cb()
 
     def set_source_update_cb(self, user_cb: Callable[[], object]) -> None:
-        """Calls `user_cb()` after each message of a source."""
+        """Set a function to call without arguments after each message of a source."""
         self.source_update_cb = user_cb
 
     def loop(self) -> None:
-        """Sends until the node ends."""
+        """Publish until the node is shut down."""
         rate = rospy.Rate(get_param("rate", 10))
         delta = get_param("delta", 0.0)
         while not rospy.is_shutdown():
@@ -88,13 +89,13 @@ class JointStatePublisher:
                 rate.sleep()
 
     def update(self, delta: float) -> None:
-        """Moves each joint by `delta` through its range."""
+        """Move each joint by `delta` (radians or metres) within its range."""
         self._values.sweep(delta)
 
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs the node until it is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     rospy.init_node("joint_state_publisher")
     try:
         publisher = JointStatePublisher()

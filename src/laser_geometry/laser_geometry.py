@@ -1,4 +1,4 @@
-"""Clouds of points of the distances that a laser scanner measured."""
+"""`LaserProjection`, which converts laser scans to point clouds."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from pipros.vision.extras import numpy as np
 
 
 class LaserProjection:
-    """Makes clouds of scans, in the frame of the scanner.
+    """Converter of laser scans to point clouds in the frame of the scanner.
 
-    The directions of the rays are kept for the next scan of the same shape.
+    The directions of the rays are cached for scans of the same geometry.
     """
 
     LASER_SCAN_INVALID = -1.0
@@ -20,14 +20,14 @@ class LaserProjection:
     LASER_SCAN_MAX_RANGE = -3.0
 
     class ChannelOption:
-        """What a point has besides x, y and z; add them up."""
+        """Flags of the channels of a point besides x, y and z."""
 
         NONE = 0x00
-        INTENSITY = 0x01  # intensity: of the scan, where it has any
-        INDEX = 0x02  # index: the place of the ray in the scan, int32
-        DISTANCE = 0x04  # distances: the range
+        INTENSITY = 0x01  # intensity: of the scan, if it has intensities
+        INDEX = 0x02  # index: index of the ray in the scan, int32
+        DISTANCE = 0x04  # distances: the range in metres
         TIMESTAMP = 0x08  # stamps: seconds since the stamp of the scan
-        VIEWPOINT = 0x10  # vp_x, vp_y, vp_z: where the scanner is, zeros
+        VIEWPOINT = 0x10  # vp_x, vp_y, vp_z: position of the scanner, zeros
         DEFAULT = INTENSITY | INDEX
 
     def __init__(self) -> None:
@@ -39,14 +39,14 @@ class LaserProjection:
         range_cutoff: float = -1.0,
         channel_options: int = ChannelOption.DEFAULT,
     ) -> PointCloud2:
-        """A cloud of one row with the points whose range is at least `range_min` and below the limit.
+        """Return a cloud (one row) of the points with `range_min` <= range < limit.
 
         Args:
-            range_cutoff: the limit, if it is less than the scan's `range_max`; negative for `range_max`.
-            channel_options: what a point has besides x, y and z, of `ChannelOption`.
+            range_cutoff: the limit in metres, at most the scan's `range_max`; negative for `range_max`.
+            channel_options: sum of flags of `ChannelOption`.
 
         Raises:
-            IndexError: the scan has intensities, but fewer than ranges.
+            IndexError: the scan has intensities, but too few for the points.
         """
         ranges = np.asarray(scan_in.ranges, dtype=np.float64)
         limit = scan_in.range_max if range_cutoff < 0 else min(range_cutoff, scan_in.range_max)

@@ -1,4 +1,4 @@
-"""`rosrun map_server map_server map.yaml` serves a map, `rosrun map_server map_saver -f name` saves one."""
+"""`rosrun map_server map_server map.yaml`: publish a map. `map_saver` saves one."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _RESULTS = {
 
 
 def message_of(grid: Grid, frame_id: str) -> Any:
-    """A map as an OccupancyGrid, stamped with the current time."""
+    """Return a map as an OccupancyGrid, stamped with the current time."""
     now = rospy.Time.now()
     x, y, yaw = grid.description.origin
     origin = Pose(Point(x, y, 0.0), Quaternion(0.0, 0.0, sin(yaw / 2), cos(yaw / 2)))
@@ -42,20 +42,20 @@ def message_of(grid: Grid, frame_id: str) -> Any:
 
 
 class MapServer:
-    """Serves a map on `map` and `map_metadata`, which are latched, and by the service `static_map`.
+    """Server of a map on the latched topics `map` and `map_metadata`, and by the service `static_map`.
 
-    The service `change_map` loads another one from a YAML file.
+    The service `change_map` loads another map from a YAML file.
     """
 
     def __init__(self, grid: Grid, frame_id: str = "map") -> None:
         self._frame_id = frame_id
         self._map_topic = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
         self._metadata_topic = rospy.Publisher("map_metadata", MapMetaData, queue_size=1, latch=True)
-        self._show(grid)
-        rospy.Service("static_map", GetMap, self._tell)
-        rospy.Service("change_map", LoadMap, self._change)
+        self._publish(grid)
+        rospy.Service("static_map", GetMap, self._on_get)
+        rospy.Service("change_map", LoadMap, self._on_change)
 
-    def _show(self, grid: Grid) -> None:
+    def _publish(self, grid: Grid) -> None:
         rospy.loginfo(
             "Read a %d X %d map @ %.3f m/cell", grid.width, grid.height, grid.description.resolution
         )
@@ -63,23 +63,23 @@ class MapServer:
         self._metadata_topic.publish(self._map.info)
         self._map_topic.publish(self._map)
 
-    def _tell(self, _request: Any) -> Any:
+    def _on_get(self, _request: Any) -> Any:
         rospy.loginfo("Sending map")
         return GetMapResponse(self._map)
 
-    def _change(self, request: Any) -> Any:
+    def _on_change(self, request: Any) -> Any:
         try:
             grid = read_map(request.map_url)
         except MapError as error:
             rospy.logerr("%s", error)
             return LoadMapResponse(result=_RESULTS[type(error)])
-        self._show(grid)
+        self._publish(grid)
         return LoadMapResponse(self._map, LoadMapResponse.RESULT_SUCCESS)
 
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Serves until the node is ended. Returns the exit code."""
+    """Serve the map until the node is shut down. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if len(arguments) not in (1, 2):
         print(USAGE, file=sys.stderr)
@@ -87,8 +87,10 @@ def main() -> int:
     rospy.init_node("map_server")
     try:
         if len(arguments) == 2:
-            rospy.logwarn("map_server <map> <resolution> is deprecated: name the YAML file of the map alone.")
-            grid = make_grid(MapDescription(arguments[0], _metres(arguments[1])), read_picture(arguments[0]))
+            rospy.logwarn("map_server <map> <resolution> is deprecated: pass only the YAML file of the map.")
+            grid = make_grid(
+                MapDescription(arguments[0], _resolution(arguments[1])), read_picture(arguments[0])
+            )
         else:
             rospy.loginfo('Loading map from image "%s"', arguments[0])
             grid = read_map(os.path.abspath(arguments[0]))
@@ -100,11 +102,11 @@ def main() -> int:
     return 0
 
 
-def _metres(text: str) -> float:
+def _resolution(text: str) -> float:
     try:
         resolution = float(text)
     except ValueError:
         resolution = 0.0
     if not 0.0 < resolution < float("inf"):
-        raise BadMapDescription(f"the resolution must be more than 0 metres, got {text}")
+        raise BadMapDescription(f"resolution must be > 0 m/pixel, got {text}")
     return resolution

@@ -1,4 +1,4 @@
-"""`rosrun map_server map_saver`: writes the map of the topic `map` as a picture and its description."""
+"""`rosrun map_server map_saver`: save the map of the topic `map` as a picture and a YAML file."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ USAGE = """Usage:
   map_saver [--occ <threshold_occupied>] [--free <threshold_free>] [-f <mapname>] [ROS remapping args]"""  # noqa: W291
 
 _THRESHOLDS = {"--occ": ("threshold_occupied", 1), "--free": ("threshold_free", 0)}
-"""What each is called, and the lowest value."""
+"""Name and minimum of each threshold, by option."""
 
 
 class WrongArguments(ValueError):
-    """The command line is wrong; the text says why."""
+    """The command line is invalid."""
 
 
 def read_arguments(arguments: Sequence[str]) -> tuple[str, int, int]:
-    """The name of the map, and the values from which on a cell is occupied, and up to which it is free.
+    """Return the name of the map, and the thresholds (in percent) of occupied and of free cells.
 
     Raises:
-        WrongArguments: something else is there, or a number is missing or out of its range.
+        WrongArguments: an option is unknown, or a value is missing or out of range.
     """
     name, thresholds, rest = "map", {"--occ": 65, "--free": 25}, list(arguments)
     while rest:
@@ -52,7 +52,7 @@ def read_arguments(arguments: Sequence[str]) -> tuple[str, int, int]:
 
 
 def save_map(message: Any, name: str, occupied: int, free: int) -> None:
-    """Writes `name`.pgm and `name`.yaml.
+    """Write `name`.pgm and `name`.yaml; cells up to `free` are free, those from `occupied` on occupied.
 
     Raises:
         MapError: the number of cells is not width times height. Nothing is written.
@@ -75,7 +75,7 @@ def save_map(message: Any, name: str, occupied: int, free: int) -> None:
 
 @exits_after_ctrl_c(1)
 def main() -> int:
-    """Waits for a map and saves it. Returns the exit code."""
+    """Wait for a map without limit and save it. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if arguments[:1] == ["-h"]:
         print(USAGE)

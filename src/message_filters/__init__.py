@@ -1,4 +1,4 @@
-"""message_filters, as Noetic has it, on pipros: messages of several topics by their time stamps."""
+"""Drop-in replacement for Noetic's message_filters: caching and synchronization of messages by timestamp."""
 
 from message_filters.cache import Cache as Cache
 from message_filters.chain import Chain as Chain

@@ -1,4 +1,4 @@
-"""The newest messages of a filter, to be asked for by time."""
+"""`Cache`, a history of messages that can be searched by time."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ from pipros.filters.history import History
 
 
 class Cache(SimpleFilter):
-    """Keeps the newest messages of a filter in the order of their arrival, and passes them on.
+    """Filter that passes messages on and keeps the last ones in the order of arrival.
 
     Args:
-        f: the filter whose messages are kept.
-        cache_size: how many.
-        allow_headerless: keep messages without header by the time of their arrival; otherwise they are
-        dropped.
+        f: the input filter.
+        cache_size: maximum number of messages.
+        allow_headerless: stamp messages without a header with their time of arrival; otherwise drop them.
     """
 
     def __init__(self, f: SimpleFilter, cache_size: int = 1, allow_headerless: bool = False) -> None:
@@ -26,7 +25,7 @@ class Cache(SimpleFilter):
 
     @property
     def cache_size(self) -> int:
-        """How many messages are kept."""
+        """Maximum number of messages."""
         return self._history.size
 
     @cache_size.setter
@@ -35,57 +34,57 @@ class Cache(SimpleFilter):
 
     @property
     def cache_msgs(self) -> list[Any]:
-        """The messages, in the order of their arrival."""
+        """The messages in the order of arrival."""
         return self._history.messages
 
     @property
     def cache_times(self) -> list[Any]:
-        """Their stamps."""
+        """The stamps of the messages in the order of arrival."""
         return self._history.stamps
 
     def connectInput(self, f: SimpleFilter) -> None:
-        """Keeps the messages of this filter, too."""
+        """Connect a filter as a further input."""
         self.incoming_connection = f.registerCallback(self.add)
 
     def add(self, msg: Any) -> None:
-        """Keeps a message and passes it on."""
+        """Add a message and pass it on."""
         stamp = stamp_of(msg, self.allow_headerless)
         if stamp is not None:
             self._history.add(stamp, msg)
             self.signalMessage(msg)
 
     def getInterval(self, from_stamp: Any, to_stamp: Any) -> list[Any]:
-        """The messages from one stamp to another, both included.
+        """Return the messages with stamps from `from_stamp` to `to_stamp`, both included.
 
-        Raises AssertionError if the first is later than the second, as Noetic's does.
+        Raises AssertionError if `from_stamp` is after `to_stamp`, as in Noetic.
         """
         if from_stamp > to_stamp:
             raise AssertionError(f"from_stamp must not be after to_stamp, got {from_stamp} and {to_stamp}")
         return self._history.between(from_stamp, to_stamp)
 
     def getElemAfterTime(self, stamp: Any) -> Any:
-        """The first message with this stamp or a later one, None without any."""
+        """Return the first message in order of arrival with a stamp at or after `stamp`, or None."""
         return self._history.first_from(stamp)
 
     def getElemBeforeTime(self, stamp: Any) -> Any:
-        """The last message with this stamp or an earlier one, None without any."""
+        """Return the last message in order of arrival with a stamp at or before `stamp`, or None."""
         return self._history.last_until(stamp)
 
     def getLatestTime(self) -> Any:
-        """The stamp of the message that arrived last, None without any."""
+        """Return the stamp of the message that arrived last, or None."""
         stamps = self._history.stamps
         return stamps[-1] if stamps else None
 
     def getLastestTime(self) -> Any:
-        """The same as `getLatestTime`: an old name."""
+        """Same as `getLatestTime`, under Noetic's deprecated misspelt name."""
         return self.getLatestTime()
 
     def getOldestTime(self) -> Any:
-        """The stamp of the message that arrived first of those that are kept, None without any."""
+        """Return the stamp of the cached message that arrived first, or None."""
         stamps = self._history.stamps
         return stamps[0] if stamps else None
 
     def getLast(self) -> Any:
-        """The first message with the newest stamp or a later one, None without any."""
+        """Return the first message with a stamp at or after `getLatestTime`, or None."""
         latest = self.getLatestTime()
         return None if latest is None else self.getElemAfterTime(latest)

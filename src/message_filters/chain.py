@@ -1,4 +1,4 @@
-"""Filters one behind the other, as roscpp's message_filters has them."""
+"""`Chain` and `PassThrough`, as in roscpp's message_filters."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from message_filters.simple_filter import SimpleFilter
 
 
 class PassThrough(SimpleFilter):
-    """Passes on what it gets."""
+    """Filter that passes messages on unchanged."""
 
     def __init__(self, f: SimpleFilter | None = None) -> None:
         super().__init__()
@@ -16,16 +16,16 @@ class PassThrough(SimpleFilter):
             self.connectInput(f)
 
     def connectInput(self, f: SimpleFilter) -> None:
-        """Passes on the messages of this filter."""
+        """Connect a filter as an input."""
         self.incoming_connection = f.registerCallback(self.add)
 
     def add(self, *msg: Any) -> None:
-        """Passes on a message."""
+        """Pass a message on."""
         self.signalMessage(*msg)
 
 
 class Chain(SimpleFilter):
-    """Filters that feed each other in the order in which they were added; the output is that of the last."""
+    """Filters in series, in the order in which they were added. The output is that of the last filter."""
 
     def __init__(self, f: SimpleFilter | None = None) -> None:
         super().__init__()
@@ -33,15 +33,15 @@ class Chain(SimpleFilter):
         self._input = PassThrough(f)
 
     def connectInput(self, f: SimpleFilter) -> None:
-        """Feeds the first filter with the messages of this one."""
+        """Connect a filter as the input of the chain."""
         self._input.connectInput(f)
 
     def add(self, *msg: Any) -> None:
-        """Feeds a message to the first filter."""
+        """Pass a message to the first filter."""
         self._input.add(*msg)
 
     def addFilter(self, f: Any) -> int:
-        """Adds a filter, which must have `connectInput`, to the end. Returns its number."""
+        """Append a filter, which must have `connectInput`. Return its index."""
         f.connectInput(self._filters[-1] if self._filters else self._input)
         self._filters.append(f)
         number = len(self._filters) - 1
@@ -49,7 +49,7 @@ class Chain(SimpleFilter):
         return number
 
     def getFilter(self, index: int) -> Any:
-        """The filter with this number, None where there is none."""
+        """Return the filter with this index, or None if it does not exist."""
         return self._filters[index] if 0 <= index < len(self._filters) else None
 
     def _pass_on(self, number: int, msg: tuple[Any, ...]) -> None:

@@ -1,4 +1,4 @@
-"""Messages in the order of their stamps, as roscpp's message_filters has it."""
+"""`TimeSequencer`, which orders messages by stamp, as in roscpp's message_filters."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from pipros.filters.history import Sequencer
 
 
 class TimeSequencer(SimpleFilter):
-    """Passes on messages in the order of their stamps, each `delay` after its stamp.
+    """Filter that passes messages on in the order of their stamps, each at `delay` after its stamp.
 
-    Messages that come too late for that are dropped.
+    Messages that arrive after a message with a later stamp was passed on are dropped. Callbacks run in the
+    thread of a timer.
 
     Args:
-        f: the filter whose messages are put in order.
-        delay: a `rospy.Duration`, how long earlier messages are waited for.
-        update_rate: a `rospy.Duration`, how often it is looked for messages to pass on.
-        queue_size: how many messages wait at most; 0 for any number.
+        f: the input filter.
+        delay: `rospy.Duration` for which a message waits for earlier ones.
+        update_rate: `rospy.Duration` between checks for messages that are due.
+        queue_size: maximum number of waiting messages; 0 for no limit.
     """
 
     def __init__(self, f: SimpleFilter, delay: Any, update_rate: Any, queue_size: int) -> None:
@@ -30,22 +31,22 @@ class TimeSequencer(SimpleFilter):
         self._timer = rospy.Timer(update_rate, lambda _: self.dispatch(), reset=True)
 
     def connectInput(self, f: SimpleFilter) -> None:
-        """Puts the messages of this filter in order, too."""
+        """Connect a filter as a further input."""
         self.incoming_connection = f.registerCallback(self.add)
 
     def add(self, msg: Any) -> None:
-        """Takes a message."""
+        """Add a message."""
         stamp = stamp_of(msg, False)
         if stamp is not None:
             with self._lock:
                 self._sequencer.add(stamp.to_nsec(), msg)
 
     def dispatch(self) -> None:
-        """Passes on what is due. A timer calls it."""
+        """Pass on the messages that are due. Called by a timer."""
         with self._lock:
             for message in self._sequencer.due(rospy.Time.now().to_nsec()):
                 self.signalMessage(message)
 
     def shutdown(self) -> None:
-        """Passes on nothing any more."""
+        """Stop passing messages on."""
         self._timer.shutdown()

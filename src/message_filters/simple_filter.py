@@ -1,4 +1,4 @@
-"""What all filters have in common, and the filter that a topic feeds."""
+"""`SimpleFilter`, the base class of filters, and `Subscriber`, the filter of a topic."""
 
 from __future__ import annotations
 
@@ -9,25 +9,28 @@ import rospy
 
 
 class SimpleFilter:
-    """Something with an output that callbacks can be connected to."""
+    """Base class of filters, whose output can be connected to callbacks."""
 
     def __init__(self) -> None:
         self.callbacks: dict[int, tuple[Callable[..., object], tuple[Any, ...]]] = {}
 
     def registerCallback(self, cb: Callable[..., object], *args: Any) -> int:
-        """Calls `cb` with each output, followed by `args`. Returns the number of the connection."""
+        """Call `cb` with each output message, followed by `args`. Return the number of the connection."""
         number = len(self.callbacks)
         self.callbacks[number] = (cb, args)
         return number
 
     def signalMessage(self, *msg: Any) -> None:
-        """Passes an output to all callbacks, in the order of their connection."""
+        """Call all callbacks with a message, in the order of their registration."""
         for callback, more in tuple(self.callbacks.values()):
             callback(*msg, *more)
 
 
 class Subscriber(SimpleFilter):
-    """The messages of a topic. Takes the arguments of `rospy.Subscriber`, and has its attributes."""
+    """Filter that outputs the messages of a topic.
+
+    It takes the arguments of `rospy.Subscriber` and has its attributes. Callbacks run in its threads.
+    """
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__()
@@ -36,23 +39,24 @@ class Subscriber(SimpleFilter):
         self.sub = rospy.Subscriber(*args, **kwargs)
 
     def callback(self, msg: Any) -> None:
-        """Called with each message of the topic."""
+        """Pass a message of the topic to the callbacks."""
         self.signalMessage(msg)
 
     def getTopic(self) -> str:
-        """The name of the topic, as it was given."""
+        """Return the name of the topic as passed to the constructor."""
         return str(self.topic)
 
     def __getattr__(self, key: str) -> Any:
-        if key == "sub":  # not there yet, or no more
+        if key == "sub":  # before the constructor has set it
             raise AttributeError(key)
         return getattr(self.sub, key)
 
 
 def stamp_of(msg: Any, allow_headerless: bool) -> Any:
-    """The stamp of a message.
+    """Return the stamp of a message.
 
-    The current time for one without header where that is allowed, otherwise None.
+    For a message without a header, return the current time if `allow_headerless` is true; otherwise log a
+    warning and return None.
     """
     try:
         return msg.header.stamp
@@ -60,8 +64,8 @@ def stamp_of(msg: Any, allow_headerless: bool) -> Any:
         if allow_headerless:
             return rospy.Time.now()
     rospy.logwarn(
-        "A message of type %s has no header with a stamp, and is dropped. "
-        "With allow_headerless=True the time of its arrival counts.",
+        "Dropped a message of type %s without a header. "
+        "Pass allow_headerless=True to use the time of arrival as its stamp.",
         getattr(msg, "_type", type(msg).__name__),
     )
     return None

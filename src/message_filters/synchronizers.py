@@ -1,4 +1,4 @@
-"""Messages of several filters, put together by their stamps."""
+"""`TimeSynchronizer` and `ApproximateTimeSynchronizer`, which match messages of several filters by stamp."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from pipros.filters.synchronizer import ApproximateSynchronizer, ExactSynchroniz
 
 
 class TimeSynchronizer(SimpleFilter):
-    """Calls back with one message of each filter when their stamps are equal.
+    """Filter that outputs sets of messages, one of each input, with equal stamps.
 
-    Calls come one at a time. A callback may raise, and may feed the filters: neither stops later sets.
+    Callbacks run one at a time, in the thread that delivers the last message of a set. Exceptions in a
+    callback, and messages added by it, do not affect later sets.
 
     Args:
-        fs: the filters.
-        queue_size: how many messages of each filter wait for the others; the oldest stamps are dropped.
-        reset: forget what waits when a simulated clock goes back.
+        fs: the input filters.
+        queue_size: maximum number of waiting messages of each input; the oldest stamps are dropped.
+        reset: clear the queues if simulated time jumps back.
     """
 
     def __init__(self, fs: Sequence[SimpleFilter], queue_size: int, reset: bool = False) -> None:
@@ -33,13 +34,13 @@ class TimeSynchronizer(SimpleFilter):
 
     @property
     def queues(self) -> list[Queue]:
-        """What waits of each filter: messages by their stamps in nanoseconds."""
+        """The queue of each input: messages by stamp in nanoseconds."""
         queues: list[Queue] = self._matcher.queues
         return queues
 
     @property
     def queue_size(self) -> int:
-        """How many messages of each filter wait at most."""
+        """Maximum number of waiting messages of each input."""
         return int(self._matcher.queue_size)
 
     @queue_size.setter
@@ -48,7 +49,7 @@ class TimeSynchronizer(SimpleFilter):
 
     @property
     def enable_reset(self) -> bool:
-        """Whether a simulated clock that goes back empties the queues."""
+        """Whether the queues are cleared if simulated time jumps back."""
         return bool(self._matcher.reset)
 
     @enable_reset.setter
@@ -56,7 +57,7 @@ class TimeSynchronizer(SimpleFilter):
         self._matcher.reset = value
 
     def connectInput(self, fs: Sequence[SimpleFilter]) -> None:
-        """Takes the messages of these filters; what waits of others is forgotten."""
+        """Connect new input filters. Waiting messages are dropped."""
         old = self._matcher
         self._matcher = self._new_matcher(len(fs), old.queue_size, old.reset)
         self.input_connections = [
@@ -65,7 +66,7 @@ class TimeSynchronizer(SimpleFilter):
         ]
 
     def add(self, msg: Any, my_queue: Queue, my_queue_index: int | None = None) -> None:
-        """Takes a message of the filter that has this queue and number."""
+        """Add a message of the input with this queue and index."""
         stamp: int = msg.header.stamp.to_nsec()
         with self.lock:
             now = self._simulated_now()
@@ -73,24 +74,23 @@ class TimeSynchronizer(SimpleFilter):
                 self.signalMessage(*complete)
 
     def _simulated_now(self) -> int | None:
-        """The time of a simulated clock, where it matters."""
+        """Return the simulated time in nanoseconds; None if `reset` is off or the clock is real."""
         if not self._matcher.reset or rospy.rostime.is_wallclock():
             return None
         return rospy.Time.now().to_nsec()
 
 
 class ApproximateTimeSynchronizer(TimeSynchronizer):
-    """Calls back with one message of each filter when their stamps are less than `slop` apart.
+    """Filter that outputs sets of messages, one of each input, whose stamps differ by less than `slop`.
 
-    Calls come one at a time. A callback may raise, and may feed the filters: neither stops later sets. When
-    the clock goes back, what waits is forgotten.
+    Callbacks run as in `TimeSynchronizer`. If the clock jumps back, all waiting messages are dropped.
 
     Args:
-        fs: the filters.
-        queue_size: how many messages of each filter wait for the others; the oldest stamps are dropped.
-        slop: seconds.
-        allow_headerless: take messages without header by the time of their arrival; otherwise they are
-        dropped. reset: forget what waits of a filter when a simulated clock goes back.
+        fs: the input filters.
+        queue_size: maximum number of waiting messages of each input; the oldest stamps are dropped.
+        slop: exclusive limit of the difference between the stamps of a set, in seconds.
+        allow_headerless: stamp messages without a header with their time of arrival; otherwise drop them.
+        reset: clear the queue of an input if simulated time has jumped back since its last message.
     """
 
     def __init__(
@@ -109,7 +109,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         return ApproximateSynchronizer(inputs, queue_size, self.slop.to_nsec(), reset)
 
     def add(self, msg: Any, my_queue: Queue, my_queue_index: int | None = None) -> None:
-        """Takes a message of the filter that has this queue and number."""
+        """Add a message of the input with this queue and index."""
         stamp_as_time = stamp_of(msg, self.allow_headerless)
         if stamp_as_time is None:
             return
@@ -119,7 +119,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
             now: int = rospy.Time.now().to_nsec()
             simulated_now = now if matcher.reset and not rospy.rostime.is_wallclock() else None
             if matcher.went_back(now, simulated_now, my_queue_index):
-                rospy.loginfo("The clock went back: messages that waited to be synchronized are dropped.")
+                rospy.loginfo("Clock jumped back: dropped the messages that waited for synchronization.")
                 return
             matcher.slop = self.slop.to_nsec()
             for complete in matcher.add(msg, stamp, my_queue, my_queue_index, simulated_now):

@@ -1,4 +1,4 @@
-"""resource_retriever, as Noetic has it: what is in the files that package:// and file:// URLs name."""
+"""Drop-in replacement for Noetic's resource_retriever: read the files of package:// and file:// URLs."""
 
 from __future__ import annotations
 
@@ -9,16 +9,18 @@ from urllib.request import url2pathname, urlopen
 PACKAGE_PREFIX = "package://"
 
 HTTP_VARIABLE = "PIPROS_RESOURCES_BY_HTTP"
-"""The environment variable that, when it is 1, lets `get` ask web servers."""
+"""Environment variable that enables http:// and https:// URLs in `get` if it is 1."""
 
 _HTTP_TIMEOUT_S = 30.0
 
 
 def get_filename(url: str, use_protocol: bool = True) -> str:
-    """The URL with file:// for package://, or the path alone. Other URLs stay as they are.
+    """Convert a package:// URL to a file:// URL, or to a path if `use_protocol` is False.
+
+    Other URLs are returned unchanged.
 
     Raises:
-        Exception: it does not say which file of the package.
+        Exception: the URL does not contain a path in the package.
         rospkg.ResourceNotFound: the package does not exist.
     """
     if not url.startswith(PACKAGE_PREFIX):
@@ -33,13 +35,14 @@ def get_filename(url: str, use_protocol: bool = True) -> str:
 
 
 def get(url: str) -> bytes:
-    """What the file of a package:// or file:// URL holds.
+    """Return the content of the file of a package:// or file:// URL.
 
-    A URL often comes from a message, so from another node. Therefore http:// and https:// are refused, unless
-    the environment has PIPROS_RESOURCES_BY_HTTP=1: nobody else shall make this process ask web servers.
+    URLs often come from messages of other nodes. Therefore http:// and https:// are rejected unless
+    PIPROS_RESOURCES_BY_HTTP=1 is set, so that other nodes cannot make this process send requests. Requests
+    have a timeout of 30 s.
 
     Raises:
-        Exception: it cannot be read; the text has the URL and says why.
+        Exception: the file cannot be read. The message contains the URL and the reason.
         rospkg.ResourceNotFound: the package does not exist.
     """
     filename = get_filename(url)
@@ -48,8 +51,8 @@ def get(url: str) -> bytes:
         if parts.scheme in ("http", "https"):
             return _from_web_server(filename)
         if parts.scheme != "file" or parts.netloc not in ("", "localhost"):
-            raise ValueError("the URL must begin with package:// or file:///")
-        # A file's name may have the characters that a URL ends a path with.
+            raise ValueError("URL must start with package:// or file:///")
+        # ? and # may be part of a file name, although they end the path of a URL.
         path = filename.partition("://")[2].removeprefix(parts.netloc).replace("?", "%3F").replace("#", "%23")
         with open(url2pathname(path), "rb") as file:
             return file.read()
@@ -59,6 +62,6 @@ def get(url: str) -> bytes:
 
 def _from_web_server(url: str) -> bytes:
     if os.environ.get(HTTP_VARIABLE) != "1":
-        raise ValueError(f"web servers are not asked without {HTTP_VARIABLE}=1 in the environment")
-    with urlopen(url, timeout=_HTTP_TIMEOUT_S) as answer:  # noqa: S310 # get lets only http and https come here
-        return bytes(answer.read())
+        raise ValueError(f"http:// and https:// require {HTTP_VARIABLE}=1 in the environment")
+    with urlopen(url, timeout=_HTTP_TIMEOUT_S) as response:  # noqa: S310 # the caller has checked the scheme
+        return bytes(response.read())

@@ -1,7 +1,7 @@
-"""`rosrun robot_state_publisher robot_state_publisher`: sends the frames of a robot's links, from its joints.
+"""`rosrun robot_state_publisher robot_state_publisher`: publish the frames of a robot's links.
 
 Parameters: `robot_description`, `~publish_frequency` (50 Hz), `~use_tf_static` (true),
-`~ignore_timestamp` (false), `tf_prefix`. Subscribes to `joint_states`; sends on `/tf` and `/tf_static`.
+`~ignore_timestamp` (false), `tf_prefix`. Subscribes to `joint_states`; publishes on `/tf` and `/tf_static`.
 """
 
 from __future__ import annotations
@@ -22,20 +22,21 @@ from pipros.robot_model.urdf import Joint, Robot, UrdfError, read_robot
 from pipros.transforms.pose import Pose
 from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 
-_OLD_S = 30.0
-"""A message of joints that is older than this is worth a warning."""
+_MAX_AGE_S = 30.0
+"""Age of a JointState message above which a warning is logged."""
 
 _SHORTEST_PERIOD_S = 0.001
 """Between two messages: a frequency of 1e12 must not make a timer that never sleeps."""
 
 
 class RobotStatePublisher:
-    """Sends the frames of `robot` as long as the node runs.
+    """Publisher of the frames of `robot`, from the messages of `joint_states`.
 
     Args:
-        frequency: the highest rate of messages, and the rate of fixed joints without `use_tf_static`.
-        ignore_timestamp: send at every message.
-        tf_prefix: put in front of the names of all frames, with a slash.
+        frequency: maximum rate in Hz, and the rate of fixed joints without `use_tf_static`.
+        use_tf_static: publish fixed joints on `/tf_static`.
+        ignore_timestamp: publish for every message, without limiting the rate by stamps.
+        tf_prefix: prefix of all frame ids, followed by a slash.
     """
 
     def __init__(
@@ -52,9 +53,9 @@ class RobotStatePublisher:
         self._last_call = rospy.Time.now()
         for joint in self._frames.floating:
             rospy.logwarn(
-                "The joint %s floats: where %s is cannot be told from joint_states.", joint.name, joint.child
+                "Joint %s is floating: the pose of %s cannot be published.", joint.name, joint.child
             )
-        self._sender = TransformBroadcaster()
+        self._broadcaster = TransformBroadcaster()
         self._subscriber = rospy.Subscriber(
             "joint_states", JointState, self.on_joints, queue_size=1, tcp_nodelay=True
         )
@@ -68,7 +69,7 @@ class RobotStatePublisher:
             self._timer = rospy.Timer(period, self._on_timer, reset=True)
 
     def on_joints(self, message: Any) -> None:
-        """Called with each message of `joint_states`."""
+        """Handle a message of `joint_states`."""
         if len(message.name) != len(message.position):
             if message.position:
                 rospy.logerr(
@@ -86,44 +87,42 @@ class RobotStatePublisher:
         with self._lock:
             now = rospy.Time.now()
             if now < self._last_call:
-                rospy.logwarn("The clock went back: all joints are sent again.")
+                rospy.logwarn("Clock jumped back: publishing all joints again.")
                 self._frames.forget_times()
             self._last_call = now
             age = (now - message.header.stamp).to_sec()
-            if age > _OLD_S:
+            if age > _MAX_AGE_S:
                 rospy.logwarn_throttle(10.0, f"The received JointState is {age:f} seconds old.")
             due = self._frames.due(message.name, message.position, message.header.stamp.to_nsec())
         if due:
             stamp = message.header.stamp
-            self._sender.sendTransform([self._transform(joint, pose, stamp) for joint, pose in due])
+            self._broadcaster.sendTransform([self._transform(joint, pose, stamp) for joint, pose in due])
 
     def _on_timer(self, _event: Any) -> None:
         if self._frames.fixed:
-            # In the future, as genuine's: listeners find a transform also until the next one comes.
-            self._sender.sendTransform(self._fixed(rospy.Time.now() + rospy.Duration(0.5)))
+            # Stamped in the future, as in Noetic, so that lookups succeed until the next message.
+            self._broadcaster.sendTransform(self._fixed(rospy.Time.now() + rospy.Duration(0.5)))
 
     def _fixed(self, stamp: Any) -> list[Any]:
         return [self._transform(joint, pose_of(joint, 0.0), stamp) for joint in self._frames.fixed]
 
     def _transform(self, joint: Joint, pose: Pose, stamp: Any) -> Any:
         header = Header(stamp=stamp, frame_id=self._prefix + joint.parent)
-        moved = Transform(Vector3(*pose[:3]), Quaternion(*pose[3:]))
-        return TransformStamped(header, self._prefix + joint.child, moved)
+        transform = Transform(Vector3(*pose[:3]), Quaternion(*pose[3:]))
+        return TransformStamped(header, self._prefix + joint.child, transform)
 
 
 @exits_after_ctrl_c()
 def main(name: str = "robot_state_publisher") -> int:
-    """Runs the node until it is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     rospy.init_node(name)
     if name == "state_publisher":
-        rospy.logwarn(
-            "The program state_publisher is called robot_state_publisher now: please use that name."
-        )
+        rospy.logwarn("state_publisher is deprecated: use robot_state_publisher instead.")
     where = rospy.search_param("robot_description") or "robot_description"
     description = rospy.get_param(where, None)
     if description is None:
         rospy.logfatal(
-            "robot_state_publisher needs the parameter %s, which is not set", rospy.resolve_name(where)
+            "robot_state_publisher requires the parameter %s, which is not set", rospy.resolve_name(where)
         )
         return 255
     try:

@@ -1,4 +1,4 @@
-"""ROS graph: names, network and the master, under the names that ROS code imports.
+"""Drop-in replacement for Noetic's rosgraph: names, network addresses and the master API.
 
 Facade of `pipros.names`, `pipros.net` and `pipros.wire`; see http://docs.ros.org/noetic/api/rosgraph.
 """
@@ -41,13 +41,13 @@ __all__ = [
 
 
 def myargv(argv: Sequence[str] | None = None) -> list[str]:
-    """The arguments that have no `:=` in them."""
+    """Return the arguments without `:=`."""
     argv = sys.argv if argv is None else argv
     return [argument for argument in argv if ":=" not in argument]
 
 
 def __getattr__(name: str) -> Any:
-    """Modules that `import rospy` makes attributes in Noetic, imported when they are asked for."""
+    """Import modules on first use that `import rospy` makes attributes in Noetic."""
     if name in ("roslogging", "xmlrpc"):
         from importlib import import_module
 

@@ -1,7 +1,7 @@
-"""The master as tools and scripts know it: `rosgraph.Master("/name").getSystemState()`.
+"""The master API as Python methods: `rosgraph.Master("/name").getSystemState()`.
 
-Facade of `pipros.net.master_client.MasterClient`. Errors are those that ROS code catches: `MasterError`
-for the caller's error, `MasterFailure` for the master's, `socket.error` when it cannot be reached.
+Facade of `pipros.net.master_client.MasterClient`. Exceptions are those of Noetic: `MasterError` for invalid
+calls, `MasterFailure` for failures of the master, `socket.error` if it cannot be reached.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from rosgraph.network import parse_http_host_and_port
 from rosgraph.rosenv import get_master_uri
 
 
-class MasterException(Exception):  # the name that ROS code catches
-    """Root of the errors that the master answers with."""
+class MasterException(Exception):  # Noetic's name
+    """Base class of the errors that the master returns."""
 
 
 class MasterError(MasterException):
-    """The master says that the call is wrong (code -1)."""
+    """The master rejected the call (code -1)."""
 
 
 class MasterFailure(MasterException):
-    """The master says that it failed (code 0)."""
+    """The call failed at the master (code 0)."""
 
 
 ROSMasterException = MasterException
@@ -34,18 +34,18 @@ Failure = MasterFailure
 
 
 def is_online(master_uri: str | None = None) -> bool:
-    """True when a master answers at `master_uri`, by default at the environment's."""
+    """Return whether a master responds at `master_uri`, by default that of the environment."""
     return Master("rosgraph", master_uri=master_uri).is_online()
 
 
 class Master:
-    """The Master and Parameter Server API, as methods with their own names.
+    """The Master API and the Parameter Server API, as methods of the same names.
 
-    Each returns the value alone, or raises: `MasterError`, `MasterFailure`, `socket.error`,
-    `xmlrpc.client.Fault`.
+    Each method blocks until the master has responded, and returns the value alone. It raises `MasterError`,
+    `MasterFailure`, `socket.error` or `xmlrpc.client.Fault`.
 
     Attributes:
-        client: the client that the calls are made by. (Not in Noetic.)
+        client: the underlying client (not in Noetic).
     """
 
     def __init__(self, caller_id: str, master_uri: str | None = None) -> None:
@@ -69,9 +69,9 @@ class Master:
 
     @property
     def handle(self) -> Any:
-        """An `xmlrpc.client.ServerProxy` of the master, for what has no method here.
+        """An `xmlrpc.client.ServerProxy` of the master, for methods that this class does not have.
 
-        What is put in its place is called by all methods, with the caller id first: `handle.getPid("/me")`.
+        If it is set to another object, all methods call that, with the caller id first: `getPid("/me")`.
         """
         if self._handle is not None:
             return self._handle
@@ -87,7 +87,7 @@ class Master:
         if self._handle is not None:
             return self._succeed(getattr(self._handle, method)(self.caller_id, *params))
         try:
-            answer = self.client.call_raw(method, *params)
+            response = self.client.call_raw(method, *params)
         except Unreachable as error:
             raise error.__cause__ or ConnectionError(str(error)) from None
         except Fault as error:
@@ -96,17 +96,17 @@ class Master:
             raise ClientFault(error.code, error.text) from None
         except ProtocolError as error:
             raise MasterFailure(str(error)) from None
-        return self._succeed(answer)
+        return self._succeed(response)
 
     def _succeed(self, args: Any) -> Any:
-        """The value of an answer `[code, text, value]`; raises for the other codes than 1."""
+        """Return the value of a response `[code, text, value]`. Raises if the code is not 1."""
         code, text, value = args
         if code == 1:
             return value
         raise (MasterError if code == -1 else MasterFailure)(text)
 
     def is_online(self) -> bool:
-        """True when the master answers as it should."""
+        """Return whether the master responds correctly."""
         try:
             self.getPid()
         except (OSError, MasterException, TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""Addresses of this machine, headers of connections; a facade of `pipros.net.address` and `pipros.wire`."""
+"""Network addresses and connection headers. Facade of `pipros.net.address` and `pipros.wire`."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ __all__ = [
 ]
 
 
-# What ioctl() calls the list of network interfaces, and the address of one, on Linux.
+# Requests of ioctl() on Linux: list of network interfaces, and address of an interface.
 SIOCGIFCONF = 0x8912
 SIOCGIFADDR = 0x8915
 python3 = 1
@@ -49,15 +49,15 @@ python3 = 1
 logger = logging.getLogger("rosgraph.network")
 
 
-class ROSHandshakeException(Exception):  # the name that ROS code catches
-    """A connection header is wrong or did not come."""
+class ROSHandshakeException(Exception):  # Noetic's name
+    """A connection header is invalid or was not received."""
 
 
 def parse_http_host_and_port(url: str) -> tuple[str, int]:
-    """Host and port of a URL; port 80 when it names none.
+    """Return host and port of a URL; the default port is 80.
 
     Raises:
-        ValueError: it is not a URL.
+        ValueError: `url` is not a valid URL.
     """
     from urllib.parse import urlsplit
 
@@ -68,7 +68,10 @@ def parse_http_host_and_port(url: str) -> tuple[str, int]:
 
 
 def get_address_override() -> str | None:
-    """What `__hostname:=`, `__ip:=`, `ROS_HOSTNAME` or `ROS_IP` tell to advertise; None when nothing does."""
+    """Return the address set by `__hostname:=`, `__ip:=`, `ROS_HOSTNAME` or `ROS_IP`, or None.
+
+    Invalid values are reported on standard error.
+    """
     for key in ("__hostname:=", "__ip:="):
         for argument in sys.argv:
             if argument.startswith(key):
@@ -89,7 +92,7 @@ def get_address_override() -> str | None:
 
 
 def get_host_name() -> str:
-    """The name or address of this machine that others are to use."""
+    """Return the name or address of this machine to advertise to other machines."""
     return get_address_override() or _best_name()
 
 
@@ -99,7 +102,7 @@ def _best_name() -> str:
 
 
 def get_local_addresses() -> list[str]:
-    """The IP addresses of this machine, loopback first."""
+    """Return the IP addresses of this machine, loopback first."""
     try:
         _, _, found = socket.gethostbyname_ex(socket.gethostname())
     except OSError:
@@ -109,7 +112,7 @@ def get_local_addresses() -> list[str]:
 
 
 def get_local_address() -> str:
-    """What is overridden, else an address of this machine that others can reach, if it has one."""
+    """Return the overridden address, or one that other machines can reach if it exists, or loopback."""
     if override := get_address_override():
         return override
     addresses = get_local_addresses()
@@ -117,14 +120,14 @@ def get_local_address() -> str:
 
 
 def is_local_address(hostname: str) -> bool:
-    """True when the name or address is one of this machine."""
+    """Return whether a name or address belongs to this machine."""
     return is_this_machine(hostname)
 
 
 def get_bind_address(address: str | None = None) -> str:
-    """Where a server listens that is to be reached as `address`.
+    """Return the address to bind for a server that clients reach as `address`.
 
-    By default as pipros nodes do: loopback as long as everything is local.
+    The default is that of pipros nodes: loopback if master and node are local.
     """
     address = address or get_address_override()
     if not address:
@@ -137,20 +140,20 @@ def get_bind_address(address: str | None = None) -> str:
 
 
 def use_ipv6() -> bool:
-    """True when `ROS_IPV6=on`."""
+    """Return whether `ROS_IPV6=on`."""
     return os.environ.get(ROS_IPV6) == "on"
 
 
 def create_local_xmlrpc_uri(port: int) -> str:
-    """The URI of an XML-RPC server of this machine."""
+    """Return the URI of an XML-RPC server of this machine."""
     return _address.uri(get_host_name(), port)
 
 
 def encode_ros_handshake_header(header: Mapping[Any, Any]) -> bytes:
-    """A connection header as TCPROS sends it, its length first. Keys and values are texts, or bytes in UTF-8.
+    """Encode a TCPROS connection header, with its length first. Keys and values are str, or bytes in UTF-8.
 
     Raises:
-        TypeError: one is neither.
+        TypeError: a key or a value is neither str nor bytes.
     """
     return encode_header({_text(key): _text(value) for key, value in header.items()})
 
@@ -159,15 +162,15 @@ def _text(part: object) -> str:
     if isinstance(part, bytes):
         return part.decode()
     if not isinstance(part, str):
-        raise TypeError(f"header fields must be text or bytes, got {type(part).__name__}: {part!r}")
+        raise TypeError(f"header fields must be str or bytes, got {type(part).__name__}: {part!r}")
     return part
 
 
 def decode_ros_handshake_header(header_str: bytes) -> dict[str, str]:
-    """The fields of a connection header that begins with its length.
+    """Return the fields of a connection header that starts with its length.
 
     Raises:
-        ROSHandshakeException: when it is incomplete or wrong.
+        ROSHandshakeException: the header is incomplete or invalid.
     """
     size = int.from_bytes(header_str[:4], "little") + 4
     if len(header_str) < size or len(header_str) < 4:
@@ -181,10 +184,10 @@ def decode_ros_handshake_header(header_str: bytes) -> dict[str, str]:
 
 
 def read_ros_handshake_header(sock: socket.socket, b: Any, buff_size: int) -> dict[str, str]:
-    """Reads a connection header from a socket; what follows it stays in the buffer `b`.
+    """Read a connection header from a socket. Bytes after the header are left in the buffer `b`.
 
     Raises:
-        ROSHandshakeException: the peer closed before the header was complete, or it is wrong or too long.
+        ROSHandshakeException: the peer closed the connection too early, or the header is invalid or too long.
     """
     reader = HeaderReader()
     data: bytes = b.getvalue()
@@ -204,7 +207,7 @@ def read_ros_handshake_header(sock: socket.socket, b: Any, buff_size: int) -> di
 
 
 def write_ros_handshake_header(sock: socket.socket, header: Mapping[Any, Any]) -> int:
-    """Sends a connection header; returns how many bytes it has."""
+    """Send a connection header and return its size in bytes."""
     data = encode_ros_handshake_header(header)
     sock.sendall(data)
     return len(data)

@@ -1,4 +1,4 @@
-"""The ROS environment variables that concern the graph."""
+"""The environment variables of the ROS graph."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ DEFAULT_MASTER_URI = f"http://localhost:{DEFAULT_MASTER_PORT}/"
 
 
 def get_master_uri(env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None) -> str:
-    """The URI of the master: `__master:=` in `argv`, else `ROS_MASTER_URI`, else the default.
+    """Return the URI of the master: `__master:=` in `argv`, else `ROS_MASTER_URI`, else the default.
 
     Raises:
-        ValueError: for `__master:=` without a value, or with another `:=` in it.
+        ValueError: `__master:=` has no value, or contains another `:=`.
     """
     env = os.environ if env is None else env
     for argument in sys.argv if argv is None else argv:

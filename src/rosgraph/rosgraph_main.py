@@ -9,11 +9,11 @@ from pipros.cli.rosgraph import main
 
 
 def fullusage() -> NoReturn:
-    """Prints how to use the command, and ends the process with code 255."""
+    """Print the usage of the command and exit with code 255."""
     sys.exit(main(["usage"]))
 
 
 def rosgraph_main() -> None:
-    """The command, with the arguments of the process. Ends the process when it was not used rightly."""
+    """Run the command with the arguments of the process. Exit with an error code for invalid arguments."""
     if code := main():
         sys.exit(code)

@@ -1,4 +1,4 @@
-"""`rosgraph.roslogging`: log files of programs that are not nodes, and the console handler of ROS."""
+"""`rosgraph.roslogging`: log files of programs that are not nodes, and the console handler."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from pipros.node.program_log import link_latest, log_program, make_folders_as_pa
 ROS_LOG_DIR = "ROS_LOG_DIR"
 
 
-class LoggingException(Exception):  # the name that ROS code catches
+class LoggingException(Exception):  # Noetic's name
     """Logging could not be configured."""
 
 
-class RospyLogger(logging.getLoggerClass()):  # type: ignore[misc]  # whatever others have set it to
-    """A logger of genuine rospy. `rospy.loginfo` and its family name their caller without it."""
+class RospyLogger(logging.getLoggerClass()):  # type: ignore[misc]  # another module may have replaced it
+    """Logger class of Noetic's rospy. `rospy.loginfo` and its family do not need it to find their caller."""
 
     def findCaller(self, *args: Any, **kwargs: Any) -> tuple[str, int, str, str | None]:  # noqa: N802
-        """File, line and function that log, and the stack if it is asked for."""
+        """Return file, line and function of the caller, and the stack if requested."""
         return super().findCaller(*args, **kwargs)  # type: ignore[no-any-return]
 
 
 class RosStreamHandler(ConsoleHandler):
-    """Writes in the format of `ROSCONSOLE_FORMAT`: DEBUG and INFO to stdout, the rest to stderr."""
+    """Handler with the format of `ROSCONSOLE_FORMAT`: DEBUG and INFO go to stdout, other levels to stderr."""
 
     def __init__(self, colorize: bool = True, stdout: Any = None, stderr: Any = None) -> None:
-        """`stdout` and `stderr` are written to in place of the process's own."""
+        """Set up the handler. `stdout` and `stderr` replace the streams of the process."""
         super().__init__(
             "",
             lambda: None,
@@ -44,7 +44,9 @@ class RosStreamHandler(ConsoleHandler):
         )
 
     def emit(self, record: logging.LogRecord) -> None:
-        rospy: Any = sys.modules.get("rospy.session")  # a configuration is read before there is a node
+        rospy: Any = sys.modules.get(
+            "rospy.session"
+        )  # not imported if logging is configured before a node exists
         if rospy is not None:
             node = rospy.session.node
             self.node_name = rospy.session.name
@@ -58,20 +60,20 @@ def configure_logging(
     filename: str | None = None,
     env: Mapping[str, str] | None = None,
 ) -> str | None:
-    """Has Python's logging write to a file in the folder of ROS' logs, and to what a configuration file says.
+    """Configure Python's logging: a file in the ROS log folder, and the handlers of a configuration file.
 
     Args:
-        logname: the logger of the program, and the beginning of the file's name.
-        level: what is written.
-        filename: in place of `<logname>-<pid>.log`.
-        env: in place of the environment of the process.
+        logname: name of the program's logger, and prefix of the file name.
+        level: minimum level to write.
+        filename: file name instead of `<logname>-<pid>.log`.
+        env: replacement for the environment of the process.
 
     Returns:
-        The path of the log file; None when there is no folder for it, which is said on stderr.
+        The path of the log file; None, with a message on stderr, if its folder cannot be created.
 
     Raises:
-        LoggingException: a file is in the place of the folder, or what `ROS_PYTHON_LOG_CONFIG_FILE` names
-            cannot be used.
+        LoggingException: the path of the folder is a file, or the configuration file of
+            `ROS_PYTHON_LOG_CONFIG_FILE` is invalid.
     """
     try:
         path = log_program(logname, level, filename, Environment.from_os(env))
@@ -81,20 +83,20 @@ def configure_logging(
 
 
 def makedirs_with_parent_perms(p: str) -> None:
-    """Makes a folder and those above it, each with owner and mode of the one that it lies in.
+    """Create a folder and missing parents, each with the owner and mode of its parent.
 
-    So folders that root makes in the home of a user are the user's.
+    Folders that root creates in a user's home thus belong to the user.
 
     Raises:
-        OSError: one cannot be made.
+        OSError: a folder cannot be created.
     """
     make_folders_as_parent(Path(p))
 
 
 def renew_latest_logdir(logfile_dir: str) -> bool:
-    """Points the link `latest` beside a folder of logs to it; False when `latest` is not a link.
+    """Update the link `latest` beside a log folder. Return False if `latest` exists and is not a link.
 
     Raises:
-        OSError: the link cannot be made.
+        OSError: the link cannot be created.
     """
     return link_latest(Path(logfile_dir))

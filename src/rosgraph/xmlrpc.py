@@ -1,4 +1,4 @@
-"""An XML-RPC server for those who write their own nodes; a facade of `pipros.net.rpc_server`."""
+"""An XML-RPC server for programs with their own nodes. Facade of `pipros.net.rpc_server`."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ __getattr__, __dir__ = lazy_names(
         "isstring": "rosgraph.names",
     },
 )
-"""Servers of the standard library, which cost more to import than all of the above."""
+"""Servers of the standard library, imported on first use because their import is slow."""
 
 _log = logging.getLogger("xmlrpc")
 
 
 class XmlRpcHandler:
-    """What an `XmlRpcNode` serves: every public method of a subclass can be called by peers."""
+    """Base class of the handlers of `XmlRpcNode`. Peers can call every public method of a subclass."""
 
     def _ready(self, uri: str) -> None:
-        """Called with the URI when the server answers."""
+        """Called with the URI once the server accepts requests."""
 
     def _shutdown(self, reason: str) -> None:
-        """Called when the server ends."""
+        """Called when the server shuts down."""
 
 
 class XmlRpcNode:
-    """Serves a handler on a port. `uri` is where, once it has started.
+    """XML-RPC server of a handler. `uri` is its address once it has started.
 
-    Methods run one at a time, in the server's thread; they must not wait for each other.
+    Methods run one at a time in the server's thread, so they must not wait for each other.
     """
 
     def __init__(
@@ -61,10 +61,10 @@ class XmlRpcNode:
         self._loop = BackgroundLoop("xmlrpc node")
 
     def start(self) -> None:
-        """Serves in a thread of its own; `uri` is set when this returns.
+        """Start to serve in a background thread. Returns when `uri` is set.
 
         Raises:
-            OSError: when the port is taken and nobody asked to be told by `on_run_error`.
+            OSError: the port is in use, and `on_run_error` is not set.
         """
         host = _address.bind_host(Environment.from_os())
         self.server = RpcServer(_methods_of(self.handler), host=host, port=self.port)
@@ -85,23 +85,23 @@ class XmlRpcNode:
             self.handler._ready(self.uri)
 
     def run(self) -> None:
-        """Serves until `shutdown`, in the thread of the caller."""
+        """Start to serve and block until `shutdown`."""
         self.start()
         while not self.is_shutdown and self.server is not None:
             wait_in_slices(self._ended.wait, None)
 
     def set_uri(self, uri: str) -> None:
-        """Tells the node by which URI it is known."""
+        """Set the URI of the node."""
         self.uri = uri
 
     def shutdown(self, reason: str) -> None:
-        """Ends the server. May be repeated."""
+        """Shut the server down. May be repeated."""
         server, self.server = self.server, None
         self.is_shutdown = True
         self._ended.set()
         if server is None:
             return
-        _log.debug("ending %s: %s", self.uri, reason)
+        _log.debug("shutting down %s: %s", self.uri, reason)
         self._loop.run(server.stop())
         self._loop.stop()
         if self.handler is not None:
@@ -109,6 +109,6 @@ class XmlRpcNode:
 
 
 def _methods_of(handler: XmlRpcHandler | None) -> dict[str, Callable[..., Any]]:
-    """The table of methods: taken once, so that peers cannot reach anything else."""
+    """Return the table of public methods, which is fixed so that peers cannot call anything else."""
     names = [] if handler is None else [name for name in dir(type(handler)) if not name.startswith("_")]
     return {name: getattr(handler, name) for name in names if callable(getattr(handler, name))}

@@ -1,4 +1,4 @@
-"""XML-RPC servers of Python's standard library that answer several callers at once.
+"""XML-RPC servers based on Python's standard library, for several concurrent clients.
 
 `rosgraph.xmlrpc.XmlRpcNode` does not need them: it uses the server of pipros' nodes and master.
 """
@@ -16,16 +16,16 @@ _logger = logging.getLogger("xmlrpc")
 
 
 class SilenceableXMLRPCRequestHandler(SimpleXMLRPCRequestHandler):
-    """Answers requests, keeps connections open, and prints nothing."""
+    """Request handler that keeps connections open and does not log requests."""
 
     protocol_version = "HTTP/1.1"
 
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002  # its name in the standard library
-        """Says nothing."""
+        """Do nothing."""
 
 
 class ThreadingXMLRPCServer(socketserver.ThreadingMixIn, SimpleXMLRPCServer):
-    """Answers each connection in a thread of its own."""
+    """Server with one thread per connection."""
 
     daemon_threads = True
 
@@ -42,14 +42,14 @@ class ThreadingXMLRPCServer(socketserver.ThreadingMixIn, SimpleXMLRPCServer):
         )
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Logs what a connection ended by, in place of printing it."""
-        _logger.exception("error in the connection of %s (%s)", client_address, request)
+        """Log the exception of a connection instead of printing it."""
+        _logger.exception("error in connection from %s (%s)", client_address, request)
 
 
 if hasattr(socketserver, "ForkingMixIn"):
 
     class ForkingXMLRPCServer(socketserver.ForkingMixIn, SimpleXMLRPCServer):
-        """Answers each connection in a process of its own."""
+        """Server with one process per connection."""
 
         def __init__(
             self,

@@ -1,7 +1,7 @@
-"""`rosmsg` for Python code: the types of packages, and their definitions as text.
+"""Python API of `rosmsg` and `rossrv`: message and service types, and their definitions.
 
-Facade of `pipros.cli.rosmsg`; see http://wiki.ros.org/rosmsg. Where Noetic takes a `rospkg.RosPack`,
-the packages of the environment are meant.
+Facade of `pipros.cli.rosmsg`; see http://wiki.ros.org/rosmsg. Arguments `rospack` are ignored: packages are
+those of the environment.
 """
 
 from __future__ import annotations
@@ -64,28 +64,28 @@ _KINDS: Mapping[str, TypeCatalogue] = {MODE_MSG: MESSAGES, MODE_SRV: SERVICES}
 
 
 class ROSMsgException(Exception):
-    """A type or a package is not there, or its definition is broken."""
+    """A type or a package does not exist, or a definition is invalid."""
 
 
 class RosMsgProtoException(Exception):
-    """A message cannot be shown as YAML."""
+    """A message cannot be represented as YAML."""
 
 
 class RosMsgProtoArgsException(Exception):
-    """The arguments of `rosmsg-proto` are wrong."""
+    """The arguments of `rosmsg-proto` are invalid."""
 
 
 def get_msg_text(type_: str, raw: bool = False, rospack: object = None) -> str:  # noqa: ARG001
-    """The definition of a message: as written, or with what it embeds.
+    """Return the definition of a message: as in the file with `raw`, otherwise with embedded types.
 
     Raises:
-        ROSMsgException: it cannot be had.
+        ROSMsgException: the type does not exist, or its definition is invalid.
     """
     return _text(MESSAGES, type_, raw)
 
 
 def get_srv_text(type_: str, raw: bool = False, rospack: object = None) -> str:  # noqa: ARG001
-    """The definition of a service, as `get_msg_text`."""
+    """Return the definition of a service; see `get_msg_text`."""
     return _text(SERVICES, type_, raw)
 
 
@@ -97,7 +97,8 @@ def _text(interfaces: TypeCatalogue, type_name: str, raw: bool) -> str:
 
 
 def list_types(package: str, mode: str = MODE_MSG, rospack: object = None) -> list[str]:  # noqa: ARG001
-    """The types of a package, `package/Name` each, sorted.
+    """Return the types of a package as `package/Name`, sorted.
+        ValueError: `mode` is unknown.
 
     Raises:
         ROSMsgException: the package does not exist.
@@ -111,23 +112,23 @@ def list_types(package: str, mode: str = MODE_MSG, rospack: object = None) -> li
 
 
 def _list_types(path: str, subdir: str, ext: str) -> list[str]:
-    """The names of the types whose files, with the extension `ext`, are in the folder `path`, sorted."""
-    del subdir  # stands in the path
+    """Return the names of the types in the folder `path` with the file extension `ext`, sorted."""
+    del subdir  # part of the path
     return sorted(file.stem for file in Path(path).glob(f"*{ext}") if file.is_file())
 
 
 def list_msgs(package: str, rospack: object = None) -> list[str]:
-    """The messages of a package, `package/Name` each, sorted."""
+    """Return the messages of a package as `package/Name`, sorted."""
     return list_types(package, MODE_MSG, rospack)
 
 
 def list_srvs(package: str, rospack: object = None) -> list[str]:
-    """The services of a package, `package/Name` each, sorted."""
+    """Return the services of a package as `package/Name`, sorted."""
     return list_types(package, MODE_SRV, rospack)
 
 
 def iterate_packages(rospack: object, mode: str) -> Iterator[tuple[str, str]]:  # noqa: ARG001
-    """The packages that have messages (or services), each with the folder that holds them."""
+    """Yield the packages with messages (or services) and the folder of their definitions."""
     interfaces = _KINDS[mode]
     index = PackageIndex.from_environment()
     for package in interfaces.packages():
@@ -135,12 +136,12 @@ def iterate_packages(rospack: object, mode: str) -> Iterator[tuple[str, str]]:  
 
 
 def rosmsg_search(rospack: object, mode: str, base_type: str) -> Iterator[str]:  # noqa: ARG001
-    """The types of that name in all packages."""
+    """Yield the types named `base_type` of all packages."""
     yield from _KINDS[mode].types_named(base_type)
 
 
 def rosmsg_md5(mode: str, type_: str) -> str:
-    """The md5 of a type.
+    """Return the MD5 sum of a type.
 
     Raises:
         ROSMsgException: the type does not exist.
@@ -152,17 +153,17 @@ def rosmsg_md5(mode: str, type_: str) -> str:
 
 
 def rosmsg_debug(rospack: object, mode: str, type_: str, raw: bool = False) -> None:  # noqa: ARG001
-    """Prints the definition of a type. Raises as `get_msg_text`."""
+    """Print the definition of a type. Raises like `get_msg_text`."""
     print(_text(_KINDS[mode], type_, raw))
 
 
 def spec_to_str(msg_context: Any, spec: Any, buff: TextIO | None = None, indent: str = "") -> str:
-    """The constants and fields of a definition of genmsg, those of embedded types below theirs.
+    """Format the constants and fields of a genmsg definition, with embedded types indented.
 
     Args:
         msg_context: a `genmsg.MsgContext` with the embedded types.
         spec: a `genmsg.MsgSpec`.
-        buff: where to write it, too.
+        buff: stream to write the text to, in addition.
 
     Raises:
         KeyError: an embedded type is not registered.
@@ -181,14 +182,14 @@ def spec_to_str(msg_context: Any, spec: Any, buff: TextIO | None = None, indent:
 
 
 def create_names_filter(names: Collection[str]) -> Callable[[Any], list[str]]:
-    """What lists the fields of a message that are not among these."""
+    """Return a function that lists the fields of a message except `names`."""
     return lambda message: [name for name in message.__slots__ if name not in names]
 
 
 def get_array_type_instance(field_type: str, default_package: str | None = None) -> Any:
-    """The default value of an element of an array: `get_array_type_instance("int32[]")` is 0.
+    """Return the default value of an array element: 0 for `get_array_type_instance("int32[]")`.
 
-    None for an array of texts, and for a type that does not exist.
+    Return None for an array of strings, and for an unknown type.
     """
     base = field_type.partition("[")[0].strip()
     if base in ("time", "duration"):
@@ -214,13 +215,13 @@ def get_yaml_for_msg(
     flow_style_: bool | None = None,
     fill_arrays_: bool = False,
 ) -> str:
-    """The fields of a message as YAML.
+    """Return the fields of a message as YAML.
 
     Args:
-        prefix: put before each line.
-        field_filter: lists the fields to show of a message.
-        flow_style_: with brackets always, never, or (None) for the parts of larger messages.
-        fill_arrays_: shows one element of arrays that would be empty.
+        prefix: prefix of each line.
+        field_filter: function that lists the fields of a message to include.
+        flow_style_: use flow style (brackets) always or never; None for the parts of larger messages.
+        fill_arrays_: include one element of empty arrays.
     """
     del time_offset, current_time
     shown = msg.__slots__ if field_filter is None else field_filter(msg)
@@ -230,7 +231,7 @@ def get_yaml_for_msg(
 
 
 def fullusage(mode: str) -> str:
-    """What the command prints without arguments: how to use it."""
+    """Return the usage text of the command."""
     from contextlib import redirect_stdout
     from io import StringIO
 
@@ -240,52 +241,52 @@ def fullusage(mode: str) -> str:
 
 
 def rosmsg_cmd_list(mode: str, full: str, argv: Sequence[str] | None = None) -> None:
-    """`rosmsg list`, with the arguments behind it."""
+    """Run `rosmsg list` with the arguments `argv`, or those of the process."""
     _command(mode, full, "list", argv)
 
 
 def rosmsg_cmd_packages(mode: str, full: str, argv: Sequence[str] | None = None) -> None:
-    """`rosmsg packages`, with the arguments behind it."""
+    """Run `rosmsg packages` with the arguments `argv`, or those of the process."""
     _command(mode, full, "packages", argv)
 
 
 def rosmsg_cmd_show(mode: str, full: str, alias: str = "show") -> None:
-    """`rosmsg show`, with the arguments of the process behind it."""
+    """Run `rosmsg show` with the arguments of the process."""
     _command(mode, full, alias, None)
 
 
 def rosmsg_cmd_md5(mode: str, full: str) -> None:
-    """`rosmsg md5`, with the arguments of the process behind it."""
+    """Run `rosmsg md5` with the arguments of the process."""
     _command(mode, full, "md5", None)
 
 
 def rosmsg_cmd_package(mode: str, full: str) -> None:
-    """`rosmsg package`, with the arguments of the process behind it."""
+    """Run `rosmsg package` with the arguments of the process."""
     _command(mode, full, "package", None)
 
 
 def rosmsg_cmd_prototype(args: Sequence[str]) -> None:
-    """`rosmsg-proto`, with these arguments.
+    """Run `rosmsg-proto` with these arguments.
 
     Raises:
-        SystemExit: it failed, or was used wrongly.
+        SystemExit: the command failed, or its arguments are invalid.
     """
     if code := _prototype_main(list(args)):
         sys.exit(code)
 
 
 def _command(mode: str, full: str, name: str, argv: Sequence[str] | None) -> None:
-    del full  # how the command calls itself
+    del full  # the command has its own name
     arguments = sys.argv[2:] if argv is None else argv
     if code := _main([name, *arguments], interfaces=_KINDS[mode]):
         sys.exit(code)
 
 
 def rosmsgmain(mode: str = MODE_MSG) -> None:
-    """The command `rosmsg` or `rossrv`.
+    """Run the command `rosmsg` or `rossrv`.
 
     Raises:
-        SystemExit: it failed, or was used wrongly.
+        SystemExit: the command failed, or its arguments are invalid.
     """
     if code := _main(interfaces=_KINDS[mode]):
         sys.exit(code)

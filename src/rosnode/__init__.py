@@ -1,4 +1,4 @@
-"""`rosnode` for Python code: which nodes run, whether they answer, how to end them.
+"""Python API of `rosnode`: list, ping and shut down nodes.
 
 Facade of `pipros.graph`; see http://wiki.ros.org/rosnode.
 """
@@ -56,7 +56,7 @@ class ROSNodeException(Exception):
 
 
 class ROSNodeIOException(ROSNodeException):
-    """The master, or a node, does not answer."""
+    """The master or a node cannot be reached."""
 
 
 @contextlib.contextmanager
@@ -66,13 +66,17 @@ def _graph() -> Iterator[GraphClient]:
 
 
 def get_node_names(namespace: str | None = None) -> list[str]:
-    """The nodes that run, in a namespace if one is given. Raises ROSNodeIOException without a master."""
+    """Return the registered nodes, optionally of one namespace.
+
+    Raises:
+        ROSNodeIOException: the master cannot be reached.
+    """
     with _graph() as graph:
         return _nodes.node_names(graph.master, _names.resolve(namespace or "/", "/rosnode"))
 
 
 def get_api_uri(master: object, caller_id: str, skip_cache: bool = False) -> str | None:  # noqa: ARG001
-    """The URI of a node's slave API, None when it is unknown. The master is that of the environment."""
+    """Return the URI of a node's slave API, or None for an unknown node. `master` is ignored."""
     with _graph() as graph:
         try:
             return graph.master.lookup_node(caller_id)
@@ -81,19 +85,19 @@ def get_api_uri(master: object, caller_id: str, skip_cache: bool = False) -> str
 
 
 def get_machines_by_nodes() -> list[str]:
-    """The hosts that nodes run on."""
+    """Return the hosts on which nodes run."""
     with _graph() as graph:
         return _nodes.machines(graph.master)
 
 
 def get_nodes_by_machine(machine: str) -> list[str]:
-    """The nodes on a host."""
+    """Return the nodes on a host."""
     with _graph() as graph:
         return _nodes.nodes_on(graph.master, machine)
 
 
 def kill_nodes(node_names: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Asks nodes to end. Returns those that do, and those that are not known or refuse."""
+    """Request nodes to shut down. Return those that accepted, and those that are unknown or failed."""
     with _graph() as graph:
         killed, failed = _nodes.kill(graph.master, node_names)
     return killed, list(failed)
@@ -105,49 +109,49 @@ def rosnode_ping(
     verbose: bool = False,
     skip_cache: bool = False,  # noqa: ARG001
 ) -> bool:
-    """Pings a node `max_count` times, or for ever; False when it does not answer."""
+    """Ping a node `max_count` times, or without limit if None. Return False if it does not respond."""
     with _graph() as graph:
         return _pinging.ping(graph.master, node_name, count=max_count, say=print if verbose else None)
 
 
 def rosnode_ping_all(verbose: bool = False, skip_cache: bool = False) -> tuple[list[str], list[str]]:  # noqa: ARG001
-    """Pings every node once. Returns those that answered, and those that did not."""
+    """Ping every node once. Return those that responded, and those that did not."""
     with _graph() as graph:
         return _pinging.ping_all(graph.master, print if verbose else None)
 
 
 def rosnode_listnodes(namespace: str | None = None, list_uri: bool = False, list_all: bool = False) -> None:
-    """Prints the nodes, their URIs, or both."""
+    """Print the nodes, their URIs, or both."""
     with _graph() as graph:
         ns = _names.resolve(namespace or "/", "/rosnode")
         print("\n".join(_nodes.listing(graph.master, ns, uris=list_uri, both=list_all)))
 
 
 def rosnode_info(node_name: str, quiet: bool = False) -> None:
-    """Prints all about a node."""
+    """Print the publications, subscriptions, services and connections of a node."""
     with _graph() as graph:
         _node_info.report_node(graph.master, graph.resolve(node_name), quiet=quiet)
 
 
 def get_node_info_description(node_name: str) -> str:
-    """What the master knows of a node, as text."""
+    """Return a text with the registrations of a node at the master."""
     with _graph() as graph:
         return _node_info.describe_registrations(graph.master, node_name)
 
 
 def get_node_connection_info_description(node_api: str, master: object) -> str:  # noqa: ARG001
-    """What a node says of itself, as text. The master is that of the environment."""
+    """Return a text with the connections that a node reports. `master` is ignored."""
     with _graph() as graph:
         return _node_info.describe_connections(graph.master, node_api)
 
 
 def rosnode_debugnode(node_name: str, quiet: bool = False) -> None:
-    """The same as `rosnode_info`."""
+    """Same as `rosnode_info`."""
     rosnode_info(node_name, quiet)
 
 
 def cleanup_master_blacklist(master: object, blacklist: Collection[str]) -> None:  # noqa: ARG001
-    """Removes the registrations of these nodes from the master. The master is that of the environment."""
+    """Remove the registrations of the nodes in `blacklist` from the master. `master` is ignored."""
     with _graph() as graph:
         for node in _nodes.node_names(graph.master):
             if node in blacklist:
@@ -155,7 +159,7 @@ def cleanup_master_blacklist(master: object, blacklist: Collection[str]) -> None
 
 
 def cleanup_master_whitelist(master: object, whitelist: Collection[str]) -> None:  # noqa: ARG001
-    """Removes the registrations of all other nodes from the master. The master is that of the environment."""
+    """Remove the registrations of all nodes not in `whitelist` from the master. `master` is ignored."""
     with _graph() as graph:
         for node in _nodes.node_names(graph.master):
             if node not in whitelist:
@@ -163,33 +167,33 @@ def cleanup_master_whitelist(master: object, whitelist: Collection[str]) -> None
 
 
 def lookup_uri(master: Any, system_state: Sequence[Sequence[Any]], topic: str, uri: str) -> str:
-    """The name of the node of that URI among the publishers and subscribers of a topic; else the URI.
+    """Return the publisher or subscriber of a topic with a slave API at `uri`, or `uri` if it is not found.
 
     Args:
         master: a `rosgraph.Master`.
-        system_state: what its `getSystemState` returns.
+        system_state: the result of its `getSystemState`.
     """
     for kind in system_state[:2]:
         for name, nodes in kind:
             if name == topic:
                 for node in nodes:
-                    with contextlib.suppress(Exception):  # an unknown node, or a master that has ended
+                    with contextlib.suppress(Exception):  # unknown node, or unreachable master
                         if master.lookupNode(node) == uri:
                             return str(node)
     return uri
 
 
 def rosnode_cleanup() -> None:
-    """Unregisters nodes that do not answer from the master, after asking on standard input."""
+    """Unregister nodes that do not respond from the master, after confirmation on standard input."""
     with _graph() as graph:
         _clean_up(graph.master)
 
 
 def rosnodemain(argv: Sequence[str] | None = None) -> None:
-    """The command `rosnode`. The first argument is the name of the program.
+    """Run the command `rosnode`. The first argument is the name of the program.
 
     Raises:
-        SystemExit: it failed, or was used wrongly.
+        SystemExit: the command failed, or its arguments are invalid.
     """
     if code := _main(None if argv is None else argv[1:]):
         sys.exit(code)

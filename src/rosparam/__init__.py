@@ -1,4 +1,4 @@
-"""`rosparam` for Python code: parameter files, and parameters by name.
+"""Python API of `rosparam`: parameters by name, and parameter files.
 
 Facade of `pipros.graph`; see http://wiki.ros.org/rosparam.
 """
@@ -66,7 +66,7 @@ NAME = "rosparam"
 NS = "_ns"
 
 pattern = re.compile(r"^rad\([^\)]*\)$")
-"""Texts in YAML files that are angles in radians."""
+"""Strings in YAML files that are angles in radians."""
 
 
 class RosParamException(Exception):
@@ -74,7 +74,7 @@ class RosParamException(Exception):
 
 
 class RosParamIOException(RosParamException):
-    """The parameter server does not answer."""
+    """The parameter server cannot be reached."""
 
 
 @contextlib.contextmanager
@@ -87,27 +87,27 @@ def _graph() -> Iterator[GraphClient]:
 
 
 def get_param_server() -> rosgraph.Master:
-    """The master, whose `getParam`, `setParam`, … are the parameter server."""
+    """Return the master, with the parameter server's methods `getParam`, `setParam`, …"""
     return rosgraph.Master("/rosparam")
 
 
 def get_param(param: str) -> Any:
-    """The value of a parameter, or the dictionary of a namespace.
+    """Return the value of a parameter, or a dictionary for a namespace.
 
     Raises:
-        rosgraph.MasterError: it is not set.
+        rosgraph.MasterError: the parameter is not set.
     """
     with _graph() as graph:
         return _server.read(graph.master, param)
 
 
 def set_param(param: str, value: str, verbose: bool = False) -> None:
-    """Sets a parameter to what a YAML text means."""
+    """Set a parameter to the value of a YAML string."""
     set_param_raw(param, _documents.parse_value(value, param), verbose)
 
 
 def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
-    """Sets a parameter; the values of a dictionary are set one by one, so that their neighbours stay."""
+    """Set a parameter. A dictionary is set value by value; other parameters of the namespace are kept."""
     with _graph() as graph:
         for leaf, part in _server.write(graph.master, param, value):
             if verbose:
@@ -115,7 +115,11 @@ def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
 
 
 def upload_params(ns: str, values: Any, verbose: bool = False) -> None:
-    """Sets all parameters of a dictionary in a namespace."""
+    """Set all parameters of a dictionary in a namespace.
+
+    Raises:
+        RosParamException: `ns` is `/` and `values` is not a dictionary.
+    """
     if ns == "/" and not isinstance(values, Mapping):
         raise RosParamException("global / can only be set to a dictionary")
     if verbose:
@@ -124,10 +128,10 @@ def upload_params(ns: str, values: Any, verbose: bool = False) -> None:
 
 
 def delete_param(param: str, verbose: bool = False) -> None:
-    """Removes a parameter or a namespace.
+    """Delete a parameter or a namespace.
 
     Raises:
-        rosgraph.MasterError: it is not set.
+        rosgraph.MasterError: the parameter is not set.
     """
     with _graph() as graph:
         _server.delete(graph.master, param)
@@ -136,7 +140,7 @@ def delete_param(param: str, verbose: bool = False) -> None:
 
 
 def list_params(ns: str) -> list[str]:
-    """The names of all parameters in a namespace, sorted."""
+    """Return the names of all parameters in a namespace, sorted."""
     with _graph() as graph:
         return _server.names_below(graph.master, graph.resolve(ns))
 
@@ -144,7 +148,7 @@ def list_params(ns: str) -> list[str]:
 def load_file(
     filename: str, default_namespace: str | None = None, verbose: bool = False
 ) -> list[tuple[Any, str]]:
-    """The documents of a YAML file, each with its namespace: `[(values, ns), …]`."""
+    """Read the documents of a YAML file, each with its namespace: `[(values, ns), …]`."""
     if verbose:
         print(f"reading parameters from [{filename}]")
     with _graph() as graph:
@@ -152,18 +156,18 @@ def load_file(
 
 
 def load_str(
-    str: str,  # noqa: A002  # the name that callers know
+    str: str,  # noqa: A002  # Noetic's name
     filename: str,
     default_namespace: str | None = None,
     verbose: bool = False,  # noqa: ARG001
 ) -> list[tuple[Any, str]]:
-    """As `load_file`, for a text; `filename` is used only in errors."""
+    """Like `load_file`, from a string; `filename` is used only in errors."""
     with _graph() as graph:
         return _documents.read_text(str, filename, default_namespace or graph.resolve(""))
 
 
 def dump_params(filename: str | None, param: str, verbose: bool = False) -> None:
-    """Writes a parameter or a namespace as YAML to a file, or to standard output."""
+    """Write a parameter or a namespace as YAML to a file, or to standard output if `filename` is None."""
     tree = get_param(param)
     if verbose:
         print_params(tree, param)
@@ -175,22 +179,22 @@ def dump_params(filename: str | None, param: str, verbose: bool = False) -> None
 
 
 def print_params(params: Any, ns: str) -> None:
-    """Prints each parameter as `name=value`."""
+    """Print each parameter as `name=value`."""
     for name, value in _server.leaves(ns, params):
         print(f"{name}={value}")
 
 
 def construct_angle_radians(loader: Any, node: Any) -> float:
-    """The number that `rad(pi/2)` in a YAML file means. For a PyYAML loader.
+    """Construct the number of an expression such as `rad(pi/2)`. For a PyYAML loader.
 
     Raises:
-        RosParamException: it is not arithmetic.
+        RosParamException: the text is not an arithmetic expression.
     """
     return _angle(_yaml.construct_radians, "radian", loader, node)
 
 
 def construct_angle_degrees(loader: Any, node: Any) -> float:
-    """The number of radians that `deg(90)` in a YAML file means; see `construct_angle_radians`."""
+    """Construct the radians of an expression such as `deg(90)`; see `construct_angle_radians`."""
     return _angle(_yaml.construct_degrees, "degree", loader, node)
 
 
@@ -202,14 +206,14 @@ def _angle(construct: Callable[[Any, Any], float], unit: str, loader: Any, node:
 
 
 def construct_yaml_binary(loader: Any, node: Any) -> Any:
-    """The `xmlrpc.client.Binary` that a `!!binary` in a YAML file means. For a PyYAML loader."""
+    """Construct the `xmlrpc.client.Binary` of a `!!binary` node. For a PyYAML loader."""
     from xmlrpc.client import Binary
 
     return Binary(loader.construct_yaml_binary(node))
 
 
 def represent_xml_binary(loader: Any, data: Any) -> Any:
-    """An `xmlrpc.client.Binary` as `!!binary`. For a PyYAML dumper, which Noetic calls a loader."""
+    """Represent an `xmlrpc.client.Binary` as `!!binary`. For a PyYAML dumper, which Noetic calls a loader."""
     from base64 import encodebytes
 
     text = encodebytes(data.data).decode("ascii")
@@ -217,15 +221,15 @@ def represent_xml_binary(loader: Any, data: Any) -> Any:
 
 
 def represent_foo(loader: Any, data: Any) -> Any:
-    """A text as a scalar with the tag `#`. For a PyYAML dumper."""
+    """Represent a string as a scalar with the tag `#`. For a PyYAML dumper."""
     return loader.represent_scalar("#", data)
 
 
 def yamlmain(argv: Sequence[str] | None = None) -> None:
-    """The command `rosparam`. The first argument is the name of the program.
+    """Run the command `rosparam`. The first argument is the name of the program.
 
     Raises:
-        SystemExit: it failed, or was used wrongly.
+        SystemExit: the command failed, or its arguments are invalid.
     """
     if code := _main(None if argv is None else argv[1:]):
         sys.exit(code)

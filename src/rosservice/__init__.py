@@ -1,4 +1,4 @@
-"""`rosservice` for Python code: which services there are, their types, and calling them.
+"""Python API of `rosservice`: list services, look up their types, and call them.
 
 Facade of `pipros.graph`; see http://wiki.ros.org/rosservice.
 """
@@ -44,7 +44,7 @@ class ROSServiceException(Exception):
 
 
 class ROSServiceIOException(ROSServiceException):
-    """The master, or a service, does not answer."""
+    """The master or a service cannot be reached."""
 
 
 @contextlib.contextmanager
@@ -59,7 +59,10 @@ def _graph() -> Iterator[GraphClient]:
 def get_service_list(
     node: str | None = None, namespace: str | None = None, include_nodes: bool = False
 ) -> list[str] | list[list[Any]]:
-    """The services, of one node or in one namespace; with their nodes: `[[service, [node]], …]`."""
+    """Return the services, optionally of one node or in one namespace.
+
+    With `include_nodes`, return `[[service, [node]], …]`.
+    """
     with _graph() as graph:
         found = {
             service: provider
@@ -72,29 +75,29 @@ def get_service_list(
 
 
 def get_service_type(service_name: str) -> str | None:
-    """The type of a service, None when there is none."""
+    """Return the type of a service, or None if the service does not exist."""
     with _graph() as graph:
         return _services.type_of(graph.master, graph.resolve(service_name))
 
 
 def get_service_uri(service_name: str) -> str | None:
-    """The `rosrpc://HOST:PORT` of a service, None when there is none."""
+    """Return the `rosrpc://HOST:PORT` of a service, or None if the service does not exist."""
     with _graph() as graph:
         return _services.uri_of(graph.master, graph.resolve(service_name))
 
 
 def get_service_node(service_name: str) -> str | None:
-    """The node that offers a service, None when there is none."""
+    """Return the node that offers a service, or None if the service does not exist."""
     with _graph() as graph:
         return _services.nodes_by_service(graph.master).get(graph.resolve(service_name))
 
 
 def get_service_headers(service_name: str, service_uri: str) -> Mapping[str, str]:
-    """The connection header with which the server at that URI answers for a service.
+    """Return the connection header that the server at `service_uri` sends for a service.
 
     Raises:
         ROSServiceException: the URI is not `rosrpc://HOST:PORT`.
-        ROSServiceIOException: the server does not answer.
+        ROSServiceIOException: the server cannot be reached.
     """
     try:
         split_uri(service_uri or "", ["rosrpc"])
@@ -111,22 +114,22 @@ def get_service_headers(service_name: str, service_uri: str) -> Mapping[str, str
 
 
 def get_service_class_by_name(service_name: str) -> Any:
-    """The class of a service.
+    """Return the class of a service.
 
     Raises:
-        ROSServiceException: the service does not exist, or its type is not on the path.
+        ROSServiceException: the service does not exist, or its type is not on ROS_PACKAGE_PATH.
     """
     with _graph() as graph:
         return _services.service_class_of(graph.master, graph.resolve(service_name))
 
 
 def get_service_args(service_name: str) -> str:
-    """The fields of a service's request, separated by blanks."""
+    """Return the names of the fields of a service's request, separated by spaces."""
     return _services.argument_names(get_service_class_by_name(service_name))
 
 
 def has_service_args(service_name: str, service_class: Any = None) -> bool:
-    """Whether the request of a service has fields; raises as `get_service_class_by_name`."""
+    """Return whether the request of a service has fields. Raises like `get_service_class_by_name`."""
     if service_class is None:
         service_class = get_service_class_by_name(service_name)
     return len(service_class._request_class.__slots__) > 0
@@ -135,8 +138,11 @@ def has_service_args(service_name: str, service_class: Any = None) -> bool:
 def call_service(
     service_name: str, service_args: Sequence[Any], service_class: Any = None
 ) -> tuple[Any, Any]:
-    """Calls a service with the values of its fields, or one dictionary. Returns request and response."""
-    del service_class  # the server names it
+    """Call a service with the values of its fields, or one dictionary. Return request and response.
+
+    Blocks until the service responds.
+    """
+    del service_class  # determined by the server
     with _graph() as graph:
         caller = ServiceCaller(graph.master, graph.resolve(service_name))
         request = caller.request(service_args)
@@ -144,16 +150,16 @@ def call_service(
 
 
 def rosservice_find(service_type: str) -> list[str]:
-    """The services of a type."""
+    """Return the services of a type."""
     with _graph() as graph:
         return _services.services_of_type(graph.master, service_type)
 
 
 def rosservicemain(argv: Sequence[str] | None = None) -> None:
-    """The command `rosservice`. The first argument is the name of the program.
+    """Run the command `rosservice`. The first argument is the name of the program.
 
     Raises:
-        SystemExit: it failed, or was used wrongly.
+        SystemExit: the command failed, or its arguments are invalid.
     """
     if code := _main(None if argv is None else argv[1:]):
         sys.exit(code)

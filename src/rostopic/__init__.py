@@ -1,4 +1,4 @@
-"""`rostopic` for Python code: the topics, their types and classes, and measuring them.
+"""Python API of `rostopic`: topics, their types and classes, and statistics.
 
 Facade of `pipros.graph`; see http://wiki.ros.org/rostopic.
 """
@@ -82,9 +82,10 @@ def _graph() -> Iterator[GraphClient]:
 def get_topic_type(
     topic: str, blocking: bool = False
 ) -> tuple[str, str, MessageEval | None] | tuple[None, None, None]:
-    """The type of a topic, its full name, and what takes the field out of a message that `topic` names.
+    """Return the type of a topic, its full name, and a function that extracts the field named in `topic`.
 
-    `blocking` waits until the topic exists, or the node ends. Without a topic, three times None.
+    The function is None if `topic` does not contain a field. If the topic does not exist, return (None, None,
+    None); with `blocking`, wait until it exists or the node is shut down.
     """
     with _graph() as graph:
         name = graph.resolve(topic)
@@ -107,10 +108,10 @@ def _full_name(source: _listening.TopicPart) -> str:
 def get_topic_class(
     topic: str, blocking: bool = False
 ) -> tuple[type[Any], str, MessageEval | None] | tuple[None, None, None]:
-    """As `get_topic_type`, with the class instead of the type's name.
+    """Like `get_topic_type`, with the message class instead of the type name.
 
     Raises:
-        ROSTopicException: the type is not on the path.
+        ROSTopicException: the message class cannot be loaded.
     """
     type_name, real_topic, message_eval = get_topic_type(topic, blocking)
     if type_name is None or real_topic is None:
@@ -122,10 +123,10 @@ def get_topic_class(
 
 
 def msgevalgen(pattern: str) -> MessageEval | None:
-    """What takes a field out of a message: `msgevalgen("/header/stamp")(message)`.
+    """Return a function that extracts a field of a message: `msgevalgen("/header/stamp")(message)`.
 
-    None for no field, and for a malformed index. Mistakes are printed to stderr, also when a message does
-    not have the field.
+    Return None for an empty pattern or a malformed index. Errors are printed to standard error; the function
+    returns None if a message does not have the field.
     """
     try:
         path = _message_path.parse_path(pattern)
@@ -146,7 +147,7 @@ def msgevalgen(pattern: str) -> MessageEval | None:
 
 
 def get_topic_list(master: object = None) -> tuple[list[tuple[str, str, list[str]]], ...]:  # noqa: ARG001
-    """Publications and subscriptions, each as `[(topic, type, [node, …]), …]`.
+    """Return publications and subscriptions, each as `[(topic, type, [node, …]), …]`. `master` is ignored.
 
     Raises:
         ConnectionRefusedError: the master cannot be reached.
@@ -164,10 +165,10 @@ def get_topic_list(master: object = None) -> tuple[list[tuple[str, str, list[str
 
 
 def get_api(master: rosgraph.Master, caller_id: str) -> str:
-    """The URI of a node's slave API; "unknown address" with the name if the master does not know it.
+    """Return the URI of a node's slave API, or "unknown address" and the name for an unknown node.
 
     Raises:
-        ROSTopicIOException: the master does not answer.
+        ROSTopicIOException: the master cannot be reached.
     """
     try:
         return master.lookupNode(caller_id)
@@ -178,26 +179,26 @@ def get_api(master: rosgraph.Master, caller_id: str) -> str:
 
 
 def find_by_type(topic_type: str) -> list[str]:
-    """The topics of a message type."""
+    """Return the topics of a message type."""
     with _graph() as graph:
         return _topics.topics_of_type(graph.master, topic_type)
 
 
 def get_info_text(topic: str) -> str:
-    """What `rostopic info` prints.
+    """Return the output of `rostopic info`.
 
     Raises:
-        ROSTopicException: nobody publishes or subscribes the topic.
+        ROSTopicException: the topic has neither publishers nor subscribers.
     """
     with _graph() as graph:
         return _topics.describe_topic(graph.master, graph.resolve(topic))
 
 
 def rostopicmain(argv: Sequence[str] | None = None) -> None:
-    """The command `rostopic`. The first argument is the name of the program.
+    """Run the command `rostopic`. The first argument is the name of the program.
 
     Raises:
-        SystemExit: it failed, or was used wrongly.
+        SystemExit: the command failed, or its arguments are invalid.
     """
     if code := _main(None if argv is None else argv[1:]):
         sys.exit(code)

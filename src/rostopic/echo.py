@@ -1,4 +1,4 @@
-"""What `rostopic echo` prints, for those who subscribe themselves."""
+"""The output of `rostopic echo`, for programs."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ ValueTransform = Callable[..., Any]
 
 
 def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> FieldFilter:
-    """What lists the fields of a message without its strings, or without its arrays."""
+    """Return a function that lists the fields of a message except strings, or arrays."""
     return field_filter(no_arrays=echo_noarr, no_texts=echo_nostr)
 
 
 def create_value_transform(echo_nostr: bool, echo_noarr: bool) -> ValueTransform:
-    """What returns a message with the sizes of its strings, or of its arrays, in their place."""
+    """Return a function that replaces the strings, or the arrays, of a message by their sizes."""
     elision = Elision(no_arrays=echo_noarr, no_texts=echo_nostr)
 
     def value_transform(val: Any, type_information: str | None = None) -> Any:
@@ -35,11 +35,11 @@ def create_value_transform(echo_nostr: bool, echo_noarr: bool) -> ValueTransform
 
 
 class CallbackEcho:
-    """Prints messages as `rostopic echo` does. Subscribe with `callback`.
+    """Printer of messages in the format of `rostopic echo`. Subscribe with `callback`.
 
     Attributes:
-        done: true once `count` messages were printed, or one could not be.
-        count: the number of messages that were printed.
+        done: whether the requested number of messages was printed, or printing failed.
+        count: number of printed messages.
     """
 
     def __init__(
@@ -58,16 +58,17 @@ class CallbackEcho:
     ) -> None:
         """
         Args:
-            topic: the topic; messages of others are left out, unless `echo_all_topics`.
-            msg_eval: returns the part of a message to print; None for all of it.
-            plot: prints a line of values separated by commas for each message.
-            filter_fn: a message is printed if it returns true.
-            echo_clear: clears the screen before each message.
-            offset_time: prints times as differences from now.
-            count: the number of messages to print; None for all.
-            field_filter_fn: lists the fields to print of a message.
-            fixed_numeric_width: the width of numbers.
-            value_transform_fn: changes messages before they are printed.
+            topic: the topic; messages of other topics are ignored.
+            msg_eval: function that returns the part of a message to print; None for the whole message.
+            plot: print each message as a line of comma-separated values.
+            filter_fn: print only messages for which this function returns true.
+            echo_clear: clear the screen before each message.
+            echo_all_topics: print the messages of all topics.
+            offset_time: print times as differences from now.
+            count: number of messages to print; None for no limit.
+            field_filter_fn: function that lists the fields of a message to print.
+            fixed_numeric_width: width of numbers.
+            value_transform_fn: function that transforms messages before they are printed.
         """
         self.topic = topic
         self.msg_eval = msg_eval
@@ -101,7 +102,7 @@ class CallbackEcho:
         fixed_numeric_width: int | None = None,
         value_transform: ValueTransform | None = None,
     ) -> str:
-        """A value as text. The bytes of a `uint8[]` field are numbers."""
+        """Format a value. The bytes of a `uint8[]` field are formatted as numbers."""
         if value_transform is not None:
             val = value_transform(val, type_information)
         if isinstance(val, (bytes, bytearray)) and (type_information or "").startswith("uint8["):
@@ -119,12 +120,12 @@ class CallbackEcho:
         return MessageRows(more.get("field_filter")).row(part, time.to_nsec(), offset_ns)
 
     def callback(self, data: Any, callback_args: Mapping[str, Any], current_time: Any = None) -> None:
-        """Prints a message.
+        """Print a message.
 
         Args:
             data: the message.
-            callback_args: `topic` and `type_information`, of the message or of its part.
-            current_time: when it was received, if not now.
+            callback_args: `topic`, and `type_information` of the message or of the part to print.
+            current_time: time of reception; None for now.
         """
         topic, kind = callback_args["topic"], callback_args["type_information"]
         if self.filter_fn is not None and not self.filter_fn(data):

@@ -1,4 +1,4 @@
-"""The exceptions of rostopic."""
+"""Exceptions of rostopic."""
 
 
 class ROSTopicException(Exception):
@@ -6,4 +6,4 @@ class ROSTopicException(Exception):
 
 
 class ROSTopicIOException(ROSTopicException):
-    """The master does not answer."""
+    """The master cannot be reached."""

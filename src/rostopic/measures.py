@@ -1,4 +1,4 @@
-"""The measuring classes that code subscribes with: their `callback…` methods take messages."""
+"""Statistics of topics, with `callback…` methods to pass to subscribers."""
 
 from __future__ import annotations
 
@@ -25,14 +25,15 @@ def _figures(values: Sequence[float]) -> Figures | None:
 
 
 class ROSTopicHz:
-    """The rates of topics. Subscribe with `callback_hz`, and the topic as `callback_args`.
+    """Rates of topics. Subscribe with `callback_hz`, and the topic as `callback_args`.
 
-    Times are in seconds of the node's clock, or of wall time. Without a topic, methods mean the only one.
+    Times are in seconds of the node's clock, or of wall time with `use_wtime`. Methods without a topic refer
+    to a single, unnamed topic.
 
     Attributes:
-        times: the intervals between messages; `msg_t0` and `msg_tn` are the first and last arrival.
-        last_printed_tn: the last arrival that was printed.
-        lock: held while these change.
+        times: intervals between messages; `msg_t0` and `msg_tn` are the times of the first and last arrival.
+        last_printed_tn: time of the last arrival that was printed.
+        lock: protects these attributes.
     """
 
     def __init__(
@@ -88,13 +89,13 @@ class ROSTopicHz:
             self._times[topic] = value
 
     def callback_hz(self, m: Any, topic: str | None = None) -> None:
-        """Takes over a message."""
+        """Add a message."""
         if self.filter_expr is not None and not self.filter_expr(m):
             return
         with self.lock:
             now = time.time() if self.use_wtime else rospy.get_time()
             first, last = self.get_msg_t0(topic), self.get_msg_tn(topic)
-            if first < 0 or now < last:  # the first message, or time went back
+            if first < 0 or now < last:  # the first message, or time has jumped back
                 self.set_msg_t0(now, topic)
                 self.set_times([], topic)
             else:
@@ -104,25 +105,30 @@ class ROSTopicHz:
             self.set_msg_tn(now, topic)
 
     def get_hz(self, topic: str | None = None) -> tuple[float, float, float, float, int] | None:
-        """Rate, shortest and longest interval, deviation and window; None without a new message."""
-        figures = self._news(topic)
+        """Return rate (Hz), minimum, maximum and standard deviation of the intervals, and the window.
+
+        Return None if no message has arrived since the last call.
+        """
+        figures = self._new_figures(topic)
         if figures is None:
             return None
         rate = 1 / figures.mean if figures.mean > 0 else 0.0
         return rate, figures.minimum, figures.maximum, figures.deviation, figures.count
 
     def print_hz(self, topics: Sequence[str | None] | None = None) -> None:
-        """Prints what is new."""
-        asked = (None,) if topics is None else topics
-        found = {str(topic): figures for topic in asked if (figures := self._news(topic)) is not None}
+        """Print the rates of topics with new messages."""
+        requested = (None,) if topics is None else topics
+        found = {
+            str(topic): figures for topic in requested if (figures := self._new_figures(topic)) is not None
+        }
         if not found:
             print(_text.NO_NEW_MESSAGES)
-        elif len(asked) == 1:
+        elif len(requested) == 1:
             print(_text.rate_text(next(iter(found.values()))))
         else:
             print(_text.rate_table(found))
 
-    def _news(self, topic: str | None) -> Figures | None:
+    def _new_figures(self, topic: str | None) -> Figures | None:
         with self.lock:
             last = self.get_msg_tn(topic)
             if not self.get_times(topic) or last == self.get_last_printed_tn(topic):
@@ -135,12 +141,12 @@ class ROSTopicHz:
 
 
 class ROSTopicBandwidth:
-    """The bandwidth of a topic. Subscribe with `callback`, as `rospy.AnyMsg`.
+    """Bandwidth of a topic. Subscribe with `callback` and the type `rospy.AnyMsg`.
 
     Attributes:
-        sizes, times: of the newest messages, in bytes and in seconds.
-        last_printed_tn: the last arrival that was printed.
-        lock: held while these change.
+        sizes, times: sizes in bytes and times of arrival in seconds of the last messages.
+        last_printed_tn: time of the last arrival that was printed.
+        lock: protects these attributes.
     """
 
     def __init__(self, window_size: int = _text.BANDWIDTH_WINDOW) -> None:
@@ -151,7 +157,7 @@ class ROSTopicBandwidth:
         self.window_size = window_size or _text.BANDWIDTH_WINDOW
 
     def callback(self, data: Any) -> None:
-        """Takes over an undecoded message."""
+        """Add an undecoded message."""
         with self.lock:
             self.times.append(time.time())
             self.sizes.append(len(data._buff))
@@ -159,7 +165,7 @@ class ROSTopicBandwidth:
             del self.times[:excess], self.sizes[:excess]
 
     def print_bw(self) -> None:
-        """Prints the figures, once there are two messages."""
+        """Print the bandwidth, if at least two messages have arrived."""
         with self.lock:
             now = time.time()
             if len(self.times) < 2 or now <= self.times[0]:
@@ -172,12 +178,12 @@ class ROSTopicBandwidth:
 
 
 class ROSTopicDelay:
-    """The age of the messages of a topic. Subscribe with `callback_delay`.
+    """Age of the messages of a topic on arrival. Subscribe with `callback_delay`.
 
     Attributes:
-        delays: of the newest messages, in seconds.
-        msg_t0, msg_tn, last_msg_tn: the first and last arrival, and the last one that was asked for.
-        lock: held while these change.
+        delays: delays of the last messages in seconds.
+        msg_t0, msg_tn, last_msg_tn: times of the first, the last and the last reported arrival.
+        lock: protects these attributes.
     """
 
     def __init__(self, window_size: int) -> None:
@@ -189,7 +195,7 @@ class ROSTopicDelay:
         self.window_size = _window(window_size)
 
     def callback_delay(self, msg: Any) -> None:
-        """Takes over a message; one without a header leads to an error in the log."""
+        """Add a message. A message without a header is logged as an error."""
         if not msg._has_header:
             rospy.logerr("msg does not have header")
             return
@@ -203,18 +209,21 @@ class ROSTopicDelay:
             del self.delays[: max(len(self.delays) - self.window_size, 0)]
 
     def get_delay(self) -> tuple[float, float, float, float, int] | None:
-        """Mean, shortest and longest delay, deviation and window, in seconds; None without a new message."""
-        figures = self._news()
+        """Return mean, minimum, maximum and standard deviation of delays in seconds, and the window.
+
+        Return None if no message has arrived since the last call.
+        """
+        figures = self._new_figures()
         if figures is None:
             return None
         return figures.mean, figures.minimum, figures.maximum, figures.deviation, figures.count
 
     def print_delay(self) -> None:
-        """Prints the figures."""
-        figures = self._news()
+        """Print the delay."""
+        figures = self._new_figures()
         print(_text.NO_NEW_MESSAGES if figures is None else _text.delay_text(figures))
 
-    def _news(self) -> Figures | None:
+    def _new_figures(self) -> Figures | None:
         with self.lock:
             if not self.delays or self.msg_tn == self.last_msg_tn:
                 return None

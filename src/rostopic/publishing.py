@@ -1,4 +1,4 @@
-"""What `rostopic pub` does, for those who publish from their own code."""
+"""The functions of `rostopic pub`, for programs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from rospy.session import session
 from rostopic.errors import ROSTopicException
 
 SUBSCRIBER_TIMEOUT = 5.0
-"""How long `wait_for_subscriber` is asked to wait before the documents of a file, in seconds."""
+"""Maximum time to wait for a subscriber before publishing the documents of a file, in seconds."""
 
 ONCE_S = 3.0
 POLL_PERIOD_S = 0.05
@@ -32,7 +32,7 @@ Documents = Callable[[], Iterator[list[Any]]]
 def create_publisher(
     topic_name: str, topic_type: str, latch: bool, disable_rostime: bool = True
 ) -> tuple[rospy.Publisher[Any], type[Message]]:
-    """Starts a node, anonymous, that publishes a topic: the publisher and the class of its messages.
+    """Start an anonymous node and advertise a topic. Return the publisher and the message class.
 
     Raises:
         ROSTopicException: the type does not exist.
@@ -56,16 +56,16 @@ def publish_message(
     verbose: bool = False,
     substitute_keywords: bool = False,
 ) -> None:
-    """Publishes a message that has these values: at a rate, or latched until the node ends.
+    """Publish a message with the given values: at a rate, or latched until the node is shut down.
 
     Args:
-        rate: in hertz; None to publish it once.
-        once: returns at once. Otherwise it waits for the end of the node.
-        verbose: prints the message.
-        substitute_keywords: a time `now`, and a header `auto`, are the time of each publication.
+        rate: rate in Hz until the node is shut down; None to publish a single message.
+        once: return after publishing a single message; otherwise block until the node is shut down.
+        verbose: print each message.
+        substitute_keywords: set times `now` and headers `auto` to the time of each publication.
 
     Raises:
-        ROSTopicException: the values do not fit the type.
+        ROSTopicException: the values do not match the type.
     """
     make = _maker(msg_class, pub_args)
     message = make()
@@ -77,7 +77,7 @@ def publish_message(
         if not once:
             rospy.spin()
         return
-    for _ in _beats(rate):
+    for _ in _ticks(rate):
         if verbose:
             print(f"publishing {message}", flush=True)
         pub.publish(message)
@@ -93,7 +93,7 @@ def argv_publish(
     verbose: bool,
     substitute_keywords: bool = False,
 ) -> None:
-    """As `publish_message`; a single message stays available for some seconds."""
+    """Like `publish_message`; with `once`, keep the latched message available for 3 seconds."""
     publish_message(pub, msg_class, pub_args, rate, once, verbose, substitute_keywords)
     if once:
         session.wait(ONCE_S)
@@ -107,17 +107,18 @@ def stdin_publish(
     filename: str | None,
     verbose: bool,
 ) -> None:
-    """Publishes a message for each YAML document of a file, or of standard input; with `once` for the first.
+    """Publish a message for each YAML document of a file or of standard input; with `once`, the first only.
 
-    The only message of a file is repeated at the rate. Without a rate, the first stays until the node ends.
+    With `rate`, the only document of a file is published repeatedly. Without a rate, the first message is
+    latched until the node is shut down.
 
     Raises:
-        ROSTopicException: the file does not exist, or values do not fit the type.
+        ROSTopicException: the file does not exist, or values do not match the type.
     """
     documents = file_yaml_arg(filename) if filename else stdin_yaml_arg
     repeats = filename is not None and rate is not None and len(list(islice(documents(), 2))) == 1
     wait_for_subscriber(pub, SUBSCRIBER_TIMEOUT)
-    for values, _ in zip(documents(), _beats(rate) if rate else repeat(None), strict=False):
+    for values, _ in zip(documents(), _ticks(rate) if rate else repeat(None), strict=False):
         if repeats:
             print("Got one message and a rate, publishing repeatedly", flush=True)
             publish_message(pub, msg_class, values, rate, once, verbose)
@@ -130,31 +131,31 @@ def stdin_publish(
 def param_publish(
     pub: rospy.Publisher[Any], msg_class: type[Message], param_name: str, rate: float, verbose: bool
 ) -> None:
-    """Publishes at a rate what a parameter says at the time.
+    """Publish the current value of a parameter at a rate in Hz, until the node is shut down.
 
     Raises:
-        ROSTopicException: its values do not fit the type.
+        ROSTopicException: the values do not match the type.
     """
-    for _ in _beats(rate):
+    for _ in _ticks(rate):
         _publish(pub, msg_class, _values_of(param_name), verbose)
 
 
 def param_publish_once(
     pub: rospy.Publisher[Any], msg_class: type[Message], param_name: str, verbose: bool
 ) -> None:
-    """Publishes what a parameter says, once; see `publish_message`."""
+    """Publish the value of a parameter once; see `publish_message`."""
     publish_message(pub, msg_class, _values_of(param_name), None, True, verbose)
 
 
 def wait_for_subscriber(pub: rospy.Publisher[Any], timeout: float) -> None:
-    """Waits until the topic has a subscriber, up to so many seconds."""
+    """Wait until the topic has a subscriber, at most `timeout` seconds."""
     deadline = time.monotonic() + timeout
     while pub.get_num_connections() == 0 and time.monotonic() < deadline and not rospy.is_shutdown():
         rospy.rostime.wallsleep(POLL_PERIOD_S)
 
 
 def file_yaml_arg(filename: str) -> Documents:
-    """What yields the YAML documents of a file, each as the values of a message.
+    """Return a generator function of the YAML documents of a file, each as the values of a message.
 
     Raises:
         ROSTopicException: the file does not exist.
@@ -173,10 +174,10 @@ def file_yaml_arg(filename: str) -> Documents:
 
 
 def stdin_yaml_arg() -> Iterator[list[Any]]:
-    """Yields the YAML documents of standard input as they arrive, each as the values of a message.
+    """Yield the YAML documents of standard input as they arrive, each as the values of a message.
 
     Raises:
-        ROSTopicException: one is not YAML.
+        ROSTopicException: a document is not valid YAML.
     """
     lines: list[str] = []
     for line in chain(sys.stdin, [] if sys.stdin.isatty() else ["---\n"]):
@@ -215,8 +216,8 @@ def _maker(msg_class: type[Message], values: Sequence[Any]) -> Callable[[], Mess
     return make
 
 
-def _beats(rate_hz: float) -> Iterable[None]:
-    """Yields at once, then at the rate, until the node ends."""
+def _ticks(rate_hz: float) -> Iterable[None]:
+    """Yield immediately and then at the given rate, until the node is shut down."""
     period_s = 1.0 / rate_hz
     due = time.monotonic()
     for _ in repeat(None):

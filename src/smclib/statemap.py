@@ -1,4 +1,4 @@
-"""The base classes of state machines that SMC, the State Machine Compiler, generates for Python."""
+"""Base classes of the state machines that SMC, the State Machine Compiler, generates for Python."""
 
 from __future__ import annotations
 
@@ -7,34 +7,34 @@ from typing import TextIO
 
 
 class StateUndefinedException(Exception):
-    """A transition was asked for while no state was set: from an action of another transition."""
+    """A transition was triggered while no state is set, that is, by an action of another transition."""
 
 
 class TransitionUndefinedException(Exception):
-    """Neither the state nor its default has the transition."""
+    """Neither the current state nor the default state defines the transition."""
 
 
 class State:
-    """A state: its name, for people, and its number."""
+    """A state with its name and its number, which is unique in the machine."""
 
     def __init__(self, name: str, id: int) -> None:  # noqa: A002  # Noetic's name for it
         self._name = name
         self._id = id
 
     def getName(self) -> str:
-        """The name."""
+        """Return the name."""
         return self._name
 
     def getId(self) -> int:
-        """The number, which no other state of the machine has."""
+        """Return the number."""
         return self._id
 
 
 class FSMContext:
-    """The machine: its state, the one before, and a stack of states to come back to."""
+    """A state machine: current state, previous state, and a stack of states."""
 
     def __init__(self, state: State | None) -> None:
-        """`state` is where it starts."""
+        """Set the initial state."""
         self._state = state
         self._previous_state: State | None = None
         self._state_stack: list[State] = []
@@ -43,98 +43,98 @@ class FSMContext:
         self._debug_stream: TextIO = sys.stderr
 
     def getDebugFlag(self) -> bool:
-        """Whether changes of the state are written to the debug stream."""
+        """Return whether state changes are written to the debug stream."""
         return self._debug_flag
 
     def setDebugFlag(self, flag: bool) -> None:
-        """Has changes of the state written to the debug stream, or not."""
+        """Enable or disable writing state changes to the debug stream."""
         self._debug_flag = flag
 
     def getDebugStream(self) -> TextIO:
-        """Where changes are written, standard error at first."""
+        """Return the debug stream; standard error by default."""
         return self._debug_stream
 
     def setDebugStream(self, stream: TextIO) -> None:
-        """Has changes written elsewhere."""
+        """Set the debug stream."""
         self._debug_stream = stream
 
     def getState(self) -> State:
-        """The state.
+        """Return the current state.
 
         Raises:
-            StateUndefinedException: during a transition.
+            StateUndefinedException: a transition is in progress.
         """
         if self._state is None:
             raise StateUndefinedException
         return self._state
 
     def isInTransition(self) -> bool:
-        """Whether no state is set, as during a transition."""
+        """Return whether a transition is in progress, that is, no state is set."""
         return self._state is None
 
     def getTransition(self) -> str | None:
-        """The name of the current transition, for debugging."""
+        """Return the name of the current transition, for debugging."""
         return self._transition
 
     def clearState(self) -> None:
-        """Begins a transition: no state is set until the next `setState`."""
+        """Begin a transition: no state is set until the next `setState`."""
         self._state, self._previous_state = None, self._state
 
     def getPreviousState(self) -> State | None:
-        """The state that the last transition left."""
+        """Return the state before the last transition."""
         return self._previous_state
 
     def setState(self, state: State) -> None:
-        """Ends a transition.
+        """Set the state, which ends a transition.
 
         Raises:
             ValueError: `state` is not a State.
         """
-        self._state = _checked(state)
-        self._note("NEW STATE       : " + state.getName())
+        self._state = _require_state(state)
+        self._log("NEW STATE       : " + state.getName())
 
     def isStateStackEmpty(self) -> bool:
-        """Whether no state was pushed."""
+        """Return whether the state stack is empty."""
         return not self._state_stack
 
     def getStateStackDepth(self) -> int:
-        """How many states were pushed."""
+        """Return the number of states on the stack."""
         return len(self._state_stack)
 
     def pushState(self, state: State) -> None:
-        """Sets a state, and keeps the current one to come back to.
+        """Push the current state to the stack and set a new one.
 
         Raises:
             ValueError: `state` is not a State.
         """
-        new = _checked(state)
+        new = _require_state(state)
         if self._state is not None:
             self._state_stack.append(self._state)
         self._state = new
-        self._note("PUSH TO STATE   : " + new.getName())
+        self._log("PUSH TO STATE   : " + new.getName())
 
     def popState(self) -> None:
-        """Goes back to the state that was left by the last `pushState`.
+        """Return to the state on top of the stack.
 
         Raises:
-            ValueError: no state was pushed.
+            ValueError: the stack is empty.
         """
         if not self._state_stack:
-            self._note("POPPING ON EMPTY STATE STACK.")
+            self._log("POPPING ON EMPTY STATE STACK.")
             raise ValueError("empty state stack")
         self._state = self._state_stack.pop()
-        self._note("POP TO STATE    : " + self._state.getName())
+        self._log("POP TO STATE    : " + self._state.getName())
 
     def emptyStateStack(self) -> None:
-        """Forgets the states that were pushed."""
+        """Clear the state stack."""
         self._state_stack = []
 
-    def _note(self, text: str) -> None:
+    def _log(self, text: str) -> None:
         if self._debug_flag:
             self._debug_stream.write(f"{text}\n")
 
 
-def _checked(state: object) -> State:
+def _require_state(state: object) -> State:
     if not isinstance(state, State):
         raise ValueError("state should be a statemap.State")
     return state

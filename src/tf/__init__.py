@@ -1,6 +1,6 @@
-"""tf, as Noetic has it, on pipros.
+"""Drop-in replacement for Noetic's tf.
 
-`tf.transformations` needs numpy (`pip install 'pipros[numpy]'`) and is imported when it is first used.
+`tf.transformations` requires numpy (`pip install 'pipros[numpy]'`) and is imported on first use.
 """
 
 from typing import Any as _Any

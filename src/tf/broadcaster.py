@@ -1,4 +1,4 @@
-"""`TransformBroadcaster` of tf: sends transforms given by their numbers."""
+"""tf's `TransformBroadcaster`, which publishes transforms given as plain numbers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tf2_ros.transform_broadcaster import TransformBroadcaster as Tf2Broadcaster
 
 
 class TransformBroadcaster:
-    """Sends transforms on `/tf`. `queue_size` has no meaning, as with Noetic's."""
+    """Publisher of transforms on `/tf`. `queue_size` is ignored, as in Noetic."""
 
     def __init__(self, queue_size: int = 100) -> None:  # noqa: ARG002
         self.tf2_broadcaster = Tf2Broadcaster()
@@ -20,12 +20,17 @@ class TransformBroadcaster:
     def sendTransform(
         self, translation: Sequence[float], rotation: Sequence[float], time: Any, child: str, parent: str
     ) -> None:
-        """Sends where `child` is in `parent`: a position (x, y, z) and a quaternion (x, y, z, w)."""
+        """Publish the pose of `child` in `parent`.
+
+        Args:
+            translation: position (x, y, z) in metres.
+            rotation: quaternion (x, y, z, w).
+        """
         x, y, z = translation[0], translation[1], translation[2]
-        turned = Quaternion(rotation[0], rotation[1], rotation[2], rotation[3])
+        quaternion = Quaternion(rotation[0], rotation[1], rotation[2], rotation[3])
         header = Header(stamp=time, frame_id=parent)
-        self.sendTransformMessage(TransformStamped(header, child, Transform(Vector3(x, y, z), turned)))
+        self.sendTransformMessage(TransformStamped(header, child, Transform(Vector3(x, y, z), quaternion)))
 
     def sendTransformMessage(self, transform: TransformStamped) -> None:
-        """Sends a TransformStamped."""
+        """Publish a TransformStamped."""
         self.tf2_broadcaster.sendTransform([transform])

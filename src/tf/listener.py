@@ -1,4 +1,4 @@
-"""`TransformerROS` and `TransformListener` of tf: messages in other frames."""
+"""tf's `TransformerROS` and `TransformListener`, which transform messages into other frames."""
 
 from __future__ import annotations
 
@@ -26,82 +26,85 @@ from tf.transformer import strip_leading_slash as strip_leading_slash
 
 
 def xyz_to_mat44(pos: Any) -> Any:
-    """The matrix that moves by a point's coordinates."""
+    """Return the 4x4 translation matrix of a Point or Vector3 message. Requires numpy."""
     from tf import transformations
 
     return transformations.translation_matrix((pos.x, pos.y, pos.z))
 
 
 def xyzw_to_mat44(ori: Any) -> Any:
-    """The matrix that rotates by a quaternion message."""
+    """Return the 4x4 rotation matrix of a Quaternion message. Requires numpy."""
     from tf import transformations
 
     return transformations.quaternion_matrix((ori.x, ori.y, ori.z, ori.w))
 
 
 class TransformerROS(Transformer):
-    """A Transformer that takes and gives messages. What it gives has the stamp of what it takes."""
+    """Transformer for stamped messages. Results keep the stamp of the input."""
 
     def asMatrix(self, target_frame: str, hdr: Any) -> Any:
-        """The 4x4 matrix from the frame of a header to another, at the header's time. Needs numpy."""
+        """Return the 4x4 matrix from the frame of `hdr` to `target_frame` at the time of `hdr`.
+
+        Requires numpy.
+        """
         return self.fromTranslationRotation(*self.lookupTransform(target_frame, hdr.frame_id, hdr.stamp))
 
     def fromTranslationRotation(self, translation: Any, rotation: Any) -> Any:
-        """The 4x4 matrix of a position (x, y, z) and a quaternion (x, y, z, w). Needs numpy."""
+        """Return the 4x4 matrix of a position (x, y, z) and a quaternion (x, y, z, w). Requires numpy."""
         from tf import transformations
 
         return transformations.translation_matrix(translation) @ transformations.quaternion_matrix(rotation)
 
     def transformPoint(self, target_frame: str, ps: PointStamped) -> PointStamped:
-        """The point in another frame."""
+        """Transform a point to `target_frame`."""
         frame = self._frame(target_frame, ps.header)
-        return PointStamped(_header(target_frame, ps), Point(*_moved(frame, ps.point)))
+        return PointStamped(_header(target_frame, ps), Point(*_transform_point(frame, ps.point)))
 
     def transformVector3(self, target_frame: str, v3s: Vector3Stamped) -> Vector3Stamped:
-        """The vector in another frame: turned, but not moved."""
+        """Rotate a vector to `target_frame`, without translating it."""
         frame = (*IDENTITY[:3], *self._frame(target_frame, v3s.header)[3:])
-        return Vector3Stamped(_header(target_frame, v3s), Vector3(*_moved(frame, v3s.vector)))
+        return Vector3Stamped(_header(target_frame, v3s), Vector3(*_transform_point(frame, v3s.vector)))
 
     def transformQuaternion(self, target_frame: str, ps: QuaternionStamped) -> QuaternionStamped:
-        """The rotation in another frame."""
-        found = composed_exactly(self._frame(target_frame, ps.header), _numbers(Point(), ps.quaternion))
+        """Transform an orientation to `target_frame`."""
+        found = composed_exactly(self._frame(target_frame, ps.header), _pose_of(Point(), ps.quaternion))
         return QuaternionStamped(_header(target_frame, ps), Quaternion(*found[3:]))
 
     def transformPose(self, target_frame: str, ps: PoseStamped) -> PoseStamped:
-        """The pose in another frame."""
-        pose = _numbers(ps.pose.position, ps.pose.orientation)
+        """Transform a pose to `target_frame`."""
+        pose = _pose_of(ps.pose.position, ps.pose.orientation)
         found = composed_exactly(self._frame(target_frame, ps.header), pose)
         return PoseStamped(_header(target_frame, ps), Pose(Point(*found[:3]), Quaternion(*found[3:])))
 
     def transformPointCloud(self, target_frame: str, point_cloud: PointCloud) -> PointCloud:
-        """The cloud in another frame; its channels are shared with the one given."""
+        """Transform a point cloud to `target_frame`. The result shares the channels of the input."""
         frame = self._frame(target_frame, point_cloud.header)
-        points = [Point32(*_moved(frame, point)) for point in point_cloud.points]
+        points = [Point32(*_transform_point(frame, point)) for point in point_cloud.points]
         return PointCloud(_header(target_frame, point_cloud), points, point_cloud.channels)
 
     def _frame(self, target_frame: str, header: Any) -> Numbers:
         translation, rotation = self.lookupTransform(target_frame, header.frame_id, header.stamp)
-        x, y, z = translation
-        a, b, c, d = rotation
-        return normalized((x, y, z, a, b, c, d))
+        px, py, pz = translation
+        qx, qy, qz, qw = rotation
+        return normalized((px, py, pz, qx, qy, qz, qw))
 
 
 def _header(target_frame: str, stamped: Any) -> Header:
     return Header(stamp=stamped.header.stamp, frame_id=target_frame)
 
 
-def _numbers(position: Any, rotation: Any) -> Numbers:
-    if rotation.x == rotation.y == rotation.z == rotation.w == 0:  # a rotation that nobody set
+def _pose_of(position: Any, rotation: Any) -> Numbers:
+    if rotation.x == rotation.y == rotation.z == rotation.w == 0:  # unset: treat as identity
         return (position.x, position.y, position.z, *IDENTITY[3:])
     return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
 
 
-def _moved(frame: Numbers, point: Any) -> tuple[float, float, float]:
+def _transform_point(frame: Numbers, point: Any) -> tuple[float, float, float]:
     return composed(frame, (point.x, point.y, point.z, *IDENTITY[3:]))[:3]
 
 
 class TransformListener(TransformerROS):
-    """A TransformerROS that knows the transforms that other nodes send."""
+    """TransformerROS that is filled from `/tf` and `/tf_static`."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)

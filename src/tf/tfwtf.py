@@ -1,4 +1,4 @@
-"""tf's rules for roswtf: it listens to /tf for a second, and names transforms that contradict each other."""
+"""roswtf plugin of tf: record /tf for one second and report inconsistent transforms."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ from roswtf.rules import error_rule, warning_rule
 _LISTEN_S = 1.0
 
 
-def _heard(ctx: Any) -> Sequence[HeardTransform]:
-    """What `roswtf_plugin_online` has heard."""
+def _recorded(ctx: Any) -> Sequence[HeardTransform]:
+    """Return the transforms that `roswtf_plugin_online` recorded."""
     return getattr(ctx, "heard_transforms", ())
 
 
 def rostime_delta(ctx: Any) -> list[str]:
-    return heard.of_other_times(_heard(ctx))
+    return heard.of_other_times(_recorded(ctx))
 
 
 def reparenting(ctx: Any) -> list[str]:
-    return heard.reparented(_heard(ctx))
+    return heard.reparented(_recorded(ctx))
 
 
 def cycle_detection(ctx: Any) -> list[str]:
-    return heard.loops(_heard(ctx))
+    return heard.loops(_recorded(ctx))
 
 
 def multiple_authority(ctx: Any) -> list[str]:
-    return heard.of_several_senders(_heard(ctx))
+    return heard.of_several_senders(_recorded(ctx))
 
 
 def no_msgs(ctx: Any) -> bool:
-    return not _heard(ctx)
+    return not _recorded(ctx)
 
 
 def not_normalized(ctx: Any) -> list[str]:
-    return heard.not_normalized(_heard(ctx))
+    return heard.not_normalized(_recorded(ctx))
 
 
 Rule = tuple[Callable[[Any], Any], str]
@@ -60,7 +60,7 @@ tf_errors: list[Rule] = [
 
 
 def is_tf_active() -> bool:
-    """True when /tf has a publisher; False also without a master."""
+    """Return whether /tf has a publisher; False if the master cannot be reached."""
     try:
         return any(topic == "/tf" for topic, _ in rospy.get_published_topics())
     except OSError:
@@ -68,7 +68,7 @@ def is_tf_active() -> bool:
 
 
 def roswtf_plugin_online(ctx: Any) -> None:
-    """Applies the rules, unless nobody publishes /tf. Takes a second; needs an initialised node."""
+    """Apply the rules if /tf has a publisher. Blocks for one second; requires an initialised node."""
     if not is_tf_active():
         return
     print("running tf checks, this will take a second...", flush=True)
@@ -83,10 +83,10 @@ def roswtf_plugin_online(ctx: Any) -> None:
 def _listen() -> list[HeardTransform]:
     found: list[HeardTransform] = []
 
-    def take(message: Any) -> None:
+    def on_message(message: Any) -> None:
         found.extend(heard.heard_in(message, rospy.get_rostime()))
 
-    subscriber = rospy.Subscriber("/tf", TFMessage, take)
+    subscriber = rospy.Subscriber("/tf", TFMessage, on_message)
     time.sleep(_LISTEN_S)
     subscriber.unregister()
     return found

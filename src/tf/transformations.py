@@ -1,4 +1,4 @@
-"""`tf.transformations`: homogeneous matrices, Euler angles and quaternions (x, y, z, w), on numpy."""
+"""`tf.transformations`: homogeneous 4x4 matrices, Euler angles and quaternions (x, y, z, w), with numpy."""
 
 import math as math
 import warnings as warnings

@@ -1,4 +1,4 @@
-"""tf2_geometry_msgs, as Noetic has it, on pipros: registers how messages of geometry_msgs are transformed."""
+"""Drop-in replacement for Noetic's tf2_geometry_msgs: registers transforms of geometry_msgs messages."""
 
 from geometry_msgs.msg import PointStamped as PointStamped
 from geometry_msgs.msg import PoseStamped as PoseStamped

@@ -1,4 +1,4 @@
-"""Points, vectors, poses and wrenches in other frames. None of it needs PyKDL but `transform_to_kdl`."""
+"""Transforms of points, vectors, poses and wrenches. Only `transform_to_kdl` requires PyKDL."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from pipros.transforms.pose import Pose as Numbers
 
 
 def to_msg_msg(msg: Any) -> Any:
-    """The message itself."""
+    """Return the message unchanged."""
     return msg
 
 
 def from_msg_msg(msg: Any) -> Any:
-    """The message itself."""
+    """Return the message unchanged."""
     return msg
 
 
 def transform_to_kdl(t: Any) -> Any:
-    """The transform as a PyKDL.Frame. Needs PyKDL, which no distribution of pip has under this name."""
+    """Return the transform as a PyKDL.Frame. Requires PyKDL, which is not on PyPI under this name."""
     import PyKDL
 
     position, rotation = t.transform.translation, t.transform.rotation
@@ -42,42 +42,45 @@ def transform_to_kdl(t: Any) -> Any:
     )
 
 
-def _numbers(position: Any, rotation: Any) -> Numbers:
-    if rotation.x == rotation.y == rotation.z == rotation.w == 0:  # a pose whose rotation nobody set
+def _pose_of(position: Any, rotation: Any) -> Numbers:
+    if rotation.x == rotation.y == rotation.z == rotation.w == 0:  # unset: treat as identity
         return (position.x, position.y, position.z, *IDENTITY[3:])
     return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
 
 
-def _moved(point: Any, transform: Any) -> tuple[float, float, float]:
-    frame = _numbers(transform.transform.translation, transform.transform.rotation)
+def _transform_point(point: Any, transform: Any) -> tuple[float, float, float]:
+    frame = _pose_of(transform.transform.translation, transform.transform.rotation)
     return composed(frame, (point.x, point.y, point.z, *IDENTITY[3:]))[:3]
 
 
-def _turned(vector: Any, transform: Any) -> tuple[float, float, float]:
-    frame = (*IDENTITY[:3], *_numbers(transform.transform.translation, transform.transform.rotation)[3:])
+def _rotate(vector: Any, transform: Any) -> tuple[float, float, float]:
+    frame = (*IDENTITY[:3], *_pose_of(transform.transform.translation, transform.transform.rotation)[3:])
     return composed(frame, (vector.x, vector.y, vector.z, *IDENTITY[3:]))[:3]
 
 
 def do_transform_point(point: PointStamped, transform: Any) -> PointStamped:
-    """The point in the frame that the transform leads to."""
-    return PointStamped(transform.header, Point(*_moved(point.point, transform)))
+    """Apply the transform to a point."""
+    return PointStamped(transform.header, Point(*_transform_point(point.point, transform)))
 
 
 def do_transform_vector3(vector3: Vector3Stamped, transform: Any) -> Vector3Stamped:
-    """The vector in the frame that the transform leads to: turned, but not moved."""
-    return Vector3Stamped(transform.header, Vector3(*_turned(vector3.vector, transform)))
+    """Apply the rotation of the transform to a vector, without translating it."""
+    return Vector3Stamped(transform.header, Vector3(*_rotate(vector3.vector, transform)))
 
 
 def do_transform_pose(pose: PoseStamped, transform: Any) -> PoseStamped:
-    """The pose in the frame that the transform leads to."""
-    frame = _numbers(transform.transform.translation, transform.transform.rotation)
-    found = normalized(composed(frame, _numbers(pose.pose.position, pose.pose.orientation)))
+    """Apply the transform to a pose."""
+    frame = _pose_of(transform.transform.translation, transform.transform.rotation)
+    found = normalized(composed(frame, _pose_of(pose.pose.position, pose.pose.orientation)))
     return PoseStamped(transform.header, Pose(Point(*found[:3]), Quaternion(*found[3:])))
 
 
 def do_transform_wrench(wrench: WrenchStamped, transform: Any) -> WrenchStamped:
-    """The wrench in the frame that the transform leads to: force and torque turned, each by itself."""
-    force, torque = _turned(wrench.wrench.force, transform), _turned(wrench.wrench.torque, transform)
+    """Apply the rotation of the transform to force and torque separately.
+
+    The torque of the translated force is not added, as in Noetic.
+    """
+    force, torque = _rotate(wrench.wrench.force, transform), _rotate(wrench.wrench.torque, transform)
     return WrenchStamped(transform.header, Wrench(Vector3(*force), Vector3(*torque)))
 
 

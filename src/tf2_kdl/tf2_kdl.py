@@ -1,7 +1,7 @@
-"""Vectors, frames, twists and wrenches of PyKDL in other frames, registered with tf2_ros.
+"""Transforms of PyKDL's vectors, frames, twists and wrenches, registered with tf2_ros.
 
-Transformed values have a `header`. Objects of PyKDL 1.5 take no attributes; transformed ones are of classes
-of this module then, which have PyKDL's as bases. Genuine tf2_kdl raises AttributeError with that PyKDL.
+Transformed values have a `header`. Objects of PyKDL 1.5 reject new attributes; with that version, results are
+instances of subclasses defined here. Genuine tf2_kdl raises AttributeError with PyKDL 1.5.
 """
 
 from __future__ import annotations
@@ -18,25 +18,26 @@ try:
     import PyKDL
 except ImportError as error:
     raise ImportError(
-        "tf2_kdl needs PyKDL, which pip does not have: install python3-pykdl of your system for its Python",
+        "tf2_kdl needs PyKDL, which is not on PyPI: install your system's package python3-pykdl, "
+        "for the system's Python",
         name="PyKDL",
     ) from error
 
 
 class _Vector(PyKDL.Vector):  # type: ignore[misc]
-    """A vector that can have a header."""
+    """Vector that accepts a header."""
 
 
 class _Frame(PyKDL.Frame):  # type: ignore[misc]
-    """A frame that can have a header."""
+    """Frame that accepts a header."""
 
 
 class _Twist(PyKDL.Twist):  # type: ignore[misc]
-    """A twist that can have a header."""
+    """Twist that accepts a header."""
 
 
 class _Wrench(PyKDL.Wrench):  # type: ignore[misc]
-    """A wrench that can have a header."""
+    """Wrench that accepts a header."""
 
 
 _WITH_HEADER = {PyKDL.Vector: _Vector, PyKDL.Frame: _Frame, PyKDL.Twist: _Twist, PyKDL.Wrench: _Wrench}
@@ -52,38 +53,38 @@ def _stamped(value: Any, header: Header) -> Any:
 
 
 def do_transform_vector(vector: Any, transform: TransformStamped) -> Any:
-    """A vector in the frame that the transform leads to: turned, and moved as a point is."""
+    """Apply the transform to a vector; it is rotated and translated like a point."""
     return _stamped(transform_to_kdl(transform) * vector, transform.header)
 
 
 def do_transform_frame(frame: Any, transform: TransformStamped) -> Any:
-    """A frame seen from the frame that the transform leads to."""
+    """Apply the transform to a frame."""
     return _stamped(transform_to_kdl(transform) * frame, transform.header)
 
 
 def do_transform_twist(twist: Any, transform: TransformStamped) -> Any:
-    """A twist in the frame that the transform leads to, about that frame's origin."""
+    """Apply the transform to a twist; the result refers to the origin of the target frame."""
     return _stamped(transform_to_kdl(transform) * twist, transform.header)
 
 
 def do_transform_wrench(wrench: Any, transform: TransformStamped) -> Any:
-    """A wrench in the frame that the transform leads to, about that frame's origin."""
+    """Apply the transform to a wrench; the result refers to the origin of the target frame."""
     return _stamped(transform_to_kdl(transform) * wrench, transform.header)
 
 
 def to_msg_vector(vector: Any) -> PointStamped:
-    """A vector with a header as a message."""
+    """Convert a vector with a header to a PointStamped."""
     return PointStamped(vector.header, Point(vector[0], vector[1], vector[2]))
 
 
 def from_msg_vector(msg: PointStamped) -> Any:
-    """The vector of a message, with its header."""
+    """Convert a PointStamped to a vector with a header."""
     header = Header(stamp=msg.header.stamp, frame_id=msg.header.frame_id)
     return _stamped(PyKDL.Vector(msg.point.x, msg.point.y, msg.point.z), header)
 
 
 def convert_vector(vector: Any) -> Any:
-    """A copy of a vector with a header."""
+    """Return a copy of a vector and its header."""
     return _stamped(PyKDL.Vector(vector), Header(stamp=vector.header.stamp, frame_id=vector.header.frame_id))
 
 

@@ -1,4 +1,4 @@
-"""tf2_py, as Noetic has it, on pipros: the buffer of transforms without topics."""
+"""Drop-in replacement for Noetic's tf2_py: the transform buffer without topics."""
 
 from pipros.transforms.errors import ConnectivityException as ConnectivityException
 from pipros.transforms.errors import ExtrapolationException as ExtrapolationException

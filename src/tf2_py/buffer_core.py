@@ -1,4 +1,4 @@
-"""`BufferCore`: the buffer of transforms, with messages in and out."""
+"""`BufferCore`, a transform buffer that takes and returns messages."""
 
 from __future__ import annotations
 
@@ -16,23 +16,24 @@ from pipros.transforms.pose import Pose
 
 
 class BufferCore:
-    """Transforms of the last `cache_time` (10 s unless given), and static ones, which are kept for ever.
+    """Buffer of the transforms of the last `cache_time` (10 s by default) and of static transforms.
 
-    What is wrong with a transform that is refused is written to standard error, as genuine tf2 does.
+    Static transforms are kept until they are replaced. The reason for rejecting a transform is written to
+    standard error, as in genuine tf2. All methods may be called from any thread.
     """
 
-    _refused_on: Any = None
-    """Where that is written; standard error for None."""
+    _warning_stream: Any = None
+    """Stream for the reasons of rejected transforms; None for standard error."""
 
     def __init__(self, cache_time: Any = None) -> None:
         self._buffer = FrameBuffer(DEFAULT_LENGTH if cache_time is None else in_ns(cache_time))
 
     def set_transform(self, transform: Any, authority: str) -> None:
-        """Takes a TransformStamped. `authority` says whose it is."""
+        """Add a TransformStamped. `authority` is the name of the node that published it."""
         self._insert(transform, authority, False)
 
     def set_transform_static(self, transform: Any, authority: str) -> None:
-        """Takes a TransformStamped that never changes."""
+        """Add a TransformStamped that never changes."""
         self._insert(transform, authority, True)
 
     def _insert(self, transform: Any, authority: str, is_static: bool) -> None:
@@ -50,40 +51,44 @@ class BufferCore:
         stamp = in_ns(header.stamp)
         if authority.__class__ is not str and not isinstance(authority, str):
             raise TypeError(f"argument 2 must be str, not {type(authority).__name__}")
-        refused = self._buffer.insert(
+        reasons = self._buffer.insert(
             header.frame_id, transform.child_frame_id, stamp, pose, authority, is_static
         )
-        for text in refused:
-            self._warn(text)
+        for reason in reasons:
+            self._warn(reason)
 
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> TransformStamped:
-        """The transform that brings data of the source into the target, at a time or at the newest (zero).
+        """Return the transform from the source frame to the target frame. Does not block.
+
+        `time` zero means the latest common time.
 
         Raises:
             LookupException, ConnectivityException, ExtrapolationException, InvalidArgumentException.
         """
-        stamp, pose = self._buffer.lookup(_text(target_frame, 1), _text(source_frame, 2), in_ns(time))
+        stamp, pose = self._buffer.lookup(
+            _require_str(target_frame, 1), _require_str(source_frame, 2), in_ns(time)
+        )
         return stamped(stamp, target_frame, source_frame, pose)
 
     def lookup_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> TransformStamped:
-        """As `lookup_transform_core`, of the source at one time in the target at another.
+        """Like `lookup_transform_core`, with the source at `source_time` and the target at `target_time`.
 
-        `fixed_frame` is one that does not move between these times.
+        `fixed_frame` must not move between these times.
         """
         stamp, pose = self._buffer.lookup_full(
-            _text(target_frame, 1),
+            _require_str(target_frame, 1),
             in_ns(target_time),
-            _text(source_frame, 3),
+            _require_str(source_frame, 3),
             in_ns(source_time),
-            _text(fixed_frame, 5),
+            _require_str(fixed_frame, 5),
         )
         return stamped(stamp, target_frame, source_frame, pose)
 
     def can_transform_core(self, target_frame: str, source_frame: str, time: Any) -> tuple[int, str]:
-        """(1, "") where `lookup_transform_core` would succeed, otherwise 0 and why it would not."""
-        _text(target_frame, 1), _text(source_frame, 2)
+        """Return (1, "") if `lookup_transform_core` would succeed, otherwise 0 and the reason."""
+        _require_str(target_frame, 1), _require_str(source_frame, 2)
         try:
             reason = self._buffer.can_transform(target_frame, source_frame, in_ns(time))
         except InvalidArgumentException as error:
@@ -94,8 +99,8 @@ class BufferCore:
     def can_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> tuple[int, str]:
-        """(1, "") where `lookup_transform_full_core` would succeed, otherwise 0 and why it would not."""
-        _text(target_frame, 1), _text(source_frame, 3), _text(fixed_frame, 5)
+        """Return (1, "") if `lookup_transform_full_core` would succeed, otherwise 0 and the reason."""
+        _require_str(target_frame, 1), _require_str(source_frame, 3), _require_str(fixed_frame, 5)
         times = in_ns(target_time), in_ns(source_time)
         try:
             reason = self._buffer.can_transform_full(
@@ -107,19 +112,21 @@ class BufferCore:
         return (1, "") if reason is None else (0, reason)
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> rospy.Time:
-        """The newest time at which the frames are known in each other."""
-        return in_time(self._buffer.latest_common_time(_text(target_frame, 1), _text(source_frame, 2)))
+        """Return the latest time at which a transform between the frames is available."""
+        return in_time(
+            self._buffer.latest_common_time(_require_str(target_frame, 1), _require_str(source_frame, 2))
+        )
 
     def clear(self) -> None:
-        """Forgets all transforms but static ones."""
+        """Remove all transforms except static ones."""
         self._buffer.clear()
 
     def all_frames_as_yaml(self, *_: Any) -> str:
-        """All frames as YAML: parent, sender, rate, times."""
+        """Return all frames as YAML: parent, publishing node, rate in Hz, times in seconds."""
         return self._buffer.as_yaml()
 
     def all_frames_as_string(self, *_: Any) -> str:
-        """A line for each frame with its parent."""
+        """Return one line per frame, with its parent."""
         return self._buffer.as_string()
 
     def _allFramesAsDot(self, current_time: Any = None) -> str:  # noqa: N802
@@ -129,7 +136,7 @@ class BufferCore:
         return self._buffer.edges()
 
     def _frameExists(self, frame_id: str) -> bool:  # noqa: N802
-        return self._buffer.frame_exists(_text(frame_id, 1))
+        return self._buffer.frame_exists(_require_str(frame_id, 1))
 
     def _getFrameStrings(self) -> list[str]:  # noqa: N802
         return self._buffer.frame_names()
@@ -142,26 +149,26 @@ class BufferCore:
         )
 
     def _warn(self, text: str) -> None:
-        print(f"Warning: {text}", file=self._refused_on or sys.stderr, flush=True)
+        print(f"Warning: {text}", file=self._warning_stream or sys.stderr, flush=True)
 
 
 def stamped(stamp: int, parent: str, child: str, pose: Pose) -> TransformStamped:
-    """A pose as a message."""
-    x, y, z, a, b, c, d = pose
+    """Return a pose as a message. `stamp` is in nanoseconds."""
+    px, py, pz, qx, qy, qz, qw = pose
     header = Header(0, in_time(stamp), parent)
-    return TransformStamped(header, child, Transform(Vector3(x, y, z), Quaternion(a, b, c, d)))
+    return TransformStamped(header, child, Transform(Vector3(px, py, pz), Quaternion(qx, qy, qz, qw)))
 
 
 def in_time(ns: int) -> rospy.Time:
-    """Nanoseconds as a point in time."""
+    """Convert nanoseconds to a `rospy.Time`."""
     return rospy.Time(ns // NS_PER_S, ns % NS_PER_S)
 
 
 def in_ns(time: Any) -> int:
-    """A time or a duration in nanoseconds.
+    """Convert a time or a duration to nanoseconds.
 
     Raises:
-        TypeError: for anything else.
+        TypeError: the value is neither.
     """
     try:
         return int(time.secs * NS_PER_S + time.nsecs)
@@ -171,7 +178,7 @@ def in_ns(time: Any) -> int:
         raise TypeError("time must have a to_sec method, e.g. rospy.Time or rospy.Duration") from None
 
 
-def _text(value: Any, number: int) -> str:
+def _require_str(value: Any, number: int) -> str:
     if isinstance(value, str):
         return value
     raise TypeError(f"argument {number} must be str, not {type(value).__name__}")

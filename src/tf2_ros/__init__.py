@@ -1,4 +1,4 @@
-"""tf2_ros, as Noetic has it, on pipros: buffers of transforms with topics, services and actions."""
+"""Drop-in replacement for Noetic's tf2_ros: transform buffers with topics, services and actions."""
 
 from pipros.lazy_names import lazy_names as _lazy_names
 from tf2_py import BufferCore as BufferCore
@@ -21,7 +21,7 @@ from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster as S
 from tf2_ros.transform_broadcaster import TransformBroadcaster as TransformBroadcaster
 from tf2_ros.transform_listener import TransformListener as TransformListener
 
-# Names that need actionlib, and classes of messages: most programs do not use them, or not from here.
+# Imported on first use: most programs need neither actionlib nor these message classes.
 __getattr__, __dir__ = _lazy_names(
     __name__,
     {

@@ -1,4 +1,4 @@
-"""`Buffer`: the transforms that a node knows of."""
+"""`Buffer`, a transform buffer whose lookups can wait."""
 
 from __future__ import annotations
 
@@ -15,42 +15,44 @@ from tf2_ros.buffer_interface import BufferInterface
 DEFAULT_CAN_TRANSFORM_POLLING_SCALE = 0.01
 
 _SLICE_S = 0.1
-"""How long a wait lasts before it looks for Ctrl-C, a shutdown, and a simulated clock."""
+"""Maximum time between checks for Ctrl-C, shutdown and simulated time while waiting."""
 
 
 class Buffer(BufferCore, BufferInterface):
-    """The transforms of the last `cache_time`, and questions that wait for transforms to come.
+    """Buffer of the transforms of the last `cache_time`, with lookups that can wait for missing transforms.
+
+    All methods may be called from any thread. Waiting lookups are woken by new transforms; they do not poll.
 
     Args:
-        cache_time: a `rospy.Duration`; 10 s for None.
-        debug: offer the service `~tf2_frames`, which tells all frames.
+        cache_time: a `rospy.Duration`; None for 10 s.
+        debug: offer the service `~tf2_frames`, which returns all frames as YAML.
     """
 
     def __init__(self, cache_time: Any = None, debug: bool = True) -> None:
         BufferCore.__init__(self, cache_time)
         BufferInterface.__init__(self)
-        self._news = Condition()
-        self._waiting = 0
+        self._changed = Condition()
+        self._waiters = 0
         self.CAN_TRANSFORM_POLLING_SCALE = DEFAULT_CAN_TRANSFORM_POLLING_SCALE
         if debug:
-            self._offer_frames()
+            self._advertise_frames()
 
-    def _offer_frames(self) -> None:
+    def _advertise_frames(self) -> None:
         import rosgraph
 
         try:
             rosgraph.Master(rospy.get_name()).lookupService("~tf2_frames")
         except (rosgraph.MasterError, rosgraph.MasterFailure):
-            self.frame_server = rospy.Service("~tf2_frames", FrameGraph, self._tell_frames)
+            self.frame_server = rospy.Service("~tf2_frames", FrameGraph, self._frames_as_response)
 
-    def _tell_frames(self, _: Any) -> Any:
+    def _frames_as_response(self, _: Any) -> Any:
         return FrameGraphResponse(self.all_frames_as_yaml())
 
     def _insert(self, transform: Any, authority: str, is_static: bool) -> None:
         super()._insert(transform, authority, is_static)
-        if self._waiting:
-            with self._news:
-                self._news.notify_all()
+        if self._waiters:
+            with self._changed:
+                self._changed.notify_all()
 
     def lookup_transform(
         self,
@@ -59,15 +61,15 @@ class Buffer(BufferCore, BufferInterface):
         time: Any,
         timeout: Any = rospy.Duration(0.0),  # noqa: B008 # as its documentation shows it
     ) -> Any:
-        """The transform (TransformStamped) that brings data of the source into the target.
+        """Return the transform (TransformStamped) from the source frame to the target frame.
 
         Args:
-            time: when; zero for the newest time at which it is known.
-            timeout: how long to wait for it.
+            time: lookup time; zero for the latest common time.
+            timeout: maximum time to wait for the transform; zero does not wait.
 
         Raises:
             LookupException, ConnectivityException, ExtrapolationException, InvalidArgumentException.
-            ROSInterruptException: the node ended meanwhile.
+            ROSInterruptException: the node was shut down while waiting.
         """
         if timeout.secs or timeout.nsecs:
             self.can_transform(target_frame, source_frame, time, timeout)
@@ -82,14 +84,14 @@ class Buffer(BufferCore, BufferInterface):
         fixed_frame: str,
         timeout: Any = rospy.Duration(0.0),  # noqa: B008
     ) -> Any:
-        """As `lookup_transform`, of the source at one time in the target at another.
+        """Like `lookup_transform`, with the source at `source_time` and the target at `target_time`.
 
-        `fixed_frame` is one that does not move between these times.
+        `fixed_frame` must not move between these times.
         """
-        asked = (target_frame, target_time, source_frame, source_time, fixed_frame)
+        arguments = (target_frame, target_time, source_frame, source_time, fixed_frame)
         if timeout.secs or timeout.nsecs:
-            self.can_transform_full(*asked, timeout)
-        return self.lookup_transform_full_core(*asked)
+            self.can_transform_full(*arguments, timeout)
+        return self.lookup_transform_full_core(*arguments)
 
     def can_transform(
         self,
@@ -99,12 +101,12 @@ class Buffer(BufferCore, BufferInterface):
         timeout: Any = rospy.Duration(0.0),  # noqa: B008
         return_debug_tuple: bool = False,
     ) -> Any:
-        """Whether `lookup_transform` would succeed.
+        """Return whether `lookup_transform` would succeed, as 1 or 0, waiting up to `timeout`.
 
-        1 or 0, with `return_debug_tuple` and why it would not.
+        With `return_debug_tuple`, return a tuple of this number and the reason for a failure.
         """
-        answer = self._wait(lambda: self.can_transform_core(target_frame, source_frame, time), timeout)
-        return answer if return_debug_tuple else answer[0]
+        result = self._wait(lambda: self.can_transform_core(target_frame, source_frame, time), timeout)
+        return result if return_debug_tuple else result[0]
 
     def can_transform_full(
         self,
@@ -116,32 +118,32 @@ class Buffer(BufferCore, BufferInterface):
         timeout: Any = rospy.Duration(0.0),  # noqa: B008
         return_debug_tuple: bool = False,
     ) -> Any:
-        """Whether `lookup_transform_full` would succeed: 1 or 0, with `return_debug_tuple` and why not."""
-        asked = (target_frame, target_time, source_frame, source_time, fixed_frame)
-        answer = self._wait(lambda: self.can_transform_full_core(*asked), timeout)
-        return answer if return_debug_tuple else answer[0]
+        """Like `can_transform`, for `lookup_transform_full`."""
+        arguments = (target_frame, target_time, source_frame, source_time, fixed_frame)
+        result = self._wait(lambda: self.can_transform_full_core(*arguments), timeout)
+        return result if return_debug_tuple else result[0]
 
     def _wait(self, ask: Callable[[], tuple[int, str]], timeout: Any) -> tuple[int, str]:
-        """The answer, asked for again with each transform that comes until it is yes or time is up.
+        """Re-evaluate `ask` on each new transform until it succeeds or `timeout` expires; return its result.
 
-        A clock that goes back by more than 3 s ends the wait: a bag began again.
+        If the clock jumps back by more than 3 s, the wait ends: a bag was restarted.
         """
-        answer = ask()
-        if answer[0] or not (timeout.secs or timeout.nsecs):
-            return answer
+        result = ask()
+        if result[0] or not (timeout.secs or timeout.nsecs):
+            return result
         start = rospy.Time.now()
         end = start + timeout
-        with self._news:
-            self._waiting += 1
+        with self._changed:
+            self._waiters += 1
             try:
-                while not (answer := ask())[0]:
+                while not (result := ask())[0]:
                     now = rospy.Time.now()
                     if now >= end or now + rospy.Duration(3) < start:
                         break
                     if rospy.is_shutdown():
-                        raise rospy.ROSInterruptException("the node ended while it waited for a transform")
+                        raise rospy.ROSInterruptException("node was shut down while waiting for a transform")
                     left = (end - now).to_sec() if rospy.rostime.is_wallclock() else _SLICE_S
-                    self._news.wait(min(left, _SLICE_S))
+                    self._changed.wait(min(left, _SLICE_S))
             finally:
-                self._waiting -= 1
-        return answer
+                self._waiters -= 1
+        return result

@@ -1,4 +1,4 @@
-"""`BufferClient`: asks the buffer of another node, which offers an action for it."""
+"""`BufferClient`, which looks up transforms in the buffer of another node by its action."""
 
 from __future__ import annotations
 
@@ -24,11 +24,13 @@ _NO_TIME = rospy.Duration(0.0)
 
 
 class BufferClient(BufferInterface):
-    """Asks the BufferServer `ns`, so that this node need not listen to transforms itself.
+    """Client of the BufferServer `ns`, so that this node need not subscribe to /tf itself.
+
+    Lookups block until the server replies, at most for `timeout` plus `timeout_padding`.
 
     Args:
-        check_frequency: has no meaning any more.
-        timeout_padding: how much longer than a question's own timeout to wait for the server.
+        check_frequency: deprecated and ignored.
+        timeout_padding: how much longer than the timeout of a lookup to wait for the server; 2 s by default.
     """
 
     def __init__(self, ns: str, check_frequency: Any = None, timeout_padding: Any = _PADDING) -> None:
@@ -37,22 +39,22 @@ class BufferClient(BufferInterface):
         self.timeout_padding = timeout_padding
         self._name = ns
         if check_frequency is not None:
-            rospy.logwarn("check_frequency of a BufferClient has no meaning any more: leave it out.")
+            rospy.logwarn("check_frequency of BufferClient is deprecated and ignored: remove it.")
 
     def wait_for_server(self, timeout: Any = _NO_TIME) -> bool:
-        """Waits until the server is there; for ever where `timeout` is zero. Returns whether it is."""
+        """Wait until the server is connected, without limit if `timeout` is zero. Return whether it is."""
         return self.client.wait_for_server(timeout)
 
     def lookup_transform(
         self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_TIME
     ) -> Any:
-        """The transform (TransformStamped) that brings data of the source into the target.
+        """Return the transform (TransformStamped) from the source frame to the target frame.
 
         Raises:
-            TransformException: one of its kinds, as the server tells it.
-            TimeoutException: the server does not answer.
+            TransformException: the server reported an error; raised as the matching subclass.
+            TimeoutException: the server did not reply in time, or did not complete the goal.
         """
-        return self._ask(
+        return self._send(
             LookupTransformGoal(
                 target_frame=target_frame, source_frame=source_frame, source_time=time, timeout=timeout
             )
@@ -67,15 +69,18 @@ class BufferClient(BufferInterface):
         fixed_frame: str,
         timeout: Any = _NO_TIME,
     ) -> Any:
-        """As `lookup_transform`, of the source at one time in the target at another."""
-        return self._ask(
+        """Like `lookup_transform`, with the source at `source_time` and the target at `target_time`.
+
+        `fixed_frame` must not move between these times.
+        """
+        return self._send(
             LookupTransformGoal(
                 target_frame, source_frame, source_time, timeout, target_time, fixed_frame, True
             )
         )
 
     def can_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_TIME) -> bool:
-        """Whether `lookup_transform` succeeds."""
+        """Return whether `lookup_transform` succeeds."""
         try:
             self.lookup_transform(target_frame, source_frame, time, timeout)
         except TransformException:
@@ -91,7 +96,7 @@ class BufferClient(BufferInterface):
         fixed_frame: str,
         timeout: Any = _NO_TIME,
     ) -> bool:
-        """Whether `lookup_transform_full` succeeds."""
+        """Return whether `lookup_transform_full` succeeds."""
         try:
             self.lookup_transform_full(
                 target_frame, target_time, source_frame, source_time, fixed_frame, timeout
@@ -100,15 +105,14 @@ class BufferClient(BufferInterface):
             return False
         return True
 
-    def _ask(self, goal: LookupTransformGoal) -> Any:
+    def _send(self, goal: LookupTransformGoal) -> Any:
         self.client.send_goal(goal)
         if not self.client.wait_for_result(goal.timeout + self.timeout_padding):
-            raise TimeoutException(f"The BufferServer {self._name} did not answer in time. Is it running?")
+            raise TimeoutException(f"BufferServer [{self._name}] did not reply in time: is it running?")
         state = self.client.get_state()
         if state != GoalStatus.SUCCEEDED:
-            raise TimeoutException(
-                f"The BufferServer {self._name} ended the question with the status {state}"
-            )
+            name = GoalStatus.to_string(state)  # type: ignore[attr-defined]
+            raise TimeoutException(f"goal to BufferServer [{self._name}] ended with status {name} ({state})")
         result = self.client.get_result()
         error = result.error
         if error.error == error.NO_ERROR:

@@ -1,4 +1,4 @@
-"""What every buffer offers, and the types that can be transformed and converted."""
+"""The interface of transform buffers, and the registries of types that can be transformed or converted."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import rospy
 
 
 class BufferInterface:
-    """Transforms objects of registered types. Subclasses look transforms up."""
+    """Base class of buffers, which transforms objects of registered types. Subclasses implement lookups."""
 
     def __init__(self) -> None:
         self.registration = TransformRegistration()
@@ -24,11 +24,11 @@ class BufferInterface:
         timeout: Any = rospy.Duration(0.0),  # noqa: B008 # as its documentation shows it
         new_type: type[Any] | None = None,
     ) -> Any:
-        """The object in another frame at its own time, and as another type if one is given.
+        """Transform an object to `target_frame` at its own stamp, and convert it to `new_type` if given.
 
         Raises:
-            TypeException: nobody registered the type.
-            TransformException: the transform does not exist.
+            TypeException: the type is not registered.
+            TransformException: the transform is not available within `timeout`.
         """
         do_transform = self.registration.get(type(object_stamped))
         header = object_stamped.header
@@ -45,11 +45,13 @@ class BufferInterface:
         timeout: Any = rospy.Duration(0.0),  # noqa: B008
         new_type: type[Any] | None = None,
     ) -> Any:
-        """The object in another frame at another time, where `fixed_frame` does not move between the two.
+        """Transform an object to `target_frame` at `target_time`, and convert it to `new_type` if given.
+
+        `fixed_frame` must not move between the stamp of the object and `target_time`.
 
         Raises:
-            TypeException: nobody registered the type.
-            TransformException: the transform does not exist.
+            TypeException: the type is not registered.
+            TransformException: the transform is not available within `timeout`.
         """
         do_transform = self.registration.get(type(object_stamped))
         header = object_stamped.header
@@ -66,7 +68,7 @@ class BufferInterface:
         time: Any,
         timeout: Any = rospy.Duration(0.0),  # noqa: B008
     ) -> Any:
-        """The transform that brings data of the source into the target."""
+        """Return the transform from the source frame to the target frame."""
         raise NotImplementedException
 
     def lookup_transform_full(
@@ -78,7 +80,7 @@ class BufferInterface:
         fixed_frame: str,
         timeout: Any = rospy.Duration(0.0),  # noqa: B008
     ) -> Any:
-        """As `lookup_transform`, of the source at one time in the target at another."""
+        """Like `lookup_transform`, with the source at `source_time` and the target at `target_time`."""
         raise NotImplementedException
 
     def can_transform(
@@ -88,7 +90,7 @@ class BufferInterface:
         time: Any,
         timeout: Any = rospy.Duration(0.0),  # noqa: B008
     ) -> Any:
-        """Whether `lookup_transform` would succeed."""
+        """Return whether `lookup_transform` would succeed."""
         raise NotImplementedException
 
     def can_transform_full(
@@ -100,18 +102,18 @@ class BufferInterface:
         fixed_frame: str,
         timeout: Any = rospy.Duration(0.0),  # noqa: B008
     ) -> Any:
-        """Whether `lookup_transform_full` would succeed."""
+        """Return whether `lookup_transform_full` would succeed."""
         raise NotImplementedException
 
 
 def Stamped(obj: Any, stamp: Any, frame_id: str) -> Any:
-    """Gives an object a header, and returns it."""
+    """Set `obj.header` and return `obj`."""
     obj.header = Header(frame_id=frame_id, stamp=stamp)
     return obj
 
 
 class TypeException(Exception):
-    """Nobody registered the type; `errstr` says which."""
+    """A type is not registered. `errstr` is the error message."""
 
     def __init__(self, errstr: str) -> None:
         super().__init__(errstr)
@@ -119,7 +121,7 @@ class TypeException(Exception):
 
 
 class NotImplementedException(Exception):
-    """The buffer cannot be asked so."""
+    """The buffer does not implement this lookup."""
 
     def __init__(self) -> None:
         self.errstr = "CanTransform or LookupTransform not implemented"
@@ -131,70 +133,72 @@ def _registered(functions: dict[Any, Any], key: Any) -> Any:
         return functions[key]
     except KeyError:
         raise TypeException(
-            f"no transform or conversion is registered for {key}: import the module that has it, "
+            f"no transform or conversion is registered for {key}: import the module that provides it, "
             "such as tf2_geometry_msgs"
         ) from None
 
 
 class TransformRegistration:
-    """How objects are transformed, by their types. All instances share what was registered."""
+    """Registry of functions that transform objects, by type. All instances share the same entries."""
 
     _by_type: ClassVar[dict[Any, Callable[[Any, Any], Any]]] = {}
 
     def print_me(self) -> None:
-        """Prints what was registered."""
+        """Print the registry."""
         print(self._by_type)
 
     def add(self, key: Any, callback: Callable[[Any, Any], Any]) -> None:
-        """Registers `callback(object, TransformStamped)` for a type."""
+        """Register `callback(object, TransformStamped)` for a type."""
         self._by_type[key] = callback
 
     def get(self, key: Any) -> Callable[[Any, Any], Any]:
-        """What was registered for a type. Raises TypeException where nothing was."""
+        """Return the function for a type. Raises TypeException if the type is not registered."""
         function: Callable[[Any, Any], Any] = _registered(self._by_type, key)
         return function
 
 
 class ConvertRegistration:
-    """How objects are converted, by their types. All instances share what was registered."""
+    """Registry of functions that convert objects, by type. All instances share the same entries."""
 
     _to_msg: ClassVar[dict[Any, Callable[[Any], Any]]] = {}
     _from_msg: ClassVar[dict[Any, Callable[[Any], Any]]] = {}
     _convert: ClassVar[dict[Any, Callable[[Any], Any]]] = {}
 
     def add_from_msg(self, key: Any, callback: Callable[[Any], Any]) -> None:
-        """Registers how an object of a type is made of a message."""
+        """Register a function that converts a message to the type."""
         self._from_msg[key] = callback
 
     def add_to_msg(self, key: Any, callback: Callable[[Any], Any]) -> None:
-        """Registers how a message is made of an object of a type."""
+        """Register a function that converts an object of the type to a message."""
         self._to_msg[key] = callback
 
     def add_convert(self, key: Any, callback: Callable[[Any], Any]) -> None:
-        """Registers a conversion for a pair of types."""
+        """Register a direct conversion for a pair of types (from, to)."""
         self._convert[key] = callback
 
     def get_from_msg(self, key: Any) -> Callable[[Any], Any]:
-        """What was registered. Raises TypeException where nothing was."""
+        """Return the conversion from a message. Raises TypeException if the type is not registered."""
         function: Callable[[Any], Any] = _registered(self._from_msg, key)
         return function
 
     def get_to_msg(self, key: Any) -> Callable[[Any], Any]:
-        """What was registered. Raises TypeException where nothing was."""
+        """Return the conversion to a message. Raises TypeException if the type is not registered."""
         function: Callable[[Any], Any] = _registered(self._to_msg, key)
         return function
 
     def get_convert(self, key: Any) -> Callable[[Any], Any]:
-        """What was registered. Raises TypeException where nothing was."""
+        """Return the direct conversion. Raises TypeException if the pair of types is not registered."""
         function: Callable[[Any], Any] = _registered(self._convert, key)
         return function
 
 
 def convert(a: Any, b_type: type[Any]) -> Any:
-    """The object as another type, directly where such a conversion is registered, or by way of a message.
+    """Convert an object to `b_type`, directly if such a conversion is registered, otherwise via a message.
+
+    If `a` already has this type and no conversion is registered, return a deep copy.
 
     Raises:
-        TypeException: nobody registered what it takes.
+        TypeException: a required conversion is not registered.
     """
     registration = ConvertRegistration()
     try:

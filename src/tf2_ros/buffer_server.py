@@ -1,4 +1,4 @@
-"""`BufferServer`: answers the questions of other nodes about a buffer, as roscpp's tf2_ros does."""
+"""`BufferServer`, which offers lookups in a buffer to other nodes, like the server of roscpp's tf2_ros."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ _KINDS = {
 
 
 class BufferServer:
-    """Offers the buffer as the action `ns`.
+    """Action server `ns` for lookups in `buffer`.
 
     Args:
-        auto_start: start at once; otherwise call `start`.
-        check_period: how often questions that wait are looked at again.
+        auto_start: start immediately; otherwise call `start`.
+        check_period: how often pending lookups are tried again; 0.01 s by default.
     """
 
     def __init__(
@@ -42,56 +42,61 @@ class BufferServer:
     ) -> None:
         self.buffer = buffer
         self._lock = Lock()
-        self._waiting: list[tuple[Any, rospy.Time]] = []
+        self._pending: list[tuple[Any, rospy.Time]] = []
         self._server = ActionServer(ns, LookupTransformAction, self._on_goal, self._on_cancel, False)
         self._timer = rospy.Timer(check_period, lambda _: self.check(), reset=True)
         if auto_start:
             self.start()
 
     def start(self) -> None:
-        """Takes questions from now on."""
+        """Start to accept goals."""
         self._server.start()
 
     def stop(self) -> None:
-        """Takes no questions any more."""
+        """Stop accepting goals."""
         self._timer.shutdown()
         self._server.stop()
 
     def check(self) -> None:
-        """Answers the questions that can be answered by now, or whose time is up. A timer calls it."""
+        """Complete the pending goals whose transform is available or whose timeout has expired.
+
+        Called by a timer.
+        """
         with self._lock:
-            if not self._waiting:
+            if not self._pending:
                 return
             now = rospy.Time.now()
-            due = [pair for pair in self._waiting if pair[1] <= now or self._can(pair[0].get_goal())]
-            self._waiting = [pair for pair in self._waiting if pair not in due]
+            due = [
+                pair for pair in self._pending if pair[1] <= now or self._can_transform(pair[0].get_goal())
+            ]
+            self._pending = [pair for pair in self._pending if pair not in due]
         for handle, _ in due:
-            self._answer(handle)
+            self._complete(handle)
 
     def _on_goal(self, handle: Any) -> None:
         handle.set_accepted()
         goal = handle.get_goal()
-        if goal.timeout.is_zero() or self._can(goal):
-            self._answer(handle)
+        if goal.timeout.is_zero() or self._can_transform(goal):
+            self._complete(handle)
             return
         with self._lock:
-            self._waiting.append((handle, rospy.Time.now() + goal.timeout))
+            self._pending.append((handle, rospy.Time.now() + goal.timeout))
 
     def _on_cancel(self, handle: Any) -> None:
         with self._lock:
-            self._waiting = [pair for pair in self._waiting if pair[0] != handle]
+            self._pending = [pair for pair in self._pending if pair[0] != handle]
         handle.set_canceled()
 
-    def _can(self, goal: Any) -> bool:
+    def _can_transform(self, goal: Any) -> bool:
         if not goal.advanced:
             return bool(self.buffer.can_transform(goal.target_frame, goal.source_frame, goal.source_time))
-        return bool(self.buffer.can_transform_full(*_full(goal)))
+        return bool(self.buffer.can_transform_full(*_full_arguments(goal)))
 
-    def _answer(self, handle: Any) -> None:
+    def _complete(self, handle: Any) -> None:
         goal, result = handle.get_goal(), LookupTransformResult()
         try:
             if goal.advanced:
-                result.transform = self.buffer.lookup_transform_full(*_full(goal))
+                result.transform = self.buffer.lookup_transform_full(*_full_arguments(goal))
             else:
                 result.transform = self.buffer.lookup_transform(
                     goal.target_frame, goal.source_frame, goal.source_time
@@ -102,5 +107,5 @@ class BufferServer:
         handle.set_succeeded(result)
 
 
-def _full(goal: Any) -> tuple[str, Any, str, Any, str]:
+def _full_arguments(goal: Any) -> tuple[str, Any, str, Any, str]:
     return (goal.target_frame, goal.target_time, goal.source_frame, goal.source_time, goal.fixed_frame)

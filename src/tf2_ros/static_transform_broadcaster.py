@@ -1,4 +1,4 @@
-"""`StaticTransformBroadcaster`: sends transforms that never change."""
+"""`StaticTransformBroadcaster`, which publishes transforms that never change."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ import rospy
 
 
 class StaticTransformBroadcaster:
-    """Sends transforms on `/tf_static`, also to those who begin to listen later.
+    """Latched publisher of transforms on `/tf_static`.
 
-    All that were sent stay: the newest of each child frame.
+    Each message contains the latest transform of every child frame sent so far, so that late subscribers
+    receive all of them. Threads may send at the same time.
     """
 
     def __init__(self) -> None:
@@ -22,7 +23,7 @@ class StaticTransformBroadcaster:
         self._sent: dict[str, Any] = {}
 
     def sendTransform(self, transform: Any) -> None:
-        """Sends a TransformStamped, or a list of them, together with those sent before."""
+        """Publish a TransformStamped, or a list of them, together with those sent before."""
         with self._lock:
             for each in transform if isinstance(transform, list) else [transform]:
                 self._sent[each.child_frame_id] = each

@@ -1,4 +1,4 @@
-"""`TransformBroadcaster`: sends transforms."""
+"""`TransformBroadcaster`, which publishes transforms that change over time."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import rospy
 
 
 class TransformBroadcaster:
-    """Sends transforms on `/tf`."""
+    """Publisher of transforms on `/tf`."""
 
     def __init__(self) -> None:
         self.pub_tf = rospy.Publisher("/tf", TFMessage, queue_size=100)
 
     def sendTransform(self, transform: Any) -> None:
-        """Sends a TransformStamped, or a list of them."""
+        """Publish a TransformStamped, or a list of them, in one message."""
         self.pub_tf.publish(TFMessage(transform if isinstance(transform, list) else [transform]))

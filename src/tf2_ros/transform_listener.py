@@ -1,4 +1,4 @@
-"""`TransformListener`: fills a buffer with the transforms that other nodes send."""
+"""`TransformListener`, which fills a buffer from `/tf` and `/tf_static`."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import rospy
 
 
 class TransformListener:
-    """Fills `buffer` from `/tf` and `/tf_static` until `unregister` or its own end.
+    """Subscriber that fills `buffer` from `/tf` and `/tf_static` until `unregister` or its deletion.
 
-    When the clock goes back, what the buffer knows, but for static transforms, is forgotten.
+    If the clock jumps back, the buffer is cleared except for static transforms.
     """
 
     def __init__(
@@ -31,24 +31,22 @@ class TransformListener:
             self.unregister()
 
     def unregister(self) -> None:
-        """Listens no more."""
+        """Unsubscribe from `/tf` and `/tf_static`."""
         self.tf_sub.unregister()
         self.tf_static_sub.unregister()
 
     def check_for_reset(self) -> None:
-        """Clears the buffer where the clock went back since the last call."""
+        """Clear the buffer if the clock has jumped back since the last call."""
         with self.last_update_lock:
             now, before = rospy.Time.now(), self.last_update
             self.last_update = now
             if now < before:
                 seconds = (before - now).to_sec()
-                rospy.logwarn(
-                    "The clock went back by %f s: the transforms known so far are forgotten.", seconds
-                )
+                rospy.logwarn("Clock jumped back by %f s: clearing the transform buffer.", seconds)
                 self.buffer.clear()
 
     def callback(self, data: Any) -> None:
-        """Called with each message of `/tf`."""
+        """Handle a message of `/tf`. Runs in the thread of the connection."""
         self.check_for_reset()
         sender = data._connection_header.get("callerid", "default_authority")
         insert = self.buffer.set_transform
@@ -56,7 +54,7 @@ class TransformListener:
             insert(transform, sender)
 
     def static_callback(self, data: Any) -> None:
-        """Called with each message of `/tf_static`."""
+        """Handle a message of `/tf_static`. Runs in the thread of the connection."""
         self.check_for_reset()
         sender = data._connection_header.get("callerid", "default_authority")
         for transform in data.transforms:

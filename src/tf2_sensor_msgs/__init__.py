@@ -1,4 +1,4 @@
-"""tf2_sensor_msgs, as Noetic has it, on pipros: registers how point clouds are transformed."""
+"""Drop-in replacement for Noetic's tf2_sensor_msgs: registers the transform of point clouds."""
 
 from sensor_msgs.msg import PointCloud2 as PointCloud2
 

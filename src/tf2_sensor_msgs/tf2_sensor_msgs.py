@@ -1,4 +1,4 @@
-"""Point clouds in other frames."""
+"""Transform of point clouds."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from tf2_geometry_msgs import transform_to_kdl as transform_to_kdl
 
 
 def do_transform_cloud(cloud: PointCloud2, transform: Any) -> PointCloud2:
-    """The cloud in the frame that the transform leads to; its first three fields must be x, y and z.
+    """Apply the transform to a cloud whose first three fields are x, y and z.
 
-    Other fields keep their values. The points come in one row, as `create_cloud` makes them.
+    Other fields keep their values. The result is unorganised (one row of points), as made by `create_cloud`.
     """
     position, rotation = transform.transform.translation, transform.transform.rotation
     frame = (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
-    # Where the origin and the ends of the axes come to, is where everything else comes to.
+    # The images of the origin and of the axes' unit points give the columns of the matrix.
     origin, *ends = (
         composed(frame, (*at, *IDENTITY[3:]))[:3] for at in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
     )

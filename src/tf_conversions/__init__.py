@@ -1,4 +1,7 @@
-"""tf_conversions, as Noetic has it, on pipros: poses to and from PyKDL, whose names it has, too."""
+"""Drop-in replacement for Noetic's tf_conversions: conversion of poses to and from PyKDL.
+
+The names of PyKDL are available here, too.
+"""
 
 from typing import Any as _Any
 
@@ -7,5 +10,5 @@ from tf_conversions.posemath import *  # noqa: F403 # the names of PyKDL, as Noe
 
 
 def __getattr__(name: str) -> _Any:
-    """The names of PyKDL, where it is not installed: an error that says so."""
+    """Raise ImportError for the names of PyKDL if it is not installed."""
     return getattr(posemath, name)

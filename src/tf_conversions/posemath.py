@@ -1,4 +1,4 @@
-"""Poses as PyKDL frames, messages, tf's lists and matrices."""
+"""Conversions between PyKDL frames and tf tuples, Pose messages and matrices."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from geometry_msgs.msg import Quaternion as Quaternion
 
 try:
     import PyKDL as _PyKDL
-    from PyKDL import *  # noqa: F403 # scripts take them from here
+    from PyKDL import *  # noqa: F403 # scripts import them from here
 except ImportError:
     _PyKDL = None
 
 
 def _kdl() -> Any:
-    """PyKDL. Raises ImportError where it is not installed."""
+    """Return the module PyKDL. Raises ImportError if it is not installed."""
     if _PyKDL is None:
         raise ImportError(
-            "tf_conversions needs PyKDL, which pip does not have: install python3-pykdl of your "
-            "distribution, or a package such as conda-forge's python-orocos-kdl",
+            "tf_conversions needs PyKDL, which is not on PyPI: install your system's package "
+            "python3-pykdl, or one such as conda-forge's python-orocos-kdl",
             name="PyKDL",
         )
     return _PyKDL
 
 
 def __getattr__(name: str) -> Any:
-    """The names of PyKDL, where it is not installed: an error that says so."""
+    """Raise ImportError for the names of PyKDL if it is not installed."""
     if name.startswith("_"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(_kdl(), name)
@@ -38,36 +38,36 @@ def _frame(rotation: Any, position: Any) -> Any:
 
 
 def fromTf(tf: Any) -> Any:
-    """The frame of a position (x, y, z) and a quaternion (x, y, z, w), as tf gives them."""
+    """Return the frame of a position (x, y, z) and a quaternion (x, y, z, w), as returned by tf."""
     position, quaternion = tf
     return _frame(_kdl().Rotation.Quaternion(*quaternion), position)
 
 
 def toTf(f: Any) -> Any:
-    """The position and the quaternion of a frame."""
+    """Return the position (x, y, z) and the quaternion (x, y, z, w) of a frame."""
     return (f.p[0], f.p[1], f.p[2]), f.M.GetQuaternion()
 
 
 def fromMsg(p: Pose) -> Any:
-    """The frame of a Pose."""
-    at, turned = p.position, p.orientation
-    rotation = _kdl().Rotation.Quaternion(turned.x, turned.y, turned.z, turned.w)
-    return _frame(rotation, (at.x, at.y, at.z))
+    """Return the frame of a Pose."""
+    position, quaternion = p.position, p.orientation
+    rotation = _kdl().Rotation.Quaternion(quaternion.x, quaternion.y, quaternion.z, quaternion.w)
+    return _frame(rotation, (position.x, position.y, position.z))
 
 
 def toMsg(f: Any) -> Pose:
-    """The Pose of a frame."""
+    """Return the Pose of a frame."""
     return Pose(Point(f.p[0], f.p[1], f.p[2]), Quaternion(*f.M.GetQuaternion()))
 
 
 def fromMatrix(m: Any) -> Any:
-    """The frame of a 4x4 matrix."""
-    turned = _kdl().Rotation(*(float(m[row, column]) for row in range(3) for column in range(3)))
-    return _frame(turned, (float(m[row, 3]) for row in range(3)))
+    """Return the frame of a homogeneous 4x4 matrix."""
+    rotation = _kdl().Rotation(*(float(m[row, column]) for row in range(3) for column in range(3)))
+    return _frame(rotation, (float(m[row, 3]) for row in range(3)))
 
 
 def toMatrix(f: Any) -> Any:
-    """The 4x4 matrix of a frame. Needs numpy."""
+    """Return the homogeneous 4x4 matrix of a frame. Requires numpy."""
     from pipros.transforms.matrices import numpy
 
     rows = [[*(f.M[row, column] for column in range(3)), f.p[row]] for row in range(3)]
@@ -75,9 +75,9 @@ def toMatrix(f: Any) -> Any:
 
 
 def fromCameraParams(cv: Any, rvec: Any, tvec: Any) -> Any:
-    """The frame of what OpenCV's calibration gives.
+    """Return the frame of a rotation vector (radians) and a translation vector, as returned by OpenCV.
 
-    A rotation vector and a translation. `cv` is its module.
+    `cv` is OpenCV's module (`cv2`). Requires numpy.
     """
     from pipros.transforms.matrices import numpy
 

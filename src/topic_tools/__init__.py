@@ -1,1 +1,1 @@
-"""topic_tools: programs that pass messages on, and the services of `topic_tools.srv`."""
+"""Drop-in replacement for Noetic's topic_tools: executables that republish messages."""

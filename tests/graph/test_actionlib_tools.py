@@ -45,7 +45,7 @@ def test_a_script_sends_a_goal_that_a_script_answers(ros: RosSystem) -> None:
     assert ran.output.index("  order: 3") < ran.output.index("SUCCEEDED")  # lines of two programs may mix
     assert "  sequence: [1, 1, 2]" in ran.stdout
     assert "ended 0" in ran.stdout
-    assert ran.output.count("this is not a actionlib_tutorials/FibonacciGoal") == 2
+    assert ran.output.count("not a valid actionlib_tutorials/FibonacciGoal") == 2
 
 
 @pytest.mark.parametrize("program", ["axclient.py", "axserver.py"])
@@ -78,7 +78,7 @@ def test_goals_are_set_edited_sent_and_cancelled_on_a_terminal(ros: RosSystem) -
         terminal.wait_for(expected)
 
     terminal.type("rosrun actionlib_tools axclient.py /simple")
-    answer("set goal: many", "this is not a actionlib/TestGoal")
+    answer("set goal: many", "not a valid actionlib/TestGoal")
     answer("set goal: 5", "  goal: 5")
     answer("send", "SUCCEEDED: reached")
     answer("edit", "  goal: 7")
@@ -103,12 +103,12 @@ def test_goals_are_answered_on_a_terminal_until_ctrl_c_or_the_end_of_the_node(ro
 
     terminal.type(command)
     terminal.wait_for("axserver> $")
-    answer("succeed result: 1", "there is no active goal")
+    answer("succeed result: 1", "no goal is active")
     (ros.home / "goal.yaml").write_text("goal: 5")
     client = ros.pipros.start("bash", "-c", "rosrun actionlib_tools axclient.py /test <goal.yaml")
     terminal.wait_for("  goal: 5")
     answer("jump", "Commands: feedback")
-    answer("feedback feedback: many", "this is not a actionlib/TestFeedback")
+    answer("feedback feedback: many", "not a valid actionlib/TestFeedback")
     terminal.answer("feedback feedback: 3")
     client.wait_for("  feedback: 3")
     terminal.answer("succeed result: 4")

@@ -1,1 +1,1 @@
-"""What genuine cv_bridge has in C++."""
+"""The package of cv_bridge's compiled module in Noetic."""

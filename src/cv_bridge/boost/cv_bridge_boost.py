@@ -1,4 +1,4 @@
-"""The functions of the module that genuine cv_bridge has in C++; all run on numpy."""
+"""Functions of the module that is written in C++ in Noetic; here they use numpy."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ __all__ = ["CV_MAT_CNWrap", "CV_MAT_DEPTHWrap", "cvtColor2", "cvtColorForDisplay
 
 
 def getCvType(encoding_name: str) -> int:
-    """The number that OpenCV gives to the type of an encoding's pixels, such as 16 for rgb8.
+    """Return the OpenCV type of an encoding, such as 16 for rgb8.
 
     Raises:
-        RuntimeError: no encoding has this name.
+        RuntimeError: the encoding is unknown.
     """
     return encoding(encoding_name).cv_type
 
 
 def CV_MAT_CNWrap(cv_type: int) -> int:
-    """The channels of a type of OpenCV."""
+    """Return the number of channels of an OpenCV type."""
     return cv_type // CHANNEL_STEP + 1
 
 
 def CV_MAT_DEPTHWrap(cv_type: int) -> int:
-    """The number of the type of each value of a type of OpenCV."""
+    """Return the depth of an OpenCV type."""
     return cv_type % CHANNEL_STEP

@@ -1,5 +1,6 @@
-"""The goals of actions, as clients and servers see them: state machines without sockets or a clock.
+"""State machines of action goals at clients and servers, without sockets or a clock.
 
-`client_goal` and `server_goal` hold one table each. The facade `actionlib` gives them topics and callbacks.
+`client_goal` and `server_goal` contain one table of transitions each. The facade `actionlib` adds topics and
+callbacks.
 Source: http://wiki.ros.org/actionlib/DetailedDescription.
 """

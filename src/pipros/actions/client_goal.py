@@ -1,8 +1,8 @@
-"""A goal as its client sees it: what the client knows about the goal's progress at the server.
+"""Client-side state of a goal: what the client knows about the goal's progress at the server.
 
-The server repeats the status of its goals several times a second, and sends a result at the end, on topics of
-their own: any of them may come first, and statuses may be missed. So a status may pass through several states
-at once, such as from WAITING_FOR_GOAL_ACK through ACTIVE to WAITING_FOR_RESULT.
+The server publishes the status of its goals several times a second, and a result at the end. These are
+separate topics: messages may arrive in any order, and a status may be missed. A single status may therefore
+cause several transitions, such as from WAITING_FOR_GOAL_ACK through ACTIVE to WAITING_FOR_RESULT.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pipros.actions.status import TERMINAL, Status
 
 
 class State(IntEnum):
-    """The states of a client's goal; the numbers are those of actionlib.CommState."""
+    """States of a client's goal. The values are those of actionlib.CommState."""
 
     WAITING_FOR_GOAL_ACK = 0
     PENDING = 1
@@ -85,27 +85,27 @@ TRANSITIONS: dict[State, dict[Status, tuple[State, ...]]] = {
         **dict.fromkeys((Status.PREEMPTED, *_FINISHED), (_WAIT,)),
     },
 }
-"""The states that a status passes through. A status that is not listed is impossible in that state."""
+"""The states entered on a status, in order. A status that is not listed is invalid in that state."""
 
 MAY_BE_CANCELLED = frozenset(
     {State.WAITING_FOR_GOAL_ACK, State.PENDING, State.ACTIVE, State.WAITING_FOR_CANCEL_ACK}
 )
 MAY_BE_MISSING = frozenset({State.WAITING_FOR_GOAL_ACK, State.WAITING_FOR_RESULT, State.DONE})
-"""The states in which a server need not list the goal: it does not know it yet, or has forgotten it."""
+"""States in which the server may omit the goal: it has not received it yet, or has already removed it."""
 
 
 class ClientGoal:
-    """The state of a goal. Each method returns the states that it passed through, in order."""
+    """State of a goal. Each event method returns the states entered, in order."""
 
     def __init__(self) -> None:
         self.state = State.WAITING_FOR_GOAL_ACK
         self.status = Status.PENDING
 
     def on_status(self, status: int | None) -> list[State]:
-        """The server listed its goals: this one with a status, or not at all.
+        """Handle a list of goals from the server that contains this goal with `status`, or not (None).
 
         Raises:
-            ValueError: the status is impossible now; nothing has changed but `status`.
+            ValueError: the status is unknown, or invalid in the current state. The state is unchanged.
         """
         if self.state is State.DONE:
             return []
@@ -113,34 +113,36 @@ class ClientGoal:
             if self.state in MAY_BE_MISSING:
                 return []
             self.status = Status.LOST
-            return self._go((State.DONE,))
+            return self._enter((State.DONE,))
         if status not in Status._value2member_map_:
-            raise ValueError(f"the server said the unknown status {status} of a goal")
+            raise ValueError(f"server reported unknown goal status {status}")
         self.status = Status(status)
-        way = TRANSITIONS[self.state].get(self.status)
-        if way is None:
-            raise ValueError(f"a goal cannot be {self.status.name} while its client is in {self.state.name}")
-        return self._go(way)
+        states = TRANSITIONS[self.state].get(self.status)
+        if states is None:
+            raise ValueError(
+                f"server reported status {self.status.name}, which is invalid in state {self.state.name}"
+            )
+        return self._enter(states)
 
     def on_result(self, status: int) -> list[State]:
-        """The result came, with the last status. A goal that is done already stays so."""
+        """Handle a result and the final status in it. Ignored if the goal is already done."""
         if self.state is State.DONE:
             return []
         try:
-            way = self.on_status(status)
-        except ValueError:  # the statuses that were missed no longer matter
-            way = []
-        return way + self._go((State.DONE,))
+            states = self.on_status(status)
+        except ValueError:  # missed statuses no longer matter
+            states = []
+        return states + self._enter((State.DONE,))
 
     def on_cancel(self) -> list[State]:
-        """The client cancels it. Nothing happens if it is ending already."""
-        return self._go((State.WAITING_FOR_CANCEL_ACK,)) if self.state in MAY_BE_CANCELLED else []
+        """Handle a cancellation by the client. Ignored if the goal is already ending."""
+        return self._enter((State.WAITING_FOR_CANCEL_ACK,)) if self.state in MAY_BE_CANCELLED else []
 
     def terminal_status(self) -> Status:
-        """How it ended; LOST if it did not."""
+        """Return the final status; LOST if the goal has not ended."""
         return self.status if self.status in TERMINAL else Status.LOST
 
-    def _go(self, way: tuple[State, ...]) -> list[State]:
-        if way:
-            self.state = way[-1]
-        return list(way)
+    def _enter(self, states: tuple[State, ...]) -> list[State]:
+        if states:
+            self.state = states[-1]
+        return list(states)

@@ -1,7 +1,7 @@
-"""A goal as its server sees it.
+"""Server-side state of a goal.
 
-A client may cancel it (`CANCEL_REQUESTED`); all other events come from the program that works on it. An event
-that is not in the table leaves the goal unchanged.
+A client may request cancellation (`CANCEL_REQUESTED`); all other events are raised by the program that
+executes the goal. An event that is not in the table leaves the goal unchanged.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from pipros.actions.status import Status
 
 
 class Event(Enum):
-    """What happens to a goal. The values say what it is then, for error messages."""
+    """Events of a goal. The values complete "a goal must be … to be" in error messages."""
 
     ACCEPT = "active"
     REJECT = "rejected"
     CANCEL = "cancelled"
     ABORT = "aborted"
     SUCCEED = "succeeded"
-    CANCEL_REQUESTED = "asked to be cancelled"
+    CANCEL_REQUESTED = "cancelled by request"
 
 
 TRANSITIONS: dict[Event, dict[Status, Status]] = {
@@ -38,12 +38,12 @@ TRANSITIONS: dict[Event, dict[Status, Status]] = {
 
 
 def after(status: int, event: Event) -> Status | None:
-    """The status after the event, None if it cannot happen."""
+    """Return the status after the event, or None if the event is invalid in this status."""
     return TRANSITIONS[event].get(Status(status)) if status in Status._value2member_map_ else None
 
 
 def why_not(status: int, event: Event) -> str:
-    """The error for an event that cannot happen."""
+    """Return the error message for an event that is invalid in this status."""
     possible = " or ".join(known.name for known in TRANSITIONS[event])
     now = Status(status).name if status in Status._value2member_map_ else str(status)
     return f"a goal must be {possible} to be {event.value}, but it is {now}"

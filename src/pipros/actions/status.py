@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """The status of a goal."""
+    """Status of a goal."""
 
     PENDING = 0
     ACTIVE = 1

@@ -1,1 +1,1 @@
-"""The life of a bond: the state machine of one side."""
+"""The state machine of one side of a bond."""

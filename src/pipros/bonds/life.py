@@ -1,8 +1,8 @@
-"""The state machine of one side of a bond, without topics and clock.
+"""The state machine of one side of a bond, without topics or a clock.
 
-Both sides periodically publish that they are alive. WAITING ends with the first message of the other side,
-the sister. ALIVE ends at once when the sister is silent for too long, or in agreement, when one side breaks
-the bond: it then publishes that it ends (ENDING) until the sister has answered, or its time is up.
+Both sides periodically publish that they are alive. WAITING ends with the first message of the other side
+(the sister). ALIVE ends immediately on a heartbeat timeout, or by agreement when one side breaks the bond: it
+then publishes the end (ENDING) until the sister has confirmed it or the disconnect timeout has expired.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from enum import Enum, auto
 
 
 class State(Enum):
-    """The states, with the names that Noetic's machine gives them."""
+    """States of a side. The values are the names in Noetic's state machine."""
 
     WAITING = "SM.WaitingForSister"
     ALIVE = "SM.Alive"
@@ -21,7 +21,7 @@ class State(Enum):
 
 
 class Event(Enum):
-    """What happens to a side."""
+    """Events of a side."""
 
     SISTER_ALIVE = auto()
     SISTER_ENDS = auto()
@@ -34,7 +34,7 @@ class Event(Enum):
 
 _W, _A, _E, _D = State.WAITING, State.ALIVE, State.ENDING, State.DEAD
 
-# In all states that are not listed, an event changes nothing.
+# An event that is not listed for a state does not change it.
 NEXT: Mapping[tuple[State, Event], State] = {
     (_W, Event.SISTER_ALIVE): _A,
     (_W, Event.SISTER_ENDS): _E,
@@ -49,7 +49,7 @@ NEXT: Mapping[tuple[State, Event], State] = {
 
 
 class Life:
-    """One side of a bond.
+    """State of one side of a bond.
 
     >>> life = Life()
     >>> [life.take(event).name for event in (Event.SISTER_ALIVE, Event.BREAK, Event.SISTER_ENDS)]
@@ -62,7 +62,7 @@ class Life:
         """Whether the sister was alive before the end."""
 
     def take(self, event: Event) -> State:
-        """Handles an event. Returns the new state."""
+        """Handle an event and return the new state."""
         before, self.state = self.state, NEXT.get((self.state, event), self.state)
         if before is State.WAITING and event in (Event.SISTER_ALIVE, Event.SISTER_ENDS):
             self.was_formed = True

@@ -1,4 +1,4 @@
-"""Caches and synchronizers of messages by their time stamps, which the facade `message_filters` offers.
+"""Caches and synchronizers of messages by timestamp, used by the facade `message_filters`.
 
-Nothing here has a socket or a clock: stamps and the time are given, as nanoseconds.
+No module of this package uses sockets or a clock: stamps and the current time are arguments, in nanoseconds.
 """

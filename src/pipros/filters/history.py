@@ -1,4 +1,4 @@
-"""The newest messages of a topic, and messages held back until they can be passed on in order."""
+"""A history of messages, and a sequencer that delays messages to order them by stamp."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class History:
-    """The newest `size` messages with their stamps, in the order of their arrival."""
+    """The last `size` messages and their stamps, in the order of arrival."""
 
     def __init__(self, size: int) -> None:
         self.size = size
@@ -15,7 +15,7 @@ class History:
         self.stamps: list[Any] = []
 
     def add(self, stamp: Any, message: Any) -> None:
-        """Adds a message; of more than `size`, the one that arrived first is dropped."""
+        """Add a message. If there are more than `size`, drop the one that arrived first."""
         self.stamps.append(stamp)
         self.messages.append(message)
         if len(self.messages) > self.size:
@@ -23,7 +23,7 @@ class History:
             del self.stamps[0]
 
     def between(self, first: Any, last: Any) -> list[Any]:
-        """The messages from one stamp to another, both included."""
+        """Return the messages with stamps from `first` to `last`, both included."""
         return [
             message
             for message, stamp in zip(self.messages, self.stamps, strict=True)
@@ -31,14 +31,14 @@ class History:
         ]
 
     def first_from(self, stamp: Any) -> Any:
-        """The message that arrived first of those with this stamp or a later one; None without any."""
+        """Return the first message in order of arrival with a stamp at or after `stamp`, or None."""
         for message, known in zip(self.messages, self.stamps, strict=True):
             if known >= stamp:
                 return message
         return None
 
     def last_until(self, stamp: Any) -> Any:
-        """The message that arrived last of those with this stamp or an earlier one; None without any."""
+        """Return the last message in order of arrival with a stamp at or before `stamp`, or None."""
         for message, known in zip(reversed(self.messages), reversed(self.stamps), strict=True):
             if known <= stamp:
                 return message
@@ -46,10 +46,10 @@ class History:
 
 
 class Sequencer:
-    """Messages in the order of their stamps, each held back for a while, so that earlier ones may still come.
+    """Queue that delays messages in order to return them by stamp.
 
-    Stamps, the delay and the time are nanoseconds. A message that is older than one passed on already is
-    dropped; so is the oldest of more than `queue_size`.
+    Stamps, the delay and the time are in nanoseconds. A message with an earlier stamp than one already
+    returned is dropped, and so is the oldest if there are more than `queue_size` (0 for no limit).
     """
 
     def __init__(self, delay: int, queue_size: int) -> None:
@@ -57,11 +57,11 @@ class Sequencer:
         self.queue_size = queue_size
         self._waiting: list[tuple[int, int, Any]] = []
         self._arrived = 0
-        self._passed_on: int | None = None
+        self._last_returned: int | None = None
 
     def add(self, stamp: int, message: Any) -> None:
-        """Adds a message."""
-        if self._passed_on is not None and stamp < self._passed_on:
+        """Add a message, unless it is too late."""
+        if self._last_returned is not None and stamp < self._last_returned:
             return
         self._arrived += 1
         insort(self._waiting, (stamp, self._arrived, message))
@@ -69,12 +69,12 @@ class Sequencer:
             del self._waiting[0]
 
     def due(self, now: int) -> list[Any]:
-        """The messages to pass on now, in order."""
+        """Remove and return the messages whose delay is over at the time `now`, by stamp."""
         count = 0
         while count < len(self._waiting) and self._waiting[count][0] + self.delay <= now:
             count += 1
         due = self._waiting[:count]
         del self._waiting[:count]
         if due:
-            self._passed_on = due[-1][0]
+            self._last_returned = due[-1][0]
         return [message for _, _, message in due]

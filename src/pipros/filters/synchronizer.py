@@ -1,10 +1,10 @@
-"""Messages of several inputs put together by their time stamps, in the order that Noetic has.
+"""Matching of messages of several inputs by timestamp, in the same order as in Noetic.
 
-Each input has a queue by stamp. A message that arrives may complete a set, one message of each input, which
-`add` returns and forgets. A queue that is longer than `queue_size` loses its oldest stamps.
+Each input has a queue by stamp. A new message may complete a set (one message of each input), which `add`
+removes from the queues and returns. A queue longer than `queue_size` loses its oldest stamps.
 
-Where the clock is simulated and `reset` is on, a clock that goes back empties the queues: each when its input
-brings the next message, and sets are made only by inputs that are up to the newest time.
+With simulated time and `reset`, a clock that jumps back clears the queues: each one at the next message of
+its input. Only inputs that have received a message at the current time can complete a set.
 """
 
 from __future__ import annotations
@@ -13,26 +13,26 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 Queue = dict[int, Any]
-"""Messages by their stamps in nanoseconds, in the order of their arrival."""
+"""Messages by stamp in nanoseconds, in the order of arrival."""
 
 
 class ExactSynchronizer:
-    """Sets of messages whose stamps are equal."""
+    """Matcher of messages with equal stamps."""
 
     def __init__(self, inputs: int, queue_size: int, reset: bool = False) -> None:
         self.queues: list[Queue] = [{} for _ in range(inputs)]
         self.queue_size = queue_size
         self.reset = reset
-        self._times = [0] * inputs  # of the clock, at the newest message of each input
+        self._times = [0] * inputs  # clock at the last message of each input
 
     def add(
         self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: int | None
     ) -> Iterable[Sequence[Any]]:
-        """Takes a message of the input that has this queue, and returns the sets that are complete now.
+        """Add a message of the input with this queue. Return the sets that are now complete.
 
         Args:
-            index: which input it is, where that is known.
-            simulated_now: the time of a simulated clock; None for a real one.
+            index: the index of the input, if known.
+            simulated_now: simulated time; None for a real clock.
         """
         is_behind = self._is_behind(queue, simulated_now, index)
         queue[stamp] = message
@@ -42,7 +42,7 @@ class ExactSynchronizer:
             return ()
         if self.reset and simulated_now is not None:
             stamps = sorted(set.intersection(*map(set, self.queues)))
-        else:  # earlier sets are gone: only this message can complete one
+        else:  # only the new message can complete a set
             for other in self.queues:
                 if stamp not in other:
                     return ()
@@ -50,7 +50,10 @@ class ExactSynchronizer:
         return [[other.pop(complete) for other in self.queues] for complete in stamps]
 
     def _is_behind(self, queue: Queue, simulated_now: int | None, index: int | None) -> bool:
-        """Whether the input is older than another by a clock that may have gone back."""
+        """Return whether another input has received a message at another simulated time.
+
+        If simulated time has jumped back since the last message of this input, its queue is cleared.
+        """
         if simulated_now is None or not self.reset:
             return False
         if index is not None:
@@ -61,10 +64,10 @@ class ExactSynchronizer:
 
 
 class ApproximateSynchronizer(ExactSynchronizer):
-    """Sets of messages whose stamps are less than `slop` nanoseconds apart.
+    """Matcher of messages whose stamps differ by less than `slop` nanoseconds.
 
-    Of several messages of an input, the one nearest to that which arrived is taken; the first inputs choose
-    first.
+    If several messages of an input match, the one nearest to the new message is preferred; earlier inputs
+    take precedence.
     """
 
     def __init__(self, inputs: int, queue_size: int, slop: int, reset: bool = False) -> None:
@@ -73,9 +76,9 @@ class ApproximateSynchronizer(ExactSynchronizer):
         self._newest_time = 0
 
     def went_back(self, now: int, simulated_now: int | None, index: int | None) -> bool:
-        """Whether the clock, simulated or not, went back since the last message.
+        """Return whether the clock, simulated or real, has jumped back since the last message.
 
-        All queues are emptied then, and the new message is to be dropped, as in Noetic.
+        If so, all queues are cleared, and the caller must drop the new message, as in Noetic.
         """
         is_before, self._newest_time = now < self._newest_time, now
         if is_before:
@@ -88,7 +91,7 @@ class ApproximateSynchronizer(ExactSynchronizer):
     def add(
         self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: int | None
     ) -> Iterable[Sequence[Any]]:
-        """As in the base class. Without `index` the message's own queue is searched like all others."""
+        """Like the base class. Without `index`, the message's own queue is searched like all others."""
         is_behind = self._is_behind(queue, simulated_now, index)
         queue[stamp] = message
         while len(queue) > self.queue_size:
@@ -115,7 +118,10 @@ class ApproximateSynchronizer(ExactSynchronizer):
 
 
 def _first_within(candidates: Sequence[Sequence[int]], slop: int) -> list[int] | None:
-    """The first combination, one of each, that spans less than `slop`; the last candidates vary quickest."""
+    """Return the first combination, one stamp of each input, that spans less than `slop`, or None.
+
+    Combinations are tried in lexicographic order of the candidates.
+    """
     firsts = [each[0] for each in candidates]
     if max(firsts) - min(firsts) < slop:
         return firsts
@@ -135,7 +141,7 @@ def _first_within(candidates: Sequence[Sequence[int]], slop: int) -> list[int] |
 
     first, *rest = candidates
     if not rest:
-        return None  # even one message alone spans as much as the slop
+        return None  # a slop of 0 matches nothing
     for stamp in first:
         chosen.append(stamp)
         if extend(stamp, stamp):

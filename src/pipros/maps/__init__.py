@@ -1,4 +1,4 @@
-"""Files of occupancy grids: a picture, and a YAML file that says how to interpret its greys.
+"""Files of occupancy grids: a picture, and a YAML file with the meaning of its grey values.
 
-Begin with `map_file.py`.
+Start with `map_file.py`.
 """

@@ -1,4 +1,4 @@
-"""The errors of map files."""
+"""Errors of map files."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from pipros.errors import PiprosError
 
 
 class MapError(PiprosError, ValueError):
-    """A map cannot be read or written; the text says which file, and why."""
+    """A map cannot be read or written. The message contains the file and the reason."""
 
 
 class NoMapFile(MapError):
-    """A file of the map cannot be opened."""
+    """A file of a map cannot be opened."""
 
 
 class BadMapImage(MapError):
-    """The picture cannot be read."""
+    """The picture of a map is invalid."""
 
 
 class BadMapDescription(MapError):
-    """The YAML file is not the description of a map."""
+    """The YAML file of a map is invalid."""

@@ -1,6 +1,7 @@
-"""The YAML file of a map, and the cells that its picture defines: http://wiki.ros.org/map_server#Map_format.
+"""The YAML file of a map and the cells of its picture: http://wiki.ros.org/map_server#Map_format.
 
-Cells are numbers: 0 free, 100 occupied, -1 unknown, other values between, row by row from the lowest y.
+Cells are numbers, row by row from the lowest y: 0 is free, 100 occupied, -1 unknown; other values lie between
+free and occupied.
 """
 
 from __future__ import annotations
@@ -22,14 +23,14 @@ MODES = ("trinary", "scale", "raw")
 
 @dataclass(frozen=True, slots=True)
 class MapDescription:
-    """The contents of the YAML file.
+    """The contents of a YAML file.
 
     Attributes:
-        image: the path of the picture.
-        resolution: metres for each pixel.
-        origin: x and y in metres and yaw in radians, of the lower left corner.
-        negate: whether white is occupied.
-        occupied, free: from which darkness on (0 to 1) a cell is occupied, below which it is free.
+        image: path of the picture.
+        resolution: metres per pixel.
+        origin: pose of the lower left corner: x and y in metres, yaw in radians.
+        negate: whether white means occupied.
+        occupied, free: a cell is occupied above, or free below, this darkness (0 to 1).
         mode: one of MODES.
     """
 
@@ -44,7 +45,7 @@ class MapDescription:
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """A map: its description, its size, its cells."""
+    """A map: description, size in cells, and cells."""
 
     description: MapDescription
     width: int
@@ -53,7 +54,7 @@ class Grid:
 
 
 def read_map(file: str) -> Grid:
-    """The map in a YAML file and its picture.
+    """Read a map from a YAML file and its picture.
 
     Raises:
         MapError: NoMapFile, BadMapDescription or BadMapImage.
@@ -63,11 +64,11 @@ def read_map(file: str) -> Grid:
 
 
 def read_description(file: str) -> MapDescription:
-    """The contents of a YAML file. A relative path of the picture is relative to the folder of the file.
+    """Read a YAML file. A relative path of the picture is resolved against the folder of the file.
 
     Raises:
-        NoMapFile: it cannot be opened.
-        BadMapDescription: it does not describe a map.
+        NoMapFile: the file cannot be opened.
+        BadMapDescription: the file is invalid.
     """
     try:
         text = read_text(file)
@@ -81,16 +82,16 @@ def read_description(file: str) -> MapDescription:
         raise BadMapDescription(f"{file} must be a mapping with image, resolution, origin, …, got {values!r}")
     image = _value(file, values, "image")
     if not isinstance(image, str) or not image:
-        raise BadMapDescription(f"{file}: the image must be the path of a picture, got {image!r}")
+        raise BadMapDescription(f"{file}: image must be the path of a picture, got {image!r}")
     origin = _value(file, values, "origin")
     if not (isinstance(origin, list) and len(origin) == 3):
-        raise BadMapDescription(f"{file}: the origin must be a list of x, y and yaw, got {origin!r}")
+        raise BadMapDescription(f"{file}: origin must be a list of x, y and yaw, got {origin!r}")
     resolution = _number(file, "resolution", _value(file, values, "resolution"))
     if resolution <= 0.0:
-        raise BadMapDescription(f"{file}: the resolution must be more than 0 metres, got {resolution}")
+        raise BadMapDescription(f"{file}: resolution must be > 0 m/pixel, got {resolution}")
     mode = values.get("mode", "trinary")
     if mode not in MODES:
-        raise BadMapDescription(f"{file}: the mode must be one of {', '.join(MODES)}, got {mode!r}")
+        raise BadMapDescription(f"{file}: mode must be one of {', '.join(MODES)}, got {mode!r}")
     x, y, yaw = (_number(file, "origin", value) for value in origin)
     return MapDescription(
         os.path.join(os.path.dirname(file), image),
@@ -107,7 +108,7 @@ def _value(file: str, values: dict[Any, Any], key: str) -> Any:
     try:
         return values[key]
     except KeyError:
-        raise BadMapDescription(f"{file}: The map does not contain the tag {key}, which it must") from None
+        raise BadMapDescription(f"{file}: missing required key {key!r}") from None
 
 
 def _number(file: str, key: str, value: Any) -> float:
@@ -117,9 +118,10 @@ def _number(file: str, key: str, value: Any) -> float:
 
 
 def make_grid(description: MapDescription, picture: Picture) -> Grid:
-    """The cells of a picture. Colours count by their mean, in `trinary` with the alpha channel, as in Noetic.
+    """Convert a picture to the cells of a map.
 
-    In `scale`, cells that are transparent and neither free nor occupied are unknown.
+    The grey value of a coloured pixel is the mean of its channels, in mode `trinary` including alpha, as in
+    Noetic. In mode `scale`, transparent cells that are neither free nor occupied are unknown.
     """
     channels = picture.colors
     if picture.alpha is not None and description.mode == "trinary":
@@ -131,10 +133,10 @@ def make_grid(description: MapDescription, picture: Picture) -> Grid:
     else:
         cells = bytes(map(table.__getitem__, map(sum, zip(*channels, strict=True))))
     if picture.alpha is not None and description.mode == "scale":
-        unsure = range(1, 100)  # neither free nor occupied
+        partial = range(1, 100)  # neither free nor occupied
         cells = bytes(
-            255 if not seen and cell in unsure else cell
-            for cell, seen in zip(cells, picture.alpha, strict=True)
+            255 if not alpha and cell in partial else cell
+            for cell, alpha in zip(cells, picture.alpha, strict=True)
         )
     width = picture.width
     rows = [cells[start : start + width] for start in range(0, len(cells), width)]
@@ -142,7 +144,7 @@ def make_grid(description: MapDescription, picture: Picture) -> Grid:
 
 
 def _cell(description: MapDescription, grey: float) -> int:
-    """The cell of a mean grey, as a byte: 255 for -1."""
+    """Return the cell of a grey value (0 to 255) as a byte; 255 stands for -1."""
     if description.negate:
         grey = 255.0 - grey
     if description.mode == "raw":
@@ -159,11 +161,11 @@ def _cell(description: MapDescription, grey: float) -> int:
 
 
 FREE, OCCUPIED, UNKNOWN = 254, 0, 205
-"""The greys that a saved map has."""
+"""The grey values of a saved map."""
 
 
 def grid_pixels(width: int, cells: Any, free: int, occupied: int) -> bytes:
-    """A byte for each cell, row by row from the top: up to `free` is white, from `occupied` on black."""
+    """Return one byte per cell, row by row from the top: white up to `free`, black from `occupied` on."""
     greys = bytes(
         UNKNOWN if value > 127 else FREE if value <= free else OCCUPIED if value >= occupied else UNKNOWN
         for value in range(256)
@@ -174,7 +176,7 @@ def grid_pixels(width: int, cells: Any, free: int, occupied: int) -> bytes:
 
 
 def description_text(image: str, resolution: float, origin: tuple[float, float, float]) -> str:
-    """The YAML file of a saved map, as Noetic's map_saver writes it."""
+    """Return the text of the YAML file of a saved map, equal to that of Noetic's map_saver."""
     x, y, yaw = origin
     return (
         f"image: {image}\nresolution: {resolution:f}\norigin: [{x:f}, {y:f}, {yaw:f}]\nnegate: 0\n"

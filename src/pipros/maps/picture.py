@@ -1,4 +1,4 @@
-"""Reads the picture of a map: PGM without a library, all others by Pillow."""
+"""Reader of map pictures: PGM without a library, other formats with Pillow."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ _FILE_BYTES = 2 * MAX_PIXELS + 4096
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """Pixels row by row from the top, a byte for each in each channel.
+    """A picture; each channel has one byte per pixel, row by row from the top.
 
     Attributes:
-        colors: one grey channel, or red, green and blue.
-        alpha: 0 where the picture is transparent; None without an alpha channel.
+        colors: the grey channel, or red, green and blue.
+        alpha: the alpha channel, 0 for transparent; None without one.
     """
 
     width: int
@@ -28,23 +28,23 @@ class Picture:
 
 
 def read_picture(file: str) -> Picture:
-    """The picture in a file.
+    """Read a picture from a file.
 
     Raises:
-        NoMapFile: it cannot be opened.
-        BadMapImage: it is not a picture, is too large, or needs Pillow, which is not installed.
+        NoMapFile: the file cannot be opened.
+        BadMapImage: the file is not a picture, is too large, or needs Pillow, which is not installed.
     """
     try:
         content = read_file(file, _FILE_BYTES)
     except OSError as error:
-        raise NoMapFile(f"the picture {file} cannot be read: {error.strerror}") from None
+        raise NoMapFile(f"cannot read the picture {file}: {error.strerror}") from None
     if is_pgm(content):
         width, height, pixels = read_pgm(content, file)
         return Picture(width, height, (pixels,))
-    return _by_pillow(content, file)
+    return _read_with_pillow(content, file)
 
 
-def _by_pillow(content: bytes, file: str) -> Picture:
+def _read_with_pillow(content: bytes, file: str) -> Picture:
     try:
         from PIL import Image
     except ImportError:
@@ -59,7 +59,7 @@ def _by_pillow(content: bytes, file: str) -> Picture:
             if image.width * image.height > MAX_PIXELS:
                 raise BadMapImage(f"{file} must have at most {MAX_PIXELS} pixels, got {image.size}")
             has_alpha = image.mode in ("LA", "RGBA", "PA", "La", "RGBa") or "transparency" in image.info
-            if image.mode.startswith("I"):  # 16 bits a pixel
+            if image.mode.startswith("I"):  # 16 bits per pixel
                 image = image.point(lambda grey: grey / 256).convert("L")  # type: ignore[assignment]
             is_grey = image.mode in ("1", "L", "LA", "La")
             wanted = ("LA" if has_alpha else "L") if is_grey else ("RGBA" if has_alpha else "RGB")

@@ -1,1 +1,1 @@
-"""Interactive markers: the markers of a server, and pending changes. No topics, no clock."""
+"""The interactive markers of a server and their pending changes, without topics or a clock."""

@@ -1,11 +1,11 @@
-"""The markers of a server, and the changes that wait until they are applied.
+"""The markers of a server, and the changes that are pending until they are applied.
 
 A marker is an object with `name`, `header` and `pose`, such as a visualization_msgs/InteractiveMarker.
 
-A change of a name replaces the one that waits for it:
+A change of a marker replaces the pending one of the same name:
 
 ===========  =====================================  ============================  ===========
-waits        insert                                 pose (by a call)              erase
+pending      insert                                 pose (by a call)              erase
 ===========  =====================================  ============================  ===========
 nothing      insert                                 pose, if the marker exists    erase, if it exists
 insert       the newer insert                       refused                       erase
@@ -13,7 +13,7 @@ pose         insert                                 the newer pose              
 erase        insert                                 pose                          erase
 ===========  =====================================  ============================  ===========
 
-A pose that a viewer sends moves a marker that waits to be inserted, too.
+A pose from a viewer also moves a marker whose insertion is pending.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from typing import Any
 Callback = Callable[[Any], Any]
 
 CONFLICT_S = 1.0
-"""How long after the feedback of one viewer that of another one is ignored."""
+"""Time after the feedback of one viewer during which that of other viewers is ignored."""
 
 
 class _Callbacks:
-    """The callbacks for the feedback of a marker: by type of event, and one for all others."""
+    """The feedback callbacks of a marker: by event type, and a default."""
 
     def __init__(self) -> None:
         self.default_feedback_cb: Callback | None = None
@@ -48,7 +48,7 @@ class _Callbacks:
 
 
 class MarkerContext(_Callbacks):
-    """A marker that viewers have."""
+    """A published marker."""
 
     def __init__(self, int_marker: Any = None) -> None:
         super().__init__()
@@ -58,7 +58,7 @@ class MarkerContext(_Callbacks):
 
 
 class UpdateContext(_Callbacks):
-    """A pending change. For POSE_UPDATE, `int_marker` has only pose and header; for ERASE it has nothing."""
+    """A pending change. For POSE_UPDATE, only pose and header of `int_marker` are set; for ERASE nothing."""
 
     FULL_UPDATE = 0
     POSE_UPDATE = 1
@@ -72,7 +72,7 @@ class UpdateContext(_Callbacks):
 
 @dataclass(slots=True)
 class Changes:
-    """The update for viewers: new or replaced markers, moved markers, and names of erased ones."""
+    """Applied changes: new or replaced markers, moved markers, and names of erased ones."""
 
     inserted: list[Any] = field(default_factory=list)
     moved: list[Any] = field(default_factory=list)
@@ -80,10 +80,10 @@ class Changes:
 
 
 class Markers:
-    """The markers of one server.
+    """The markers of one server. Not thread-safe.
 
     Args:
-        new_marker: makes an empty marker, for a pending pose.
+        new_marker: returns an empty marker, for a pending pose.
     """
 
     def __init__(self, new_marker: Callable[[], Any]) -> None:
@@ -92,14 +92,14 @@ class Markers:
         self.pending: dict[str, UpdateContext] = {}
 
     def insert(self, marker: Any) -> None:
-        """Adds a marker, or replaces the one with its name."""
+        """Add a marker, or replace the one with the same name."""
         update = self.pending.setdefault(marker.name, UpdateContext())
         update.update_type, update.int_marker = UpdateContext.FULL_UPDATE, marker
 
     def set_pose(self, name: str, pose: Any, header: Any) -> bool:
-        """Moves a marker. False if it does not exist, or its insertion is pending.
+        """Move a marker. Return False if it does not exist, or its insertion is pending.
 
-        An empty frame in the header leaves the header as it is.
+        An empty frame id in `header` leaves the marker's header unchanged.
         """
         update, context = self.pending.get(name), self.contexts.get(name)
         if context is None or (update is not None and update.update_type == UpdateContext.FULL_UPDATE):
@@ -108,7 +108,7 @@ class Markers:
         return True
 
     def erase(self, name: str) -> bool:
-        """Erases a marker. False if it does not exist."""
+        """Erase a marker. Return False if it does not exist."""
         if name not in self.pending:
             if name not in self.contexts:
                 return False
@@ -117,15 +117,15 @@ class Markers:
         return True
 
     def clear(self) -> None:
-        """Erases all markers, and drops all other pending changes."""
+        """Erase all markers and drop all other pending changes."""
         self.pending.clear()
         for name in self.contexts:
             self.erase(name)
 
     def set_callback(self, name: str, callback: Callback | None, event_type: int | None) -> bool:
-        """Sets the callback for feedback of a type; without a type, for all types without their own.
+        """Set the callback for feedback of an event type, or the default callback if the type is None.
 
-        Takes effect at once. False if the marker does not exist.
+        Takes effect immediately. Return False if the marker does not exist.
         """
         found = [entry for entry in (self.contexts.get(name), self.pending.get(name)) if entry is not None]
         for entry in found:
@@ -133,7 +133,7 @@ class Markers:
         return bool(found)
 
     def get(self, name: str) -> Any:
-        """The marker as it will be after `apply`; None if it will not exist."""
+        """Return the marker as it will be after `apply`, or None if it will not exist."""
         update, context = self.pending.get(name), self.contexts.get(name)
         if update is None:
             return context.int_marker if context else None
@@ -145,7 +145,10 @@ class Markers:
         return context.int_marker
 
     def apply(self) -> Changes | None:
-        """Applies the pending changes in the order of their names' first occurrence; None without changes."""
+        """Apply the pending changes in the order in which their markers were first changed.
+
+        Return None without pending changes.
+        """
         if not self.pending:
             return None
         changes, pending, self.pending = Changes(), self.pending, {}
@@ -170,10 +173,10 @@ class Markers:
         return changes
 
     def take_feedback(self, feedback: Any, is_move: bool, now_s: float) -> Callback | None:
-        """Handles the feedback of a viewer; moving the marker becomes a pending change.
+        """Handle the feedback of a viewer. A move of the marker becomes a pending change.
 
         Returns:
-            The callback to call with it. None also if another viewer was active less than `CONFLICT_S` ago.
+            The callback to call; None without one, or if another viewer was active within `CONFLICT_S`.
         """
         context = self.contexts.get(feedback.marker_name)
         if context is None:

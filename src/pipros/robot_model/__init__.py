@@ -1,4 +1,4 @@
-"""Robots described by URDF: links, joints, and the poses of links for positions of joints.
+"""Robots described by URDF: links, joints, and the poses of links for given joint positions.
 
-Begin with `urdf.py`.
+Start with `urdf.py`.
 """

@@ -1,4 +1,4 @@
-"""Poses of links in their parents, from positions of joints, and when robot_state_publisher sends them."""
+"""Poses of links in their parents from joint positions, and the rate limit of robot_state_publisher."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ MOVING = ("revolute", "continuous", "prismatic")
 
 
 def pose_of(joint: Joint, position: float) -> Pose:
-    """The pose of a joint's child in its parent.
+    """Return the pose of a joint's child link in its parent link.
 
     Args:
-        position: radians, metres for a prismatic joint; has no meaning for joints that do not move.
+        position: radians, or metres for a prismatic joint; ignored for joints that do not move.
     """
     x, y, z = joint.axis
     if joint.type == "prismatic":
@@ -27,30 +27,34 @@ def pose_of(joint: Joint, position: float) -> Pose:
 
 
 class JointFrames:
-    """The joints of a robot, and when each was sent last. Times are nanoseconds.
+    """The joints of a robot, and the stamp of each when it was last published. Times are in nanoseconds.
 
     Args:
-        interval: a joint is sent again when its newest position is that much newer than the one sent last.
-        every_message: whether stamps decide nothing (`ignore_timestamp`).
+        interval: minimum difference between the stamps of two published positions of a joint.
+        every_message: publish every message regardless of its stamp (`ignore_timestamp`).
+
+    Attributes:
+        moving: joints that can be published, by name.
+        fixed: fixed joints; planar ones are treated as fixed, as in Noetic.
+        floating: floating joints, which cannot be published.
     """
 
     def __init__(self, robot: Robot, interval: int, every_message: bool = False) -> None:
         self.interval = interval
         self.every_message = every_message
         self.moving = {joint.name: joint for joint in robot.joints if joint.type in MOVING}
-        # A planar joint counts as fixed, as genuine's reader takes it. Nothing is known of one that floats.
         self.fixed = [joint for joint in robot.joints if joint.type in ("fixed", "planar")]
         self.floating = [joint for joint in robot.joints if joint.type == "floating"]
         self._sent: dict[str, int] = {}
 
     def forget_times(self) -> None:
-        """Makes each joint due at its next position, because the clock went back."""
+        """Forget the published stamps, so that each joint is due again (after a jump of the clock)."""
         self._sent.clear()
 
     def due(self, names: Iterable[str], positions: Iterable[float], stamp: int) -> list[tuple[Joint, Pose]]:
-        """The joints of a message that are to be sent, and those that mimic them, by name; or none.
+        """Return the poses to publish for a message: its joints and those that mimic them, sorted by name.
 
-        All of a message are sent when the one that waited longest is due.
+        All joints of a message are published if the one with the oldest stamp is due, otherwise none.
         """
         known = dict(zip(names, positions, strict=True))
         if not known:
@@ -69,7 +73,7 @@ class JointFrames:
 
     def _with_mimics(self, known: Mapping[str, float]) -> dict[str, float]:
         values = dict(known)
-        # A position in the message itself wins. Genuine finds chains of mimic joints in this order.
+        # Positions in the message take precedence. Chains of mimic joints resolve in this order in Noetic.
         for _, joint in sorted(self.moving.items()):
             mimic = joint.mimic
             if mimic is not None and mimic.joint in values:

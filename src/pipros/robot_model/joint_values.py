@@ -1,4 +1,4 @@
-"""The values that joint_state_publisher publishes: defaults, values from sources, joints that mimic others.
+"""The values that joint_state_publisher publishes: defaults, values from sources, mimic joints.
 
 Rules: http://wiki.ros.org/joint_state_publisher.
 """
@@ -20,14 +20,14 @@ class MimicCircle(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class JointChoices:
-    """The parameters of the node that decide which values joints begin with.
+    """The parameters of the node that determine joints and their initial values.
 
     Attributes:
-        zeros: the positions that joints begin with, where they are not 0 or the middle of their range.
-        dependent: joints that follow others: `parent`, and perhaps `factor` and `offset`.
-        mimic_tags: whether `<mimic>` of the URDF counts, too.
-        smallest_limits: whether the limits of safety controllers narrow the range.
-        positions, velocities, efforts: whether there are values before a source has sent any.
+        zeros: initial positions by joint; the default is 0, or the middle of the range if it excludes 0.
+        dependent: joints that follow others: `parent`, and optionally `factor` and `offset`.
+        mimic_tags: also use `<mimic>` of the URDF.
+        smallest_limits: narrow the range by the soft limits of safety controllers.
+        positions, velocities, efforts: publish default values before a source has sent any.
     """
 
     zeros: Mapping[str, float]
@@ -40,14 +40,14 @@ class JointChoices:
 
 
 class JointValues:
-    """The moving joints of a robot, with their known values.
+    """The moving joints of a robot and their current values.
 
     Attributes:
         names: all published joints, in the order of the URDF.
-        free: the values of those that follow no other: `min`, `max`, `zero`, and what is known of `position`,
-            `velocity`, `effort`; as programs on top of joint_state_publisher read and write them.
-        dependent: those that follow another.
-        without_limits: joints that should have limits and have none; their values are unknown.
+        free: values of joints that do not follow another one: `min`, `max`, `zero`, and if known `position`,
+            `velocity`, `effort`. Programs that use joint_state_publisher read and write them.
+        dependent: rules of joints that follow another one.
+        without_limits: joints without the required limits; they are not published.
     """
 
     def __init__(self, robot: Robot, choices: JointChoices) -> None:
@@ -95,7 +95,7 @@ class JointValues:
         self.free[name] = values
 
     def update(self, names: Sequence[str], **columns: Sequence[float]) -> None:
-        """Takes values of a source: `position`, `velocity`, `effort`, each empty or as long as `names`."""
+        """Update values from a source: `position`, `velocity`, `effort`, each empty or as long as `names`."""
         for number, name in enumerate(names):
             joint = self.free.get(name)
             if joint is None:
@@ -105,7 +105,7 @@ class JointValues:
                     joint[what] = values[number]
 
     def sweep(self, delta: float) -> None:
-        """Moves each joint by `delta` through its range: there and back, or around."""
+        """Move each joint by `delta` within its range: back and forth, or around if it is continuous."""
         for joint in self.free.values():
             if "position" not in joint:
                 continue
@@ -120,7 +120,7 @@ class JointValues:
                 joint["position"], joint["forward"] = joint["min"], True
 
     def columns(self) -> tuple[list[float], list[float], list[float]]:
-        """Positions, velocities and efforts of all `names`; each empty where none is known."""
+        """Return positions, velocities and efforts of all `names`; each is empty if no value is known."""
         known = {what for joint in self.free.values() for what in joint}
         wants = ("position" in known or bool(self.dependent), "velocity" in known, "effort" in known)
         rows = [self._row(name) for name in self.names]
@@ -139,12 +139,12 @@ class JointValues:
         return (position, joint.get("velocity", 0.0) * factor, joint.get("effort", 0.0))
 
     def _root_of(self, name: str) -> tuple[str, float, float]:
-        """The free joint that a dependent one finally follows, with factor and offset."""
+        """Return the free joint that a dependent joint follows, directly or not, with factor and offset."""
         factor, offset = 1.0, 0.0
         seen: list[str] = []
         while name in self.dependent:
             if name in seen:
-                raise MimicCircle(f"the joints {', '.join([*seen, name])} follow each other in a circle")
+                raise MimicCircle(f"joints mimic each other in a circle: {', '.join([*seen, name])}")
             seen.append(name)
             rule = self.dependent[name]
             offset += factor * rule.get("offset", 0)

@@ -1,4 +1,4 @@
-"""Reads the links and joints of a URDF: http://wiki.ros.org/urdf/XML/joint. All else is ignored."""
+"""Reader of the links and joints of a URDF: http://wiki.ros.org/urdf/XML/joint. Other parts are ignored."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ Vector = tuple[float, float, float]
 
 
 class UrdfError(PiprosError, ValueError):
-    """A description is not a URDF, or its links and joints are not a tree."""
+    """A text is not a valid URDF, or its links and joints do not form a tree."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """A joint that mimics another one: `multiplier` times its position, plus `offset`."""
+    """The rule of a joint that mimics `joint`: `multiplier` times its position, plus `offset`."""
 
     joint: str
     multiplier: float = 1.0
@@ -29,14 +29,14 @@ class Mimic:
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """How a link is fixed to its parent.
+    """The connection of a link to its parent.
 
     Attributes:
         type: one of JOINT_TYPES.
         origin: the pose of the child in the parent at position 0.
-        axis: of length one, in the frame of the child; about or along which it moves.
-        limits: the lowest and highest position, in radians or metres; None without limits.
-        soft_limits: those of its safety controller; None for each that is not set.
+        axis: unit vector of the rotation or translation, in the frame of the child.
+        limits: minimum and maximum position in radians or metres; None without limits.
+        soft_limits: limits of the safety controller; None for each that is not set.
     """
 
     name: str
@@ -60,16 +60,16 @@ class Robot:
 
     @property
     def root(self) -> str:
-        """The link that no joint has as its child."""
+        """The link without a parent."""
         children = {joint.child for joint in self.joints}
         return next(link for link in self.links if link not in children)
 
 
 def read_robot(text: str) -> Robot:
-    """The robot that a URDF describes.
+    """Parse a URDF.
 
     Raises:
-        UrdfError: it is not XML, not a robot, or has no tree of links with one root.
+        UrdfError: the text is not XML, not a robot, or its links do not form a tree with one root.
     """
     try:
         robot = parse(text, "robot_description")
@@ -86,7 +86,7 @@ def read_robot(text: str) -> Robot:
 def _joint(element: Element) -> Joint:
     name, kind = _required(element, "name"), _required(element, "type")
     if kind not in JOINT_TYPES:
-        raise UrdfError(f"the joint {name} must have a type of {', '.join(JOINT_TYPES)}, got {kind!r}")
+        raise UrdfError(f"type of joint {name} must be one of {', '.join(JOINT_TYPES)}, got {kind!r}")
     parent, child = _link_of(element, name, "parent"), _link_of(element, name, "child")
     limit = element.first("limit")
     limits = None
@@ -108,7 +108,7 @@ def _joint(element: Element) -> Joint:
 def _link_of(joint: Element, name: str, role: str) -> str:
     element = joint.first(role)
     if element is None:
-        raise UrdfError(f"the joint {name} must have a <{role} link=…>")
+        raise UrdfError(f"joint {name} must have an element <{role} link=…>")
     return _required(element, "link")
 
 
@@ -128,7 +128,7 @@ def _axis(joint: Element, name: str) -> Vector:
     length = (x * x + y * y + z * z) ** 0.5
     if length == 0.0:
         if joint.attributes["type"] in ("revolute", "continuous", "prismatic"):
-            raise UrdfError(f"the axis of the joint {name} must not be zero")
+            raise UrdfError(f"axis of joint {name} must not be zero")
         return (1.0, 0.0, 0.0)
     return (x / length, y / length, z / length)
 
@@ -137,22 +137,22 @@ def _check_tree(links: tuple[str, ...], joints: tuple[Joint, ...]) -> None:
     for what, names in (("link", links), ("joint", [joint.name for joint in joints])):
         if len(set(names)) < len(names):
             twice = next(name for name in names if list(names).count(name) > 1)
-            raise UrdfError(f"the {what} {twice} is defined more than once")
+            raise UrdfError(f"{what} {twice} is defined more than once")
     known, parent_of = set(links), dict[str, str]()
     for joint in joints:
         for role, link in (("parent", joint.parent), ("child", joint.child)):
             if link not in known:
-                raise UrdfError(
-                    f"the {role} of the joint {joint.name} is the link {link}, which does not exist"
-                )
+                raise UrdfError(f"{role} of joint {joint.name} is link {link}, which does not exist")
         if joint.child in parent_of:
-            raise UrdfError(f"the link {joint.child} has two parents; the second by the joint {joint.name}")
+            raise UrdfError(
+                f"link {joint.child} must have one parent, but joint {joint.name} adds a second one"
+            )
         parent_of[joint.child] = joint.parent
     roots = [link for link in links if link not in parent_of]
     if len(roots) != 1:
         found = " and ".join(roots) if roots else "none"
-        raise UrdfError(f"one link must have no parent, the root of the robot; got {found}")
-    # With one root and one parent for each other link, what the root does not reach is a circle.
+        raise UrdfError(f"exactly one link, the root, must have no parent, got {found}")
+    # With one root, and one parent for every other link, links that are not reached form a circle.
     reached, new = {roots[0]}, [roots[0]]
     children: dict[str, list[str]] = {}
     for child, parent in parent_of.items():
@@ -162,7 +162,7 @@ def _check_tree(links: tuple[str, ...], joints: tuple[Joint, ...]) -> None:
         reached.update(found_links)
         new.extend(found_links)
     if len(reached) < len(links):
-        raise UrdfError(f"the links {', '.join(sorted(known - reached))} are joined in a circle")
+        raise UrdfError(f"links form a circle: {', '.join(sorted(known - reached))}")
 
 
 def _required(element: Element, attribute: str) -> str:

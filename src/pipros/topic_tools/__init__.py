@@ -1,4 +1,4 @@
-"""The decisions of the programs of topic_tools: which messages pass, which topic is selected.
+"""The rules of topic_tools: which messages pass, which topic is selected, how expressions are evaluated.
 
-Pure: no topics, no clock. The programs are in `src/topic_tools/nodes`.
+No module of this package uses topics or a clock. The executables are in `src/topic_tools/nodes`.
 """

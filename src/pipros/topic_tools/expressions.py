@@ -1,4 +1,4 @@
-"""The expressions of `transform` and `relay_field` over messages, evaluated without running Python code."""
+"""The expressions of `transform` and `relay_field`, evaluated without running Python code."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from pipros.topic_tools.modules import ARRAY, Names, module_for
 
 
 class NotAMapping(PiprosError, ValueError):
-    """The template of `relay_field` is not a mapping of fields."""
+    """The template of `relay_field` is not a mapping."""
 
 
 def part_of(value: Any, name: str) -> Any:
-    """A field of a message, a harmless attribute of an array, or a name in a module.
+    """Return a field of a message, a permitted attribute of an array, or a name in a module.
 
     Raises:
-        AttributeError: it does not exist.
+        AttributeError: the name does not exist or is not permitted.
     """
     if isinstance(value, Names):
         return value.find(name)
     if type(value).__module__ == "numpy":
         if name not in ARRAY:
-            raise AttributeError(f"an array has no .{name} in expressions")
+            raise AttributeError(f"expressions cannot use .{name} of an array")
         return getattr(value, name)
     return field_of(value, name)
 
 
 class Transformation:
-    """The expression of `transform`: from a message `m` to the fields of another one.
+    """The expression of `transform`, from a message `m` to the fields of another message.
 
     >>> Transformation("(m * 2, 'x')", [], Time).arguments(4)
     (8, 'x')
@@ -43,18 +43,18 @@ class Transformation:
     """
 
     def __init__(self, text: str, modules: Sequence[str], now: Callable[[], Time]) -> None:
-        """Reads the expression.
+        """Parse the expression.
 
         Args:
             text: the expression.
-            modules: what it imports; those that cannot be are in `missing`.
-            now: the time.
+            modules: modules to import; those that cannot be imported are listed in `missing`.
+            now: returns the current time.
 
         Raises:
-            ExpressionError: it is malformed, or uses a module that cannot be imported.
+            ExpressionError: the expression is malformed, or uses a module that cannot be imported.
         """
         self.missing: dict[str, str] = {}
-        """Modules that cannot be imported and are not used, and why."""
+        """Modules that cannot be imported and are not used, with the reason."""
         self._names: dict[str, Any] = {}
         for module in modules:
             try:
@@ -68,27 +68,27 @@ class Transformation:
                 raise ExpressionError(text, 0, reason)
 
     def arguments(self, message: Any) -> Sequence[Any]:
-        """The arguments for `publish`. Raises `ExpressionError` where it fails."""
+        """Return the arguments for `publish`. Raises `ExpressionError` if the evaluation fails."""
         value = self._expression.value({**self._names, "m": message})
         return value if isinstance(value, (list, tuple)) else [value]
 
 
 class Template:
-    """The fields that `relay_field` fills in: YAML whose texts may be expressions over the message `m`.
+    """The fields of `relay_field`: YAML whose strings may be expressions of the message `m`.
 
-    A text is an expression if Python could evaluate it with no other name than `m` and functions; every other
-    text stands for itself: `m.data`, `m.x * 2` and `len(m.data)` are computed, `base_link` and `map` are not.
+    A string is an expression if Python could evaluate it with `m` and functions as the only names; other
+    strings are literals: `m.data`, `m.x * 2` and `len(m.data)` are evaluated, `base_link` and `map` are not.
 
     >>> Template("{frame_id: map, seq: m + 1, stamp: {secs: 3}}").fields(4)
     {'frame_id': 'map', 'seq': 5, 'stamp': {'secs': 3}}
     """
 
     def __init__(self, text: str) -> None:
-        """Reads the template.
+        """Parse the template.
 
         Raises:
-            NotAMapping: it is YAML, but not a mapping.
-            pipros.safe.yaml.YamlError: it is not YAML.
+            NotAMapping: the text is YAML, but not a mapping.
+            pipros.safe.yaml.YamlError: the text is not valid YAML.
         """
         tree = load(text)
         if not isinstance(tree, dict):
@@ -96,7 +96,7 @@ class Template:
         self._tree = _with_expressions(tree)
 
     def fields(self, message: Any) -> dict[str, Any]:
-        """The fields with their values. Raises `ExpressionError` where an expression fails."""
+        """Return the fields with their values. Raises `ExpressionError` if an expression fails."""
         return _evaluated(self._tree, {"m": message})
 
 

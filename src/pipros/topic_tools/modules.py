@@ -1,7 +1,7 @@
-"""The modules that expressions of `transform` may import, as far as they are harmless.
+"""The modules that expressions of `transform` may import, restricted to harmless names.
 
-An expression does not get the modules themselves: what is not listed does not exist for it. numpy's functions
-compute with what they are given; those that read files or make arrays of any size are left out.
+Expressions have no access to the modules themselves, only to the names listed here. numpy functions that read
+files or create arrays of any size are excluded.
 """
 
 from __future__ import annotations
@@ -44,18 +44,18 @@ _MESSAGES = ("_msgs", "_tutorials")
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What an expression sees of a module: its harmless names.
+    """The names of a module that expressions may use.
 
     Attributes:
-        title: how the module is called in errors.
-        names: what is there.
+        title: name of the module in errors.
+        names: permitted values by name.
     """
 
     title: str
     names: Mapping[str, Any] = field(default_factory=dict)
 
     def find(self, name: str) -> Any:
-        """What has that name. Raises AttributeError where nothing has."""
+        """Return the value of a name. Raises AttributeError if it is not permitted."""
         try:
             return self.names[name]
         except KeyError:
@@ -63,7 +63,7 @@ class Names:
 
 
 class MessagePackage(Names):
-    """A package of messages: `geometry_msgs.msg.Point(1, 2, 3)` makes one."""
+    """A message package, for expressions such as `geometry_msgs.msg.Point(1, 2, 3)`."""
 
     __slots__ = ()
 
@@ -74,7 +74,7 @@ class MessagePackage(Names):
 
 
 class MessageModule(Names):
-    """The `msg` of a package of messages."""
+    """The module `msg` of a message package."""
 
     __slots__ = ()
 
@@ -87,14 +87,14 @@ class MessageModule(Names):
 
 
 def module_for(module: str, now: Callable[[], Time]) -> Names:
-    """What an expression gets of a module.
+    """Return the names of a module that expressions may use.
 
     Args:
-        module: `numpy`, `math`, `rospy`, `tf`, or a package of messages.
-        now: the time, for `rospy.Time.now()`.
+        module: `numpy`, `math`, `rospy`, `tf`, or a message package.
+        now: returns the current time, for `rospy.Time.now()`.
 
     Raises:
-        NotFound: it cannot be imported, or not by an expression. The text says what can.
+        NotFound: the module is not installed, or expressions cannot import it.
     """
     top = module.partition(".")[0]
     if top == "numpy":
@@ -111,7 +111,7 @@ def module_for(module: str, now: Callable[[], Time]) -> Names:
         return MessagePackage(top)
     raise NotFound(
         f"an expression cannot import {module}; it can import numpy, math, rospy (times), "
-        "tf (transformations), and packages of messages, whose names end in _msgs"
+        "tf (transformations), and message packages, whose names end in _msgs"
     )
 
 

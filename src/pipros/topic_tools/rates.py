@@ -1,6 +1,7 @@
-"""Which messages of a topic pass: by rate, by bandwidth, or by count.
+"""Rules for which messages of a topic pass: by rate, by bandwidth, or by count.
 
-Each rule is asked once for every message, in order. Times are in nanoseconds, of any clock.
+Call a rule once for every message, in order, from one thread at a time. Times are in nanoseconds, of any
+clock.
 """
 
 from __future__ import annotations
@@ -13,16 +14,16 @@ _SECOND = 1_000_000_000
 
 
 class Rule(Protocol):
-    """Decides whether the next message passes."""
+    """Decision whether the next message passes."""
 
     def passes(self, now_ns: int, size_bytes: int) -> bool: ...
 
 
 @dataclass(slots=True)
 class MessageRate:
-    """A message passes when more than 1/`per_second` has gone by since the last that passed.
+    """A message passes if more than 1/`per_second` seconds have elapsed since the last one that passed.
 
-    When the clock goes back (a bag that starts again), the time until the next one is counted from there.
+    If the clock jumps back (a restarted bag), the interval starts again at the new time.
 
     >>> rule = MessageRate(1.0)
     >>> [rule.passes(int(s * 1e9), 0) for s in (5, 5.5, 6.1, 6.2)]
@@ -31,7 +32,7 @@ class MessageRate:
 
     per_second: float
     has_gone_back: bool = False
-    """Whether the clock was behind at the last question."""
+    """Whether the clock had jumped back at the last call of `passes`."""
     _last_ns: int = 0
 
     def passes(self, now_ns: int, size_bytes: int) -> bool:
@@ -47,9 +48,9 @@ class MessageRate:
 
 @dataclass(slots=True)
 class ByteRate:
-    """A message passes while those that passed in the last `window_s` have less than `size` bytes together.
+    """A message passes if those that passed in the last `window_s` seconds have less than `size` bytes.
 
-    Noetic's `throttle` calls the size BYTES_PER_SEC, and does not divide by the window.
+    As in Noetic's `throttle`, `size` (BYTES_PER_SEC) is the total of the window, not divided by its length.
 
     >>> rule = ByteRate(10.0, window_s=1.0)
     >>> [rule.passes(int(s * 1e9), 8) for s in (5, 5.1, 5.2, 6.15)]
@@ -62,7 +63,7 @@ class ByteRate:
     _bytes: int = 0
 
     def passes(self, now_ns: int, size_bytes: int) -> bool:
-        if self._passed and now_ns < self._passed[-1][0]:  # the clock went back
+        if self._passed and now_ns < self._passed[-1][0]:  # the clock has jumped back
             self._passed.clear()
             self._bytes = 0
         while self._passed and self._passed[0][0] < now_ns - self.window_s * _SECOND:
@@ -76,7 +77,7 @@ class ByteRate:
 
 @dataclass(slots=True)
 class Dropping:
-    """Of every `of` messages the first `dropped` do not pass.
+    """Of every `of` messages, the first `dropped` ones do not pass.
 
     >>> rule = Dropping(1, of=3)
     >>> [rule.passes(0, 0) for _ in range(6)]

@@ -1,4 +1,4 @@
-"""Messages that are passed on as bytes: the class for a type known only from a connection header."""
+"""Message classes for republishing bytes of a type that is known only from a connection header."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pipros.printable import printable
 
 
 class UnknownType(PiprosError):
-    """A publisher does not say what type its messages have."""
+    """The connection header of a publisher does not contain the message type."""
 
 
 def class_like(header: Mapping[str, str]) -> type[RawMessage]:
-    """A message class with the type, md5 and definition that a publisher's connection header has.
+    """Return a message class with the type, MD5 sum and definition of a publisher's connection header.
 
-    What is published with it has the bytes of `body`. Nothing is decoded: the type's package is not needed.
+    Its messages consist of the bytes in `body` and are not decoded, so that the type's package is not needed.
 
     Raises:
-        UnknownType: the header has no type or md5.
+        UnknownType: the header does not contain a type and an MD5 sum.
 
     >>> class_like({"type": "a/B", "md5sum": "0" * 32})._type
     'a/B'
@@ -27,6 +27,6 @@ def class_like(header: Mapping[str, str]) -> type[RawMessage]:
     kind, md5sum = header.get("type", ""), header.get("md5sum", "")
     if kind in ("", "*") or md5sum in ("", "*"):
         caller = printable(header.get("callerid", "?"))
-        raise UnknownType(f"the publisher [{caller}] does not say what type it publishes")
+        raise UnknownType(f"publisher [{caller}] does not send the type of its messages")
     text = header.get("message_definition", "")
     return type("Passed", (RawMessage,), {"_type": kind, "_md5sum": md5sum, "_full_text": text})

@@ -1,4 +1,4 @@
-"""The topics of a mux or demux, and which one is selected."""
+"""The topics of a mux or demux, and the selected one."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pipros.errors import PiprosError
 from pipros.names import is_legal
 
 NONE = "__none"
-"""Selects nothing."""
+"""The name that selects no topic."""
 
 
 class Refused(PiprosError):
@@ -16,18 +16,18 @@ class Refused(PiprosError):
 
 
 class Selection:
-    """An ordered set of topics, of which one or none is selected.
+    """An ordered set of topics, of which at most one is selected. Not thread-safe.
 
     Attributes:
-        selected: a topic, or an empty string for none.
+        selected: the selected topic, or an empty string.
     """
 
     def __init__(self, topics: Iterable[str], owner: str) -> None:
-        """Selects the first topic.
+        """Add the topics and select the first one.
 
         Args:
-            topics: global names; one that is there twice counts once.
-            owner: `mux` or `demux`, for errors.
+            topics: global names; duplicates are ignored.
+            owner: `mux` or `demux`, for error messages.
         """
         self._topics = list(dict.fromkeys(topics))
         self._owner = owner
@@ -38,10 +38,10 @@ class Selection:
         return list(self._topics)
 
     def select(self, topic: str) -> str:
-        """Selects a topic, or nothing for `__none`. Returns what was selected before.
+        """Select a topic, or none for `__none`. Return the previous selection, `""` for none.
 
         Raises:
-            Refused: it is not one of the topics.
+            Refused: `topic` is not one of the topics.
         """
         if topic == NONE:
             topic = ""
@@ -52,24 +52,24 @@ class Selection:
         return before
 
     def add(self, topic: str) -> None:
-        """Adds a topic at the end.
+        """Append a topic.
 
         Raises:
-            Refused: it is there, or it is not the name of a topic.
+            Refused: `topic` is already one of the topics, or not a valid name.
         """
         if topic.endswith(NONE):
-            raise Refused(f"{NONE} cannot be a topic of the {self._owner}: it stands for no topic")
+            raise Refused(f"{NONE} cannot be a topic of the {self._owner}: it is reserved to select no topic")
         if not topic.strip("/") or not is_legal(topic):
-            raise Refused(f"{topic!r} is not the name of a topic")
+            raise Refused(f"{topic!r} is not a valid topic name")
         if topic in self._topics:
-            raise Refused(f"{topic} is a topic of the {self._owner} already")
+            raise Refused(f"{topic} is already a topic of the {self._owner}")
         self._topics.append(topic)
 
     def delete(self, topic: str) -> None:
-        """Removes a topic.
+        """Remove a topic.
 
         Raises:
-            Refused: it is not one of the topics, or the selected one.
+            Refused: `topic` is not one of the topics, or it is selected.
         """
         if topic not in self._topics:
             raise Refused(f"{topic} is not a topic of the {self._owner}")

@@ -1,4 +1,4 @@
-"""Frames and the transforms between them: the tree of frames over time, and the mathematics of poses.
+"""Coordinate frames and the transforms between them: the frame tree over time, and pose arithmetic.
 
-The facades `tf`, `tf2_py`, `tf2_ros`, … are built on it. Nothing here has a socket or a clock.
+The facades `tf`, `tf2_py`, `tf2_ros`, … are built on it. No module of this package uses sockets or a clock.
 """

@@ -1,6 +1,7 @@
-"""A buffer of frames over time, with the look-ups and errors of tf2's buffer.
+"""A buffer of transforms over time, with the lookups and error texts of tf2's buffer.
 
-Times are nanoseconds; 0 means the newest. All methods may be called from any thread.
+Times are nanoseconds; 0 means the latest common time. All methods may be called from any thread; none waits
+for transforms.
 """
 
 from __future__ import annotations
@@ -23,15 +24,15 @@ from pipros.transforms.tree import Frames, find_path, latest_common_time
 
 DEFAULT_LENGTH = 10 * NS_PER_S
 _FRAME_BYTES = 1_000
-"""What a frame takes in memory, besides its name and its transforms."""
+"""Memory of a frame without its name and its transforms."""
 
 _SHOWN = 200
 NORM_TOLERANCE = 10e-3
-"""How much the square of a quaternion's length may differ from one."""
+"""Maximum deviation of a quaternion's squared norm from 1."""
 
 
 class FrameBuffer:
-    """The transforms of the last `length` nanoseconds, and static ones.
+    """Buffer of the transforms of the last `length` nanoseconds, and of static transforms.
 
     They may take `transform_bytes` of the limits. A frame that gets a transform beyond that loses the older
     half of its own; a new frame is refused.
@@ -47,22 +48,22 @@ class FrameBuffer:
     def insert(
         self, parent: str, child: str, stamp: int, pose: Pose, authority: str, is_static: bool = False
     ) -> list[str]:
-        """Adds the pose of a frame in its parent. Returns the reason if it is refused.
+        """Add the pose of a frame in its parent. Return the reasons for a rejection, or an empty list.
 
-        As in tf2, a frame whose first transform was static stays static, and any other frame stays moving.
+        As in tf2, the first transform of a frame decides whether the frame is static.
         """
         if parent[:1] == "/":
             parent = parent[1:]
         if child[:1] == "/":
             child = child[1:]
-        x, y, z, a, b, c, d = pose
-        norm = a * a + b * b + c * c + d * d
-        # One comparison passes what is right; NaN and an infinite rotation fail each comparison. An infinite
+        px, py, pz, qx, qy, qz, qw = pose
+        norm = qx * qx + qy * qy + qz * qz + qw * qw
+        # NaN fails every comparison, so this covers NaN and a norm that is wrong or infinite. An infinite
         # translation is accepted, as in tf2.
-        if not (-NORM_TOLERANCE < norm - 1.0 < NORM_TOLERANCE and x == x and y == y and z == z):
-            return _mistakes(parent, child, pose, authority, stamp)
+        if not (-NORM_TOLERANCE < norm - 1.0 < NORM_TOLERANCE and px == px and py == py and pz == pz):
+            return _rejections(parent, child, pose, authority, stamp)
         if parent == child or not parent or not child or stamp < 0:
-            return _mistakes(parent, child, pose, authority, stamp)
+            return _rejections(parent, child, pose, authority, stamp)
         with self._lock:
             frame = self._frames.get(child)
             if frame is None or parent not in self._frames:
@@ -91,7 +92,7 @@ class FrameBuffer:
         ]
 
     def clear(self) -> None:
-        """Removes all transforms except static ones."""
+        """Remove all transforms except static ones."""
         with self._lock:
             for frame in self._frames.values():
                 if frame is not None:
@@ -100,7 +101,7 @@ class FrameBuffer:
                     self._size_bytes += frame.size_bytes - before
 
     def lookup(self, target: str, source: str, time: int) -> tuple[int, Pose]:
-        """The time of the result, and the pose of the frame `source` in the frame `target` at that time.
+        """Return the time of the result, and the pose of `source` in `target` at that time.
 
         Raises:
             InvalidArgumentException, LookupException, ConnectivityException, ExtrapolationException.
@@ -120,9 +121,9 @@ class FrameBuffer:
     def lookup_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str
     ) -> tuple[int, Pose]:
-        """As `lookup`, of the source at one time in the target at another, where `fixed` does not move.
+        """Like `lookup`, with the source at `source_time` and the target at `target_time`.
 
-        The time is that of the target.
+        `fixed` must not move between these times. The returned time is that of the target.
         """
         with self._lock:
             self._require(target, "lookupTransform argument target_frame")
@@ -133,10 +134,10 @@ class FrameBuffer:
         return time, composed_exactly(in_target, in_fixed)
 
     def can_transform(self, target: str, source: str, time: int) -> str | None:
-        """None if `lookup` would succeed, otherwise the reason why not.
+        """Return None if `lookup` would succeed, otherwise the reason why not, with tf2's text.
 
         Raises:
-            InvalidArgumentException: for an invalid frame name.
+            InvalidArgumentException: a frame id is empty or starts with a slash.
         """
         if target == source:
             return None
@@ -159,10 +160,10 @@ class FrameBuffer:
     def can_transform_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str
     ) -> str | None:
-        """None if `lookup_full` would succeed, otherwise the reason why not, with tf2's text.
+        """Return None if `lookup_full` would succeed, otherwise the reason why not, with tf2's text.
 
         Raises:
-            InvalidArgumentException: for an invalid frame name.
+            InvalidArgumentException: a frame id is empty or starts with a slash.
         """
         _check(target, "canTransform argument target_frame")
         _check(source, "canTransform argument source_frame")
@@ -175,7 +176,7 @@ class FrameBuffer:
                     reasons.append(f"canTransform: target_frame {target} does not exist.")
                 if source in unknown:
                     reasons.append(f"canTransform: source_frame {source} does not exist.")
-                    reasons.append(f"fixed_frame: {fixed}does not exist.")  # whether it does or not
+                    reasons.append(f"fixed_frame: {fixed}does not exist.")  # as in tf2, even if it exists
                 return " ".join(reasons)
             try:
                 find_path(self._frames, target, fixed, target_time)
@@ -185,7 +186,9 @@ class FrameBuffer:
             return None
 
     def latest_common_time(self, target: str, source: str) -> int:
-        """The newest time at which the frames are known in each other; 0 where nothing between them moves.
+        """Return the latest time at which a transform between the frames is available.
+
+        Return 0 if all transforms between them are static.
 
         Raises:
             InvalidArgumentException, LookupException, TransformException.
@@ -199,7 +202,7 @@ class FrameBuffer:
                 raise TransformException(str(error)) from None
 
     def chain(self, target: str, target_time: int, source: str, source_time: int, fixed: str) -> list[str]:
-        """The frames on the way from source to fixed, and on to target.
+        """Return the frames on the path from source via fixed to target.
 
         Raises:
             LookupException, ConnectivityException, ExtrapolationException.
@@ -212,51 +215,51 @@ class FrameBuffer:
         return first + second[1:] if first else second
 
     def frame_exists(self, name: str) -> bool:
-        """Whether the frame is known."""
+        """Return whether the frame has occurred in any transform."""
         with self._lock:
             return name in self._frames
 
     def frame_names(self) -> list[str]:
-        """All frames, in the order in which they became known."""
+        """Return all frames in the order in which they were first seen."""
         with self._lock:
             return list(self._frames)
 
     def parent(self, name: str, time: int) -> str | None:
-        """The parent of a frame at a time, None where it is not known."""
+        """Return the parent of a frame at a time, or None if it is not known."""
         with self._lock:
             frame = self._frames.get(name)
             number = -1 if frame is None else frame.locate(time)
             return None if frame is None or number < 0 else frame.parents[number]
 
     def as_string(self) -> str:
-        """A line for each frame with its parent."""
+        """Return one line per frame, with its parent."""
         with self._lock:
             return frames_as_string(self._frames)
 
     def as_yaml(self) -> str:
-        """All frames as YAML, as the service `tf2_frames` tells them."""
+        """Return all frames as YAML, in the format of the service `tf2_frames`."""
         with self._lock:
             return frames_as_yaml(self._frames)
 
     def as_dot(self, now: float | None = None) -> str:
-        """All frames as a graph for Graphviz; with the time, in seconds, each tells its age."""
+        """Return the frame tree in Graphviz's DOT language; with `now` in seconds, include ages."""
         with self._lock:
             return frames_as_dot(self._frames, now)
 
     def edges(self) -> list[tuple[str, str, str, float]]:
-        """Parent, name, sender and rate in Hz of each frame of which something is known."""
+        """Return parent, child, publishing node and rate in Hz of each frame with known transforms."""
         with self._lock:
             return edges(self._frames)
 
     def _require(self, name: str, what: str) -> None:
-        """Raises LookupException for an unknown frame."""
+        """Raise LookupException for an unknown frame."""
         if name not in self._frames:
             _check(name, what)
             raise LookupException(f'"{name}" passed to {what} does not exist. ')
 
 
 def _check(name: str, what: str) -> None:
-    """Raises InvalidArgumentException for an invalid frame name."""
+    """Raise InvalidArgumentException for an empty frame id, or one that starts with a slash."""
     if not name:
         raise InvalidArgumentException(f"Invalid argument passed to {what} in tf2 frame_ids cannot be empty")
     if name[0] == "/":
@@ -265,8 +268,8 @@ def _check(name: str, what: str) -> None:
         )
 
 
-def _mistakes(parent: str, child: str, pose: Pose, authority: str, stamp: int) -> list[str]:
-    """All that is wrong with a transform."""
+def _rejections(parent: str, child: str, pose: Pose, authority: str, stamp: int) -> list[str]:
+    """Return every reason to reject a transform."""
     found = []
     if parent == child:
         found.append(f"TF_SELF_TRANSFORM: frame_id and child_frame_id must differ, both are {child!r}")
@@ -276,14 +279,14 @@ def _mistakes(parent: str, child: str, pose: Pose, authority: str, stamp: int) -
         found.append(f"TF_NO_FRAME_ID: frame_id must be set for child_frame_id {child!r}")
     numbers = " ".join(f"{number:.6f}" for number in pose)
     if any(number != number for number in pose):
-        found.append(f"TF_NAN_INPUT: numbers of the frame {child!r} must not be NaN, got ({numbers})")
+        found.append(
+            f"TF_NAN_INPUT: translation and rotation of {child!r} must not contain NaN, got ({numbers})"
+        )
     norm = sum(number * number for number in pose[3:])
     if not abs(norm - 1.0) < NORM_TOLERANCE:
         found.append(
-            f"TF_DENORMALIZED_QUATERNION: the rotation of {child!r} must have the length 1, got ({numbers})"
+            f"TF_DENORMALIZED_QUATERNION: the quaternion of {child!r} must have norm 1, got ({numbers})"
         )
     if stamp < 0:
-        found.append(
-            f"TF_NEGATIVE_TIME: the time of {child!r} must not be before zero, got {stamp / NS_PER_S:.9f}"
-        )
-    return [f'{mistake}; ignored, from authority "{authority}"' for mistake in found]
+        found.append(f"TF_NEGATIVE_TIME: the stamp of {child!r} must be >= 0, got {stamp / NS_PER_S:.9f}")
+    return [f'{reason}; ignored transform from authority "{authority}"' for reason in found]

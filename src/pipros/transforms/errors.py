@@ -1,4 +1,4 @@
-"""Why there is no transform, with tf's texts."""
+"""Exceptions of transform lookups. Their texts are those of tf2."""
 
 from __future__ import annotations
 
@@ -6,24 +6,24 @@ from pipros.errors import PiprosError
 
 
 class TransformException(PiprosError):
-    """The transform does not exist."""
+    """A transform is not available."""
 
 
 class LookupException(TransformException):
-    """A frame does not exist, or the frames form a loop."""
+    """A frame does not exist, or the frame tree contains a loop."""
 
 
 class ConnectivityException(TransformException):
-    """The frames are not part of one tree."""
+    """The frames are not part of the same tree."""
 
 
 class ExtrapolationException(TransformException):
-    """The time is before or after what is known."""
+    """The lookup time is before or after the buffered transforms."""
 
 
 class InvalidArgumentException(TransformException):
-    """The name of a frame is invalid."""
+    """A frame id is invalid."""
 
 
 class TimeoutException(TransformException):
-    """A transform did not come in time."""
+    """A transform did not become available in time."""

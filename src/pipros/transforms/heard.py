@@ -1,4 +1,4 @@
-"""What is wrong with transforms that were heard for a while: times, rotations, parents, senders. Pure."""
+"""Diagnosis of recorded transforms: stamps, rotations, parents, publishers and loops. Without I/O."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ UNKNOWN_SENDER = "unknown_publisher"
 
 @dataclass(frozen=True, slots=True)
 class HeardTransform:
-    """One transform of a message.
+    """One received transform.
 
     Attributes:
-        parent, child: its frames.
-        sender: the node that published it.
-        ahead_s: its stamp minus the time at which it arrived, in seconds.
-        rotation_length: of its quaternion; 1 for a rotation.
+        parent, child: frame ids.
+        sender: publishing node.
+        ahead_s: stamp minus time of arrival, in seconds.
+        rotation_length: norm of the quaternion; 1 for a valid rotation.
     """
 
     parent: str
@@ -33,7 +33,7 @@ class HeardTransform:
 
 
 def heard_in(message: Any, now: Any) -> list[HeardTransform]:
-    """The transforms of a `tf2_msgs/TFMessage` that arrived at the time `now`."""
+    """Return the transforms of a `tf2_msgs/TFMessage` that was received at the time `now`."""
     found = []
     for transform in message.transforms:
         rotation = transform.transform.rotation
@@ -50,7 +50,7 @@ def heard_in(message: Any, now: Any) -> list[HeardTransform]:
 
 
 def of_other_times(heard: Iterable[HeardTransform]) -> list[str]:
-    """Of each sender with stamps of another time, the one that is furthest away."""
+    """Report, for each node with stamps more than `TIME_TOLERANCE_S` off, the largest difference."""
     furthest: dict[str, float] = {}
     for each in heard:
         if abs(each.ahead_s) > max(TIME_TOLERANCE_S, abs(furthest.get(each.sender, 0.0))):
@@ -62,17 +62,17 @@ def of_other_times(heard: Iterable[HeardTransform]) -> list[str]:
 
 
 def not_normalized(heard: Iterable[HeardTransform]) -> list[str]:
-    """Quaternions whose length is not 1, so that they are not rotations."""
+    """Report quaternions whose norm is not 1."""
     return _each_once(
         f"rotation from [{listed(each.parent)}] to [{listed(each.child)}] is not unit length, "
         f"{each.rotation_length}"
         for each in heard
-        if not abs(each.rotation_length - 1) <= LENGTH_TOLERANCE  # NaN, too
+        if not abs(each.rotation_length - 1) <= LENGTH_TOLERANCE  # includes NaN
     )
 
 
 def reparented(heard: Iterable[HeardTransform]) -> list[str]:
-    """Frames that got another parent than before."""
+    """Report frames whose parent changed."""
     parents: dict[str, str] = {}
     found = []
     for each in heard:
@@ -85,7 +85,7 @@ def reparented(heard: Iterable[HeardTransform]) -> list[str]:
 
 
 def of_several_senders(heard: Iterable[HeardTransform]) -> list[str]:
-    """Frames whose transforms come from another node than before."""
+    """Report frames that more than one node publishes."""
     senders: dict[str, str] = {}
     found = []
     for each in heard:
@@ -100,7 +100,7 @@ def of_several_senders(heard: Iterable[HeardTransform]) -> list[str]:
 
 
 def loops(heard: Iterable[HeardTransform]) -> list[str]:
-    """Frames that are their own ancestors, by the latest parent of each."""
+    """Report frames that are their own ancestors, by the latest parent of each."""
     parents = {each.child: each.parent for each in heard}
     found = []
     for frame in parents:
@@ -112,7 +112,7 @@ def loops(heard: Iterable[HeardTransform]) -> list[str]:
 
 
 def _path_up(frame: str, parents: dict[str, str]) -> Sequence[str]:
-    """The frame and its ancestors, each once."""
+    """Return the frame and its ancestors, each once."""
     path = {frame: None}
     while (above := parents.get(frame)) is not None and above not in path:
         path[above] = None

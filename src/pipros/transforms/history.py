@@ -1,4 +1,4 @@
-"""The poses of one frame in its parent over time. Stamps are nanoseconds; 0 means the newest."""
+"""The poses of one frame in its parent over time. Stamps are nanoseconds; 0 means the latest."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from pipros.msg.time import NS_PER_S
 from pipros.transforms.pose import Pose, between
 
 _POSE_BYTES = 350
-"""What a pose takes in memory, besides the name of its parent."""
+"""Memory of a pose without the name of its parent."""
 
 
 class FrameHistory(Protocol):
-    """The known poses of a frame: `locate` finds one for a time, `parents` and `pose` return its parts.
+    """The buffered poses of a frame. `locate` returns the index of a pose for `parents` and `pose`.
+
+    Implementations are not thread-safe; the caller holds a lock.
 
     Attributes:
-        size_bytes: what its poses take in memory, roughly.
+        size_bytes: estimated memory of its poses.
     """
 
     parents: list[str]
@@ -24,32 +26,32 @@ class FrameHistory(Protocol):
     size_bytes: int
 
     def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:
-        """Takes a pose. Returns why not, if it is refused."""
+        """Add a pose. Return the reason if it is rejected, otherwise None."""
 
     def locate(self, time: int) -> int:
-        """The number of the pose to begin with for this time, -1 where nothing is known."""
+        """Return the index of the last pose at or before `time`, or -1 if `time` is out of range."""
 
     def pose(self, number: int, time: int) -> Pose:
-        """The pose at a time for which `locate` gave the number."""
+        """Return the pose at `time`, for which `locate` returned `number`."""
 
     def why_not(self, time: int) -> str:
-        """Why nothing is known for this time."""
+        """Return the reason why no pose is available for `time`."""
 
     def latest(self) -> tuple[int, str | None]:
-        """The newest stamp and the parent then; no parent where nothing is known."""
+        """Return the latest stamp and the parent at that time, or (0, None) if empty."""
 
     def oldest_stamp(self) -> int:
-        """The oldest stamp, 0 where nothing is known."""
+        """Return the oldest stamp, or 0 if empty."""
 
     def clear(self) -> None:
-        """Forgets all poses."""
+        """Remove all poses."""
 
     def drop_oldest(self) -> None:
-        """Forgets half of the poses, the oldest ones; the newest stays."""
+        """Remove the older half of the poses; the latest stays."""
 
 
 class MovingFrame:
-    """The poses of a frame that moves, as long as `length` nanoseconds before its newest one."""
+    """The poses of a frame that moves, from `length` nanoseconds before the latest one on, by stamp."""
 
     __slots__ = ("authority", "length", "parents", "poses", "size_bytes", "stamps")
 
@@ -62,7 +64,7 @@ class MovingFrame:
         self.poses: list[Pose] = []
 
     def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:
-        """Takes a pose. Returns why not, if it is refused."""
+        """Add a pose. Return the reason if it is rejected, otherwise None."""
         stamps = self.stamps
         if not stamps or stamp > stamps[-1]:
             stamps.append(stamp)
@@ -90,17 +92,17 @@ class MovingFrame:
         return None
 
     def _drop(self, count: int) -> None:
-        """Forgets the oldest poses."""
+        """Remove the oldest poses."""
         for parent in self.parents[:count]:
             self.size_bytes -= _POSE_BYTES + len(parent)
         del self.stamps[:count], self.parents[:count], self.poses[:count]
 
     def drop_oldest(self) -> None:
-        """Forgets half of the poses, the oldest ones; the newest stays."""
+        """Remove the older half of the poses; the latest stays."""
         self._drop(len(self.stamps) // 2)
 
     def locate(self, time: int) -> int:
-        """The number of the pose to begin with for this time, -1 where nothing is known."""
+        """Return the index of the last pose at or before `time`, or -1 if `time` is out of range."""
         stamps = self.stamps
         if not stamps:
             return -1
@@ -111,18 +113,18 @@ class MovingFrame:
         return -1
 
     def pose(self, number: int, time: int) -> Pose:
-        """The pose at a time for which `locate` gave the number."""
+        """Return the pose at `time`, for which `locate` returned `number`."""
         older = self.stamps[number]
         if older == time or number + 1 == len(self.stamps):
             return self.poses[number]
         after = number + 1
         if self.parents[number] != self.parents[after]:
-            return self.poses[number]  # on its way to another parent it stays where it was
+            return self.poses[number]  # hold the pose until the parent changes
         ratio = (time - older) / (self.stamps[after] - older)
         return between(self.poses[number], self.poses[after], ratio)
 
     def why_not(self, time: int) -> str:
-        """Why nothing is known for this time."""
+        """Return the reason why no pose is available for `time`."""
         if not self.stamps:
             return ""
         oldest, newest = self.stamps[0], self.stamps[-1]
@@ -140,21 +142,21 @@ class MovingFrame:
         )
 
     def latest(self) -> tuple[int, str | None]:
-        """The newest stamp and the parent then; no parent where nothing is known."""
+        """Return the latest stamp and the parent at that time, or (0, None) if empty."""
         return (self.stamps[-1], self.parents[-1]) if self.stamps else (0, None)
 
     def oldest_stamp(self) -> int:
-        """The oldest stamp, 0 where nothing is known."""
+        """Return the oldest stamp, or 0 if empty."""
         return self.stamps[0] if self.stamps else 0
 
     def clear(self) -> None:
-        """Forgets all poses."""
+        """Remove all poses."""
         self.size_bytes = 0
         del self.stamps[:], self.parents[:], self.poses[:]
 
 
 class StaticFrame:
-    """The pose of a frame that never moves."""
+    """The pose of a static frame."""
 
     __slots__ = ("_pose", "authority", "parents", "size_bytes")
 
@@ -164,41 +166,41 @@ class StaticFrame:
         self.parents: list[str] = []
         self._pose: Pose | None = None
 
-    def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:  # noqa: ARG002 # no stamp counts
-        """Takes a pose, which replaces the one before."""
+    def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:  # noqa: ARG002 # valid for every time
+        """Replace the pose. Never rejects it."""
         self.parents = [parent]
         self.size_bytes = _POSE_BYTES + len(parent)
         self._pose = pose
         return None
 
-    def locate(self, time: int) -> int:  # noqa: ARG002 # for every time
-        """The number of the only pose."""
+    def locate(self, time: int) -> int:  # noqa: ARG002 # valid for every time
+        """Return 0, the index of the only pose, or -1 if there is none."""
         return 0 if self.parents else -1
 
     def pose(self, number: int, time: int) -> Pose:  # noqa: ARG002
-        """The pose."""
+        """Return the pose, which is the same for every time."""
         assert self._pose is not None  # noqa: S101 # `locate` found it
         return self._pose
 
     def why_not(self, time: int) -> str:  # noqa: ARG002
-        """Nothing: the pose is known for every time."""
+        """Return an empty string: the pose is available for every time."""
         return ""
 
     def latest(self) -> tuple[int, str | None]:
-        """0, which says that it is not bound to a time, and the parent."""
+        """Return 0, which stands for any time, and the parent."""
         return (0, self.parents[0] if self.parents else None)
 
     def oldest_stamp(self) -> int:
-        """Always 0."""
+        """Return 0."""
         return 0
 
     def drop_oldest(self) -> None:
-        """Does nothing: there is one pose."""
+        """Do nothing: there is one pose."""
 
     def clear(self) -> None:
-        """Nothing: what never moves stays known."""
+        """Do nothing: static transforms are kept."""
 
 
 def seconds(time: int) -> str:
-    """Nanoseconds as tf2 prints times: seconds with nine decimals."""
+    """Format nanoseconds as tf2 prints times: in seconds with nine decimals."""
     return f"{time // NS_PER_S}.{time % NS_PER_S:09d}"

@@ -1,7 +1,4 @@
-"""All frames of a tree as text, YAML and for Graphviz, as tf2 writes them.
-
-`view_frames` and others read it.
-"""
+"""The frame tree as text, YAML and Graphviz DOT, in tf2's formats, which `view_frames` and others parse."""
 
 from __future__ import annotations
 
@@ -14,7 +11,7 @@ Frames = Mapping[str, FrameHistory | None]
 
 
 def frames_as_string(frames: Frames, limit_characters: int | None = None) -> str:
-    """A line for each frame with its parent. Beyond the limit, an ellipsis stands for the other frames."""
+    """Return one line per frame, with its parent; an ellipsis replaces the frames beyond the limit."""
     lines = []
     characters = 0
     for name, frame in frames.items():
@@ -28,7 +25,7 @@ def frames_as_string(frames: Frames, limit_characters: int | None = None) -> str
 
 
 def frames_as_yaml(frames: Frames) -> str:
-    """A mapping of frames to parent, sender, rate in Hz, and times in seconds."""
+    """Return a YAML mapping of frames to parent, publishing node, rate in Hz, and times in seconds."""
     return (
         "{}"
         if not frames
@@ -36,17 +33,17 @@ def frames_as_yaml(frames: Frames) -> str:
             f"{name}: \n  parent: '{parent}'\n  broadcaster: '{sender}'\n  rate: {rate:.3f}\n"
             f"  most_recent_transform: {newest:.3f}\n  oldest_transform: {oldest:.3f}\n"
             f"  buffer_length: {newest - oldest:.3f}\n"
-            for name, parent, sender, rate, newest, oldest in _known(frames)
+            for name, parent, sender, rate, newest, oldest in _rows(frames)
         )
     )
 
 
 def frames_as_dot(frames: Frames, now: float | None = None) -> str:
-    """A graph for Graphviz. With the time, in seconds, each frame tells its age."""
+    """Return the frame tree in the DOT language; with `now` in seconds, include the ages of transforms."""
     if not frames:
         return 'digraph G {\n"no tf data recieved"}'
     lines = []
-    for name, parent, sender, rate, newest, oldest in _known(frames):
+    for name, parent, sender, rate, newest, oldest in _rows(frames):
         age = "" if now is None else f"( {now - newest:.3f} sec old)"
         lines.append(
             f'"{parent}" -> "{name}"[label="Broadcaster: {sender}\\nAverage rate: {rate:.3f} Hz\\n'
@@ -58,19 +55,19 @@ def frames_as_dot(frames: Frames, now: float | None = None) -> str:
         f' subgraph cluster_legend {{ style=bold; color=black; label ="view_frames Result";\n{recorded}}}->'
     )
     for name, frame in frames.items():
-        # Roots, where there is a time to tell, and frames of which everything was forgotten.
+        # The legend is attached to each root if `now` is given, and to frames whose transforms were cleared.
         if (now is not None) if frame is None else (frame.latest()[1] is None):
             lines.append(f'{legend}"{name}";\n')
     return f"digraph G {{\n{''.join(lines)}}}"
 
 
 def edges(frames: Frames) -> list[tuple[str, str, str, float]]:
-    """Parent, name, sender and rate in Hz of each frame of which something is known."""
-    return [(parent, name, sender, rate) for name, parent, sender, rate, *_ in _known(frames)]
+    """Return parent, child, publishing node and rate in Hz of each frame with known transforms."""
+    return [(parent, name, sender, rate) for name, parent, sender, rate, *_ in _rows(frames)]
 
 
-def _known(frames: Frames) -> Iterator[tuple[str, str, str, float, float, float]]:
-    """Name, parent, sender, rate, newest and oldest time of each frame of which something is known."""
+def _rows(frames: Frames) -> Iterator[tuple[str, str, str, float, float, float]]:
+    """Yield name, parent, publishing node, rate (Hz), latest and oldest time (s) of known frames."""
     for name, frame in frames.items():
         if frame is None:
             continue

@@ -1,4 +1,4 @@
-"""Delays and rates of the transforms that come, as `tf_monitor` counts them. Times are seconds."""
+"""Delay and rate statistics of received transforms, as `tf_monitor` prints them. Times are in seconds."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 FRAME_LIMIT = 10_000
-"""The most frames and nodes that are counted; their names come from any peer."""
+"""Maximum number of frames, and of nodes, with statistics; any peer can choose their names."""
 
 
 @dataclass(slots=True)
 class Delays:
-    """How old stamps were on arrival.
+    """Statistics of the age of stamps on arrival.
 
     >>> delays = Delays()
     >>> delays.add(3.0, at=10.0); delays.add(1.0, at=11.0); delays.add(-1.0, at=12.0)
@@ -26,7 +26,7 @@ class Delays:
     last: float = 0.0
 
     def add(self, delay: float, at: float) -> None:
-        """Counts one that came `at` a time."""
+        """Add one delay, measured at the time `at`."""
         self.first = self.first if self.count else at
         self.last = at
         self.count += 1
@@ -39,20 +39,20 @@ class Delays:
 
     @property
     def rate(self) -> float:
-        """In Hz, from the first to the last; 0 for less than two."""
+        """Mean rate in Hz between the first and the last sample; 0 for fewer than two."""
         return (self.count - 1) / (self.last - self.first) if self.last > self.first else 0.0
 
 
 @dataclass(slots=True)
 class Monitor:
-    """The transforms of each frame and from each node."""
+    """Delay statistics by frame and by publishing node."""
 
     frames: dict[str, Delays] = field(default_factory=dict)
     senders: dict[str, Delays] = field(default_factory=dict)
     sender_of: dict[str, str] = field(default_factory=dict)
 
     def add(self, sender: str, stamps: Mapping[str, float], now: float) -> None:
-        """Counts one message: the stamps of its transforms by child frame."""
+        """Add one message, given by the stamps of its transforms by child frame."""
         delays = {frame: now - stamp for frame, stamp in stamps.items()}
         for frame, delay in delays.items():
             if _count(self.frames, frame, delay, now):
@@ -61,7 +61,7 @@ class Monitor:
             _count(self.senders, sender, sum(delays.values()) / len(delays), now)
 
     def text(self, chain: Iterable[str] | None = None) -> str:
-        """The printed text about the frames, all or those of a chain, and about all nodes."""
+        """Return a report on the frames (all, or those of `chain` in its order) and on all nodes."""
         shown = sorted(self.frames) if chain is None else [name for name in chain if name in self.frames]
         lines = ["Frames:"]
         lines += [

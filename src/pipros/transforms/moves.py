@@ -1,4 +1,4 @@
-"""Whether a frame has moved far enough to tell of it, as `tf_change_notifier` decides it."""
+"""Detection of frames that have moved far enough to be reported, as in `tf_change_notifier`."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from pipros.transforms.pose import Pose
 
 
 class BadFramePair(PiprosError, ValueError):
-    """A pair of frames, or a distance, is not what the parameter of the node may hold."""
+    """A parameter that describes frame pairs or distances is invalid."""
 
 
 @dataclass
 class FramePair:
-    """Two frames, and how far the one must move in the other.
+    """A frame, a reference frame, and the thresholds for reporting a movement.
 
     Attributes:
-        source, target: the frame that moves, and the frame that it moves in.
-        distance: in metres.
-        angle: half of the turn, in radians: tf measures the angle between quaternions.
+        source, target: the moving frame, and the frame in which it moves.
+        distance: threshold of the translation in metres.
+        angle: threshold of the angle between the quaternions, in radians, as in tf: half the rotation angle.
     """
 
     source: str
     target: str
     distance: float
     angle: float
-    _told: Pose | None = field(default=None, init=False)
+    _reported: Pose | None = field(default=None, init=False)
 
     def has_moved(self, pose: Pose) -> bool:
-        """Whether to tell of a pose: the first, and each that is far from the one that was told last."""
-        if self._told is not None and not self._is_far(self._told, pose):
+        """Return whether to report a pose: the first one, and each that is far from the last reported one."""
+        if self._reported is not None and not self._is_far(self._reported, pose):
             return False
-        self._told = pose
+        self._reported = pose
         return True
 
     def _is_far(self, older: Pose, newer: Pose) -> bool:
@@ -44,44 +44,44 @@ class FramePair:
 
 
 def _angle(one: tuple[float, ...], other: tuple[float, ...]) -> float:
-    """The angle between two quaternions as vectors."""
+    """Return the angle in radians between two quaternions as vectors in four dimensions."""
     lengths = sqrt(sum(a * a for a in one) * sum(b * b for b in other))
     cosine = sum(a * b for a, b in zip(one, other, strict=True)) / lengths if lengths else 1.0
     return acos(max(-1.0, min(1.0, cosine)))
 
 
 def frame_pairs(value: Any, distance: float, angle: float) -> list[FramePair]:
-    """The pairs that the parameter `frame_pairs` lists; distances that a pair does not have are these.
+    """Parse the parameter `frame_pairs`. `distance` and `angle` are the default thresholds.
 
     Raises:
-        BadFramePair: the value is not a list of such pairs.
+        BadFramePair: the value is not a list of valid pairs.
     """
     if not isinstance(value, list):
-        raise BadFramePair(f"frame_pairs must be a list of pairs, got {value!r}")
+        raise BadFramePair(f"frame_pairs must be a list of mappings, got {value!r}")
     return [_pair(each, distance, angle) for each in value]
 
 
 def _pair(value: Any, distance: float, angle: float) -> FramePair:
     if not isinstance(value, Mapping):
-        raise BadFramePair(f"each of frame_pairs must be a mapping, got {value!r}")
+        raise BadFramePair(f"each item of frame_pairs must be a mapping, got {value!r}")
     source, target = (_name(key, value.get(key)) for key in ("source_frame", "target_frame"))
     far = distance_of("translational_update_distance", value.get("translational_update_distance", distance))
-    turned = distance_of("angular_update_distance", value.get("angular_update_distance", angle))
-    return FramePair(source, target, far, turned)
+    turn = distance_of("angular_update_distance", value.get("angular_update_distance", angle))
+    return FramePair(source, target, far, turn)
 
 
 def _name(key: str, value: Any) -> str:
     if not isinstance(value, str) or not value:
-        raise BadFramePair(f"{key} of a frame pair must be the name of a frame, got {value!r}")
+        raise BadFramePair(f"{key} of a frame pair must be a frame id, got {value!r}")
     return value
 
 
 def distance_of(name: str, value: Any) -> float:
-    """A distance or an angle.
+    """Parse a distance or an angle.
 
     Raises:
-        BadFramePair: it is not a number, or is below 0.
+        BadFramePair: the value is not a number >= 0.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
-        raise BadFramePair(f"{name} must be a number of at least 0, got {value!r}")
+        raise BadFramePair(f"{name} must be a number >= 0, got {value!r}")
     return float(value)

@@ -1,7 +1,7 @@
 """Poses as seven numbers: a position (x, y, z) and an orientation (a quaternion x, y, z, w).
 
-As in tf, the length of a quaternion may differ slightly from one. The formulas are those of tf2, so that
-results are the same even then.
+As in tf, the norm of a quaternion may differ slightly from 1. The formulas are those of tf2, so that results
+are equal even then. Compositions compose right to left: `composed(outer, inner)` applies `inner` first.
 """
 
 from __future__ import annotations
@@ -14,70 +14,74 @@ IDENTITY: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 def composed(outer: Pose, inner: Pose) -> Pose:
-    """The pose `inner`, given in a frame with the pose `outer`, in the outer frame."""
+    """Return `outer * inner`: the pose `inner`, given in the frame `outer`, in the parent of `outer`."""
     ox, oy, oz, x, y, z, w = outer
-    vx, vy, vz, a, b, c, d = inner
-    if w == 1.0 and x == y == z == 0.0:  # most frames of a robot are not turned
-        return (ox + vx, oy + vy, oz + vz, a, b, c, d)
-    ix = w * vx + y * vz - z * vy
-    iy = w * vy + z * vx - x * vz
-    iz = w * vz + x * vy - y * vx
-    iw = x * vx + y * vy + z * vz
+    px, py, pz, qx, qy, qz, qw = inner
+    if w == 1.0 and x == y == z == 0.0:  # fast path: most frames of a robot are not rotated
+        return (ox + px, oy + py, oz + pz, qx, qy, qz, qw)
+    # (ix, iy, iz, -iw) is the product of the outer quaternion and the position.
+    ix = w * px + y * pz - z * py
+    iy = w * py + z * px - x * pz
+    iz = w * pz + x * py - y * px
+    iw = x * px + y * py + z * pz
     return (
         ix * w + iw * x - iy * z + iz * y + ox,
         iy * w + iw * y - iz * x + ix * z + oy,
         iz * w + iw * z - ix * y + iy * x + oz,
-        w * a + x * d + y * c - z * b,
-        w * b + y * d + z * a - x * c,
-        w * c + z * d + x * b - y * a,
-        w * d - x * a - y * b - z * c,
+        w * qx + x * qw + y * qz - z * qy,
+        w * qy + y * qw + z * qx - x * qz,
+        w * qz + z * qw + x * qy - y * qx,
+        w * qw - x * qx - y * qy - z * qz,
     )
 
 
 def inverted(pose: Pose) -> Pose:
-    """The inverse of a pose."""
-    x, y, z, a, b, c, d = pose
-    back = (0.0, 0.0, 0.0, -a, -b, -c, d)
-    return (*composed(back, (-x, -y, -z, -a, -b, -c, d))[:3], -a, -b, -c, d)
+    """Return the inverse of a pose."""
+    px, py, pz, qx, qy, qz, qw = pose
+    rotation = (0.0, 0.0, 0.0, -qx, -qy, -qz, qw)
+    return (*composed(rotation, (-px, -py, -pz, -qx, -qy, -qz, qw))[:3], -qx, -qy, -qz, qw)
 
 
 def between(older: Pose, newer: Pose, ratio: float) -> Pose:
-    """The pose at `ratio` (0 to 1) between two poses.
+    """Interpolate between two poses; `ratio` is 0 for the older and 1 for the newer one.
 
-    It moves on a straight line, and turns the shorter way at constant speed.
+    The position is interpolated linearly, the orientation by slerp along the shorter arc.
     """
-    x, y, z, a, b, c, d = older
-    u, v, w, e, f, g, h = newer
+    px, py, pz, qx, qy, qz, qw = older
+    to_px, to_py, to_pz, to_qx, to_qy, to_qz, to_qw = newer
     rest = 1.0 - ratio
-    x, y, z = rest * x + ratio * u, rest * y + ratio * v, rest * z + ratio * w
-    if a == e and b == f and c == g and d == h:
-        return (x, y, z, a, b, c, d)
-    dot = a * e + b * f + c * g + d * h
-    cosine = abs(dot) / sqrt((a * a + b * b + c * c + d * d) * (e * e + f * f + g * g + h * h))
+    px, py, pz = rest * px + ratio * to_px, rest * py + ratio * to_py, rest * pz + ratio * to_pz
+    if qx == to_qx and qy == to_qy and qz == to_qz and qw == to_qw:
+        return (px, py, pz, qx, qy, qz, qw)
+    dot = qx * to_qx + qy * to_qy + qz * to_qz + qw * to_qw
+    cosine = abs(dot) / sqrt(
+        (qx * qx + qy * qy + qz * qz + qw * qw)
+        * (to_qx * to_qx + to_qy * to_qy + to_qz * to_qz + to_qw * to_qw)
+    )
     angle = acos(cosine) if cosine < 1.0 else 0.0
     if angle == 0.0:
-        return (x, y, z, a, b, c, d)
+        return (px, py, pz, qx, qy, qz, qw)
     sine = sin(angle)
     first, second = sin(rest * angle) / sine, sin(ratio * angle) / sine
     if dot < 0.0:
         second = -second
     return (
-        x,
-        y,
-        z,
-        a * first + e * second,
-        b * first + f * second,
-        c * first + g * second,
-        d * first + h * second,
+        px,
+        py,
+        pz,
+        qx * first + to_qx * second,
+        qy * first + to_qy * second,
+        qz * first + to_qz * second,
+        qw * first + to_qw * second,
     )
 
 
 Matrix = tuple[float, float, float, float, float, float, float, float, float]
-"""A rotation, row by row."""
+"""A 3x3 rotation matrix, row by row."""
 
 
 def rotation_matrix(pose: Pose) -> Matrix:
-    """The orientation of the pose as a matrix; the quaternion may have any length but zero."""
+    """Return the orientation of a pose as a matrix. The quaternion may have any norm except 0."""
     _, _, _, x, y, z, w = pose
     s = 2.0 / (x * x + y * y + z * z + w * w)
     return (
@@ -94,9 +98,9 @@ def rotation_matrix(pose: Pose) -> Matrix:
 
 
 def normalized(pose: Pose) -> Pose:
-    """The pose with the quaternion that its matrix gives.
+    """Return the pose with a quaternion of norm 1, computed by way of the rotation matrix.
 
-    Of length one, and with the sign that tf2 gives it.
+    This gives the quaternion the same sign as in tf2.
     """
     m = rotation_matrix(pose)
     trace = m[0] + m[4] + m[8]
@@ -115,16 +119,18 @@ def normalized(pose: Pose) -> Pose:
 
 
 def composed_exactly(outer: Pose, inner: Pose) -> Pose:
-    """As `composed`, by way of matrices, which make all quaternions one long.
+    """Like `composed`, by way of rotation matrices, which normalises all quaternions.
 
-    For transforms with two times.
+    tf2 composes transforms with two times this way.
     """
-    turned, fixed = normalized(outer), normalized(inner)
-    return normalized(composed(turned, fixed))
+    return normalized(composed(normalized(outer), normalized(inner)))
 
 
 def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    """The quaternion that rolls around x, then pitches around y, then yaws around z, all of them fixed."""
+    """Return the quaternion (x, y, z, w) of rotations about the fixed axes x, y and z, in this order.
+
+    Angles are in radians.
+    """
     sr, cr = sin(roll / 2.0), cos(roll / 2.0)
     sp, cp = sin(pitch / 2.0), cos(pitch / 2.0)
     sy, cy = sin(yaw / 2.0), cos(yaw / 2.0)
@@ -137,9 +143,9 @@ def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> tuple[float, f
 
 
 def roll_pitch_yaw(pose: Pose) -> tuple[float, float, float]:
-    """The orientation of the pose as angles around x, y and z."""
+    """Return the orientation of a pose as angles in radians about the fixed axes x, y and z."""
     m = rotation_matrix(pose)
-    if abs(m[6]) >= 1.0:  # it looks straight up or down: roll and yaw turn around the same axis
+    if abs(m[6]) >= 1.0:  # gimbal lock: roll and yaw have the same axis
         upward = m[6] < 0.0
         return (atan2(m[1], m[2]) if upward else atan2(-m[1], -m[2])), (pi / 2 if upward else -pi / 2), 0.0
     return atan2(m[7], m[8]), -asin(m[6]), atan2(m[3], m[0])

@@ -1,7 +1,6 @@
-"""The tree of frames, and the path through it from one frame to another at a time.
+"""The frame tree, and the path through it from one frame to another at a given time.
 
-A frame with a history has a parent; frames without one are roots. The order of the steps and of the errors is
-that of tf2.
+Frames without a history are roots. Steps and errors occur in the same order as in tf2.
 """
 
 from __future__ import annotations
@@ -12,25 +11,25 @@ from pipros.transforms.listing import frames_as_string
 from pipros.transforms.pose import IDENTITY, Pose, composed, inverted
 
 MAX_DEPTH = 1000
-"""A path through more frames than this counts as a loop, as in tf2."""
+"""Maximum number of frames on a path; a longer one is reported as a loop, as in tf2."""
 
 LISTING_CHARACTERS = 10_000
 """The list of frames in an error: tf2's has all frames, whatever it takes to make it for each look-up."""
 
 Step = tuple[FrameHistory, int]
-"""A frame on the way, and the number of its pose (`FrameHistory.locate`)."""
+"""A frame on a path, and the index of its pose (`FrameHistory.locate`)."""
 
 Frames = dict[str, FrameHistory | None]
-"""All frames in the order in which they became known; None for a root."""
+"""All frames in the order in which they were first seen; None for a root."""
 
 
 class Path:
     """The path from a frame up to a common ancestor, and down to another frame.
 
     Attributes:
-        time: the time that it is for; where the newest was asked for, that.
-        up, down: the steps from the source and from the target.
-        names: the frames from source to target.
+        time: lookup time in ns; the latest common time if 0 was requested.
+        up, down: the steps up from the source and from the target.
+        names: the frames of `up` and of `down`.
     """
 
     __slots__ = ("down", "names", "time", "up")
@@ -44,7 +43,7 @@ class Path:
         self.names = names
 
     def pose(self) -> Pose:
-        """The pose of the source in the target."""
+        """Return the pose of the source in the target."""
         time = self.time
         found: Pose | None = None
         for frame, number in self.up:
@@ -60,25 +59,25 @@ class Path:
         return back if found is None else composed(back, found)
 
     def frame_names(self) -> list[str]:
-        """The frames from source to target, both included; none where they are the same."""
+        """Return the frames from source to target, both included; an empty list if they are the same."""
         up, down = self.names
         if not down:
             return up
         if not up:
             return down[::-1]
-        # Both ways may go further up than to the first common frame.
+        # Both parts may extend above the first common ancestor.
         while len(up) > 1 and len(down) > 1 and up[-2] == down[-2]:
             up, down = up[:-1], down[:-1]
         return up + down[-2::-1]
 
 
 def find_path(frames: Frames, target: str, source: str, time: int) -> Path:
-    """The way from source to target at a time in nanoseconds, 0 for the newest that all frames have.
+    """Return the path from source to target at a time in nanoseconds; 0 for the latest common time.
 
     Raises:
-        LookupException: the frames go in a circle.
-        ConnectivityException: there is no way.
-        ExtrapolationException: there is none at this time.
+        LookupException: the frames form a loop.
+        ConnectivityException: the frames are not connected.
+        ExtrapolationException: a transform on the path is not available at this time.
     """
     if source == target:
         return Path(time, [], [], ([], []))
@@ -101,7 +100,7 @@ def find_path(frames: Frames, target: str, source: str, time: int) -> Path:
             return Path(time, up, [], (up_names, []))
         up.append((frame, number))
         if len(up) > MAX_DEPTH:
-            raise _circle(frames)
+            raise _loop(frames)
         name = frame.parents[number]
     top = name
 
@@ -115,26 +114,28 @@ def find_path(frames: Frames, target: str, source: str, time: int) -> Path:
             break
         number = frame.locate(time)
         if number < 0:
-            raise ExtrapolationException(f"{frame.why_not(time)}{_between(source, target)}")
+            raise ExtrapolationException(f"{frame.why_not(time)}{_requested(source, target)}")
         if name == source:
             return Path(time, [], down, ([], down_names))
         down.append((frame, number))
         if len(down) > MAX_DEPTH:
-            raise _circle(frames)
+            raise _loop(frames)
         name = frame.parents[number]
     if name != top:
         if interrupted is not None:
-            raise ExtrapolationException(f"{interrupted.why_not(time)}{_between(source, target)}")
+            raise ExtrapolationException(f"{interrupted.why_not(time)}{_requested(source, target)}")
         raise _not_connected(target, source)
     return Path(time, up, down, (up_names, [*down_names, top]))
 
 
 def latest_common_time(frames: Frames, target: str, source: str) -> int:
-    """The newest time at which both frames are known in each other; 0 where nothing on the way moves.
+    """Return the latest time at which a transform between the frames is available, in nanoseconds.
+
+    Return 0 if all transforms on the path are static.
 
     Raises:
-        LookupException: the frames go in a circle.
-        ConnectivityException: there is no way.
+        LookupException: the frames form a loop.
+        ConnectivityException: the frames are not connected.
     """
     if source == target:
         frame = frames[source]
@@ -153,7 +154,7 @@ def latest_common_time(frames: Frames, target: str, source: str) -> int:
         if name == target:
             return common or 0
         if len(seen) > MAX_DEPTH:
-            raise _circle(frames)
+            raise _loop(frames)
 
     above_source = {parent for _, parent in seen}
     common = None
@@ -173,7 +174,7 @@ def latest_common_time(frames: Frames, target: str, source: str) -> int:
             return common or 0
         depth += 1
         if depth > MAX_DEPTH:
-            raise _circle(frames)
+            raise _loop(frames)
     if meeting is None:
         raise _not_connected(target, source)
     for stamp, parent in seen:
@@ -184,7 +185,7 @@ def latest_common_time(frames: Frames, target: str, source: str) -> int:
     return common or 0
 
 
-def _between(source: str, target: str) -> str:
+def _requested(source: str, target: str) -> str:
     return f", when looking up transform from frame [{source}] to frame [{target}]"
 
 
@@ -195,6 +196,6 @@ def _not_connected(target: str, source: str) -> ConnectivityException:
     )
 
 
-def _circle(frames: Frames) -> LookupException:
+def _loop(frames: Frames) -> LookupException:
     listing = frames_as_string(frames, LISTING_CHARACTERS)
     return LookupException(f"The tf tree is invalid because it contains a loop.\n{listing}\n")

@@ -1,5 +1,5 @@
-"""Images and cameras on numpy: encodings, conversions, camera models, files of calibrations.
+"""Images and cameras with numpy: encodings, conversions, camera models, calibration files.
 
-`encodings` needs nothing but Python; the other modules need numpy, and say so when it is missing. OpenCV is
-imported by what cannot do without it, when it is called (`extras.opencv`).
+`encodings` requires only Python; the modules for images require numpy and raise ImportError without it.
+Functions that require OpenCV import it when they are called (`extras.opencv`).
 """

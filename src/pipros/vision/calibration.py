@@ -1,7 +1,7 @@
-"""Calibrations of cameras as text: YAML, and the INI format of Videre Design.
+"""Camera calibrations as text: YAML, and the INI format of Videre Design.
 
-Both formats, and their oddities, are those of camera_calibration_parsers: matrices may have more values than
-they need, and a missing name is `unknown`.
+Both formats, including their peculiarities, are those of camera_calibration_parsers: matrices may have
+surplus values, and a missing camera name is read as `unknown`.
 """
 
 from __future__ import annotations
@@ -18,21 +18,22 @@ from pipros.safe import yaml
 
 PLUMB_BOB = "plumb_bob"
 RATIONAL_POLYNOMIAL = "rational_polynomial"
-_MODEL_BY_COUNT = {5: PLUMB_BOB, 8: RATIONAL_POLYNOMIAL}  # of INI files, which do not name the model
+_MODEL_BY_COUNT = {5: PLUMB_BOB, 8: RATIONAL_POLYNOMIAL}  # INI files do not contain the model
 
 
 class CalibrationError(PiprosError, ValueError):
-    """A text is not a calibration, or a calibration cannot be written in a format."""
+    """A text is not a valid calibration, or a format cannot represent a calibration."""
 
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """What a file says about a camera; the fields are those of `sensor_msgs/CameraInfo`.
+    """A camera calibration; the fields are those of `sensor_msgs/CameraInfo`.
 
     Attributes:
-        k, r: nine numbers, row by row.
-        p: twelve.
-        d: as many as the distortion model has.
+        width, height: size of the image in pixels.
+        k, r: 3x3 matrices, row by row.
+        p: 3x4 matrix, row by row.
+        d: the coefficients of the distortion model.
     """
 
     name: str
@@ -46,7 +47,7 @@ class Calibration:
 
 
 def parse(text: str, file: str) -> Calibration:
-    """The calibration in the text of a file, whose suffix names the format.
+    """Parse the text of a calibration file. The suffix of `file` determines the format.
 
     Raises:
         CalibrationError: the suffix is not .yaml, .yml or .ini, or the text is malformed.
@@ -55,11 +56,11 @@ def parse(text: str, file: str) -> Calibration:
 
 
 def formatted(calibration: Calibration, file: str) -> str:
-    """The text for a file, whose suffix names the format.
+    """Format a calibration as the text of a file. The suffix of `file` determines the format.
 
     Raises:
-        CalibrationError: the suffix is not .yaml, .yml or .ini, or the format does not support the lens
-            model.
+        CalibrationError: the suffix is not .yaml, .yml or .ini, or the format does not support the
+            distortion model.
     """
     return {"yaml": format_yaml, "ini": format_ini}[_format(file)](calibration)
 
@@ -68,14 +69,14 @@ def _format(file: str) -> str:
     for ending, name in ((".yaml", "yaml"), (".yml", "yaml"), (".ini", "ini")):
         if file.endswith(ending):
             return name
-    raise CalibrationError(f"the file of a calibration must end with .yaml, .yml or .ini, got {file}")
+    raise CalibrationError(f"the name of a calibration file must end with .yaml, .yml or .ini, got {file}")
 
 
 def parse_yaml(text: str, file: str = "<string>") -> Calibration:
-    """The calibration in a text of YAML.
+    """Parse a calibration from YAML.
 
     Raises:
-        CalibrationError: it is malformed, or values are missing.
+        CalibrationError: the text is malformed, or values are missing.
     """
     try:
         found = yaml.load(text, file, angles=False)
@@ -97,7 +98,7 @@ def parse_yaml(text: str, file: str = "<string>") -> Calibration:
 
 
 class _Reading:
-    """Reads the values of a mapping; errors name them."""
+    """Reader of the values of a mapping; errors name the key."""
 
     def __init__(self, file: str, values: dict[Any, Any]) -> None:
         self._file = file
@@ -112,7 +113,7 @@ class _Reading:
         if value is None:
             return default
         if isinstance(value, dict | list):
-            raise self._error(name, "a text", value)
+            raise self._error(name, "a string", value)
         return str(value)
 
     def whole(self, name: str, values: dict[Any, Any] | None = None, place: str = "") -> int:
@@ -137,7 +138,7 @@ class _Reading:
 
     def _number(self, name: str, value: Any) -> float:
         try:
-            # Writers of such files mean 1e-3 as a number; in YAML 1.1 it is a string.
+            # 1e-3 is a string in YAML 1.1, but a number in these files.
             if not isinstance(value, bool | dict | list):
                 return float(value)
         except (TypeError, ValueError, OverflowError):
@@ -146,7 +147,7 @@ class _Reading:
 
 
 def format_yaml(calibration: Calibration) -> str:
-    """The calibration as a text of YAML, as camera_calibration_parsers writes it."""
+    """Format a calibration as YAML, like camera_calibration_parsers."""
     lines = [
         f"image_width: {calibration.width}",
         f"image_height: {calibration.height}",
@@ -182,7 +183,7 @@ def _yaml_number(value: float) -> str:
 
 _COMMENT = re.compile(r"#[^\n]*")
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?(?![\w.])"
-# For texts in which each run of white space is one space: so the time is linear in their length.
+# White space is collapsed before matching, so that the time is linear in the length of the text.
 _INI = re.compile(
     r" ?\[ ?image ?\] ?width ?(?P<width>\d+) height ?(?P<height>\d+) ?"
     rf"(?:\[externals\] ?translation(?: {_NUMBER}){{3}} rotation(?: {_NUMBER}){{3}} ?)?"
@@ -196,10 +197,10 @@ _INI = re.compile(
 
 
 def parse_ini(text: str, file: str = "<string>") -> Calibration:
-    """The calibration in a text of Videre's INI format. What follows the projection is not looked at.
+    """Parse a calibration from Videre's INI format. Text after the projection matrix is ignored.
 
     Raises:
-        CalibrationError: it is malformed.
+        CalibrationError: the text is malformed.
     """
     found = _INI.match(" ".join(_COMMENT.sub("", text).split()))
     if found is None or max(len(found["width"]), len(found["height"])) > 9:
@@ -214,14 +215,14 @@ def parse_ini(text: str, file: str = "<string>") -> Calibration:
 
 
 def format_ini(calibration: Calibration) -> str:
-    """The calibration as a text of Videre's INI format, with five digits after the point.
+    """Format a calibration in Videre's INI format, with five decimals.
 
     Raises:
-        CalibrationError: the lens model is not plumb bob with five coefficients.
+        CalibrationError: the distortion model is not plumb bob with five coefficients.
     """
     if calibration.model != PLUMB_BOB or len(calibration.d) != 5:
         raise CalibrationError(
-            "the INI format can only have the plumb bob distortion model with 5 coefficients, got "
+            "the INI format only supports the plumb_bob distortion model with 5 coefficients, got "
             f"{calibration.model!r} with {len(calibration.d)}. Use the YAML format instead"
         )
     return (

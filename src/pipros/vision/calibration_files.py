@@ -1,4 +1,4 @@
-"""Calibrations of cameras in files, and the URLs that name such files."""
+"""Camera calibration files and their URLs."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ _VARIABLE = re.compile(r"\$\{(\w+)\}")
 
 
 def load(path: str) -> Calibration:
-    """The calibration in a file.
+    """Read the calibration from a file.
 
     Raises:
-        OSError: it cannot be read.
-        CalibrationError: it is not a calibration.
+        OSError: the file cannot be read.
+        CalibrationError: the file is not a valid calibration.
     """
     try:
         return parse(read_text(path), path)
     except UnicodeDecodeError as error:
-        raise CalibrationError(f"{path}: it is not UTF-8: {error}") from None
+        raise CalibrationError(f"{path} is not UTF-8: {error}") from None
 
 
 def save(path: str, calibration: Calibration) -> None:
-    """Writes a calibration to a file, atomically; its folders are created.
+    """Write a calibration to a file atomically, and create missing folders.
 
     Raises:
-        OSError: it cannot be written.
-        CalibrationError: the format that the suffix names cannot hold it.
+        OSError: the file cannot be written.
+        CalibrationError: the format of the suffix does not support the calibration.
     """
     text = formatted(calibration, path)
     os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
@@ -48,9 +48,9 @@ def save(path: str, calibration: Calibration) -> None:
 
 
 def resolved(url: str, camera_name: str, environment: Mapping[str, str]) -> tuple[str, list[str]]:
-    """A URL with ${NAME} and ${ROS_HOME} replaced, and the names of unset variables.
+    """Substitute ${NAME} and ${ROS_HOME} in a URL. Return it with the list of unknown variables.
 
-    ${ROS_HOME} defaults to .ros in the user's folder.
+    ${ROS_HOME} defaults to `~/.ros`. Unknown variables are kept.
     """
     unknown = []
 

@@ -8,17 +8,17 @@ from pipros.vision.encodings import Color
 from pipros.vision.extras import numpy as np
 
 _PLACES = {Color.RGB: (0, 1, 2), Color.BGR: (2, 1, 0), Color.RGBA: (0, 1, 2, 3), Color.BGRA: (2, 1, 0, 3)}
-"""Where each channel of an image is in red, green, blue, alpha."""
+"""Index in (red, green, blue, alpha) of each channel of an image."""
 
-# Weights of red, green and blue in a grey value, in parts of 2**15 (ITU-R BT.601).
+# Weights of red, green and blue in a grey value, in units of 2**-15 (ITU-R BT.601).
 _GRAY = (9798, 19235, 3735)
 _GRAY_SHIFT = 15
 
-# The same in parts of 2**14, which OpenCV uses for Bayer patterns.
+# The same in units of 2**-14, as OpenCV uses them for Bayer patterns.
 _BAYER_GRAY = (4899, 9617, 1868)
 _BAYER_GRAY_SHIFT = 14
 
-# Of YUV, in parts of 2**20 (ITU-R BT.601, luma from 16 to 235).
+# Coefficients of YUV, in units of 2**-20 (ITU-R BT.601, luma from 16 to 235).
 _YUV_SHIFT = 20
 _LUMA, _U_TO_BLUE, _U_TO_GREEN, _V_TO_GREEN, _V_TO_RED = 1220542, 2116026, -409993, -852492, 1673527
 
@@ -32,7 +32,7 @@ _BAYER = {
 
 
 def is_supported(color: Color, target: Color) -> bool:
-    """Whether images of `color` can be converted to `target`."""
+    """Return whether images of `color` can be converted to `target`."""
     if color is target:
         return True
     if color in _BAYER:
@@ -41,7 +41,7 @@ def is_supported(color: Color, target: Color) -> bool:
 
 
 def converted(image: Any, color: Color, target: Color) -> Any:
-    """An image (height, width[, channels]) of 8 or 16 unsigned bits in another arrangement of colours.
+    """Convert an image of shape (height, width[, channels]), uint8 or uint16, to another colour arrangement.
 
     Raises:
         ValueError: `is_supported` is False.
@@ -58,7 +58,7 @@ def converted(image: Any, color: Color, target: Color) -> Any:
         return _arranged((image, image, image, _opaque(image)), target)
     red, green, blue = (image[:, :, _PLACES[color].index(place)] for place in range(3))
     if target is Color.GRAY:
-        # Even of 16 bits the weighted sum is below 2**31.
+        # The weighted sum fits into 31 bits even for 16-bit values.
         total = red.astype(np.int32) * _GRAY[0]
         total += green.astype(np.int32) * _GRAY[1]
         total += blue.astype(np.int32) * _GRAY[2]
@@ -78,12 +78,12 @@ def _opaque(channel: Any) -> Any:
 
 
 def _arranged(parts: tuple[Any, Any, Any, Any], target: Color) -> Any:
-    """One image of red, green, blue and alpha."""
+    """Stack red, green, blue and alpha in the channel order of `target`."""
     return np.stack([parts[place] for place in _PLACES[target]], axis=-1)
 
 
 def _from_yuv(image: Any, target: Color) -> Any:
-    """Of U, Y, V, Y for each two pixels."""
+    """Convert from YUV 4:2:2, with the bytes U, Y, V, Y for each two pixels."""
     luma = np.maximum(image[:, :, 1].astype(np.int32) - 16, 0) * _LUMA
     half = 1 << (_YUV_SHIFT - 1)
     u, v = (np.repeat(image[:, start::2, 0].astype(np.int32) - 128, 2, axis=1) for start in (0, 1))
@@ -97,7 +97,7 @@ def _from_yuv(image: Any, target: Color) -> Any:
 
 
 def _from_bayer(image: Any, color: Color, target: Color) -> Any:
-    """Bilinear; the outermost pixels are copies of their neighbours, as in OpenCV."""
+    """Interpolate a Bayer pattern bilinearly. Border pixels copy their neighbours, as in OpenCV."""
     height, width = image.shape
     channels = 1 if target is Color.GRAY else 3
     result = np.zeros((height, width, channels), image.dtype)
@@ -112,9 +112,9 @@ def _from_bayer(image: Any, color: Color, target: Color) -> Any:
 
 
 def _demosaiced(image: Any, red_at: tuple[int, int], gray: bool) -> Any:
-    """Red, green and blue of the pixels that have eight neighbours; or one grey part."""
+    """Return red, green and blue (or grey alone) of the pixels that have eight neighbours."""
     height, width = image.shape
-    # Four times each colour, since some are means of four neighbours.
+    # Sums of four values each; the division follows at the end.
     colors = np.empty((3, height - 2, width - 2), np.int64 if gray else np.int32)
     for row, column in ((0, 0), (0, 1), (1, 0), (1, 1)):
 
@@ -137,6 +137,6 @@ def _demosaiced(image: Any, red_at: tuple[int, int], gray: bool) -> Any:
             colors[place, row::2, column::2] = part
     if not gray:
         return _descaled(colors, 2)
-    # OpenCV truncates where it works on many pixels at once, so its values are at most 1 less.
+    # OpenCV's vectorised code truncates, so its values may be less by 1.
     total = sum(weight * part for weight, part in zip(_BAYER_GRAY, colors, strict=True))
     return _descaled(total, _BAYER_GRAY_SHIFT + 2)[np.newaxis]

@@ -1,8 +1,8 @@
-"""The contents of `sensor_msgs/CompressedImage`, as compressed_image_transport writes and reads them.
+"""The contents of `sensor_msgs/CompressedImage`, compatible with compressed_image_transport.
 
-The format names the encoding of the image, and the order of colours in the picture: `rgb8; jpeg compressed
-bgr8`. Depth images of compressed_depth_image_transport begin with a header of 12 octets: a number, and two
-float32 that map depths to 16 bits.
+The format contains the encoding of the image and the order of channels in the picture: `rgb8; jpeg compressed
+bgr8`. Depth images of compressed_depth_image_transport begin with a header of 12 bytes: an int32, and two
+float32 that define the quantisation of depths to 16 bits.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class CompressionError(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How to compress.
+    """Compression settings.
 
     Attributes:
         kind: `jpeg` or `png`.
@@ -52,10 +52,11 @@ class Settings:
 
 
 def compressed(image: Any, encoding_name: str, settings: Settings, codec: Codec) -> tuple[str, bytes]:
-    """The format and the data of a CompressedImage for an image of this encoding.
+    """Compress an image array. Return the format and the data of a CompressedImage.
 
     Raises:
-        CompressionError: the encoding is unknown or not of 8 or 16 bits, or the codec does not support it.
+        CompressionError: the encoding is unknown or does not have 8 or 16 bits, or the codec does not
+            support the image.
     """
     try:
         bits = encoding(encoding_name).bits
@@ -75,10 +76,10 @@ def compressed(image: Any, encoding_name: str, settings: Settings, codec: Codec)
 
 
 def decompressed(format_text: str, data: bytes, codec: Codec) -> tuple[Any, str]:
-    """The image of a CompressedImage, and its encoding.
+    """Decompress a CompressedImage. Return the image array and its encoding.
 
     Raises:
-        CompressionError: the data is not a picture, or not the one that the format describes.
+        CompressionError: the data is not a valid picture, or does not match the format.
     """
     name, semicolon, how = format_text.partition(";")
     try:
@@ -86,7 +87,7 @@ def decompressed(format_text: str, data: bytes, codec: Codec) -> tuple[Any, str]
             return _depth(name, data, codec), name
         image = codec.decode(data)
         if not semicolon:
-            # Without an encoding, that of the picture.
+            # The format does not contain an encoding: use that of the picture.
             return image, _encoding_of_picture(image)
         if "jpeg" in how and encoding(name).bits == 16 and image.dtype == np.uint8:
             image = image.astype(np.uint16) * _JPEG_TO_16_BITS
@@ -105,7 +106,7 @@ def _encoding_of_picture(image: Any) -> str:
 
 
 def _depth(name: str, data: bytes, codec: Codec) -> Any:
-    """Depths: 16UC1 unchanged, 32FC1 from quantised inverses; 0 is an unknown depth."""
+    """Decode a depth image: 16UC1 unchanged, 32FC1 from quantised inverse depths; 0 becomes NaN."""
     if len(data) < _DEPTH_HEADER.size:
         raise CompressionError(f"a compressed depth image must have more than 12 bytes, got {len(data)}")
     _, quotient, offset = _DEPTH_HEADER.unpack_from(data)

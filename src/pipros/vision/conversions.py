@@ -1,4 +1,4 @@
-"""Conversion of images between encodings, as `cv_bridge` does it, on numpy alone."""
+"""Conversion of images between encodings with numpy, with the rules and results of `cv_bridge`."""
 
 from __future__ import annotations
 
@@ -13,21 +13,23 @@ from pipros.vision.label_colors import color_of_label
 
 
 class ConversionError(RuntimeError):
-    """An image cannot be converted to that encoding, or its array does not have the type of its own."""
+    """An image cannot be converted to an encoding, or its array does not match its encoding."""
 
 
 def convert(image: Any, encoding_in: str, encoding_out: str) -> Any:
-    """`image`, an array of the shape (height, width) or (height, width, channels), in another encoding.
+    """Convert an array of shape (height, width) or (height, width, channels) to another encoding.
 
-    It is always a copy. Values change as OpenCV changes them, to the last bit; between 8 and 16 bits, white
-    stays white. An empty `encoding_out` stands for `encoding_in`.
+    The result is always a copy. Values are equal to those of OpenCV to the last bit; between 8 and 16 bits,
+    white stays white. An empty `encoding_out` means `encoding_in`.
 
     Raises:
-        ConversionError: an encoding is unknown, there is no conversion between the two, or the array does not
-            have the type of `encoding_in`.
+        ConversionError: an encoding is unknown, the conversion is not supported, or the array does not match
+            `encoding_in`.
     """
     if not _is_image(image):
-        raise ConversionError(f"the image must be an array of two or three dimensions, got {_kind(image)}")
+        raise ConversionError(
+            f"the image must be an array of two or three dimensions, got {_describe(image)}"
+        )
     if encoding_out in ("", encoding_in):
         return image.copy()
     source, target = _named(encoding_in), _named(encoding_out)
@@ -51,7 +53,7 @@ def _named(name: str) -> Encoding:
 
 
 def _colors(source: Encoding, target: Encoding) -> tuple[Color, Color] | None:
-    """The colours before and after; None where only the type of the values changes."""
+    """Return the colour arrangements of source and target; None if only the value type changes."""
     names = f"[{source.name}]", f"[{target.name}]"
     if source.color is None and target.color is not None:
         raise ConversionError(
@@ -74,7 +76,7 @@ def _colors(source: Encoding, target: Encoding) -> tuple[Color, Color] | None:
 
 
 _WITH_DEPTHS = (Color.GRAY, Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
-"""Colours with images of 8 and of 16 bits, which can be converted to each other."""
+"""Colour arrangements that exist with 8 and with 16 bits."""
 
 
 def _is_image(image: Any) -> bool:
@@ -83,21 +85,25 @@ def _is_image(image: Any) -> bool:
 
 def _check(image: Any, expected: Encoding) -> None:
     if not _is_image(image):
-        raise ConversionError(f"the image must be an array of two or three dimensions, got {_kind(image)}")
+        raise ConversionError(
+            f"the image must be an array of two or three dimensions, got {_describe(image)}"
+        )
     channels = image.shape[2] if image.ndim == 3 else 1
     if channels != expected.channels or image.dtype != expected.dtype or image.size == 0:
         raise ConversionError(
             f"an image of [{expected.name}] must have pixels of {expected.channels} {expected.dtype}, "
-            f"got {_kind(image)}"
+            f"got {_describe(image)}"
         )
     if expected.color is Color.YUV422 and image.shape[1] % 2:
-        raise ConversionError(f"an image of [{expected.name}] must have an even width, got {_kind(image)}")
+        raise ConversionError(
+            f"an image of [{expected.name}] must have an even width, got {_describe(image)}"
+        )
 
 
-def _kind(image: Any) -> str:
+def _describe(image: Any) -> str:
     if not isinstance(image, np.ndarray):
         return f"a {type(image).__name__}"
-    return f"an array of {image.dtype} of the shape {image.shape}"
+    return f"an array of {image.dtype} of shape {image.shape}"
 
 
 def convert_for_display(
@@ -108,17 +114,17 @@ def convert_for_display(
     min_image_value: float = 0.0,
     max_image_value: float = 0.0,
 ) -> Any:
-    """An image that a screen can show: 8 bits, grey or coloured.
+    """Convert an image for display: to 8 bits, grey or coloured.
 
     Args:
         encoding_out: empty for bgr8.
-        do_dynamic_scaling: maps the least value of the image to black and the greatest to white.
-        min_image_value, max_image_value: the values for black and white, if they differ.
+        do_dynamic_scaling: map the minimum of the image to black and the maximum to white.
+        min_image_value, max_image_value: map these values to black and white, if they differ.
 
-    Images of 32SC1 in bgr8 are labels, each with a colour of its own; negative ones are black.
+    A 32SC1 image is displayed in bgr8 as labels with a colour each; negative ones are black.
 
     Raises:
-        ConversionError: as `convert`, and for scaling more than one channel.
+        ConversionError: as for `convert`, and for scaling images with more than one channel.
     """
     target = _display_encoding(encoding_in, encoding_out)
     kind = _named(encoding_in)
@@ -144,7 +150,7 @@ def convert_for_display(
     if encoding_in == target.name:
         return image
     try:
-        # Depth images are shown as grey ones; genuine cv_bridge takes no other type for a colour.
+        # Depth images are displayed in grey. This is the only type that genuine cv_bridge treats so.
         return convert(image, "mono16" if encoding_in == "16UC1" else encoding_in, target.name)
     except RuntimeError as error:
         raise ConversionError(

@@ -1,4 +1,4 @@
-"""Pixel values in another type, rounded and limited as in OpenCV."""
+"""Conversion of pixel values to another type, rounded and saturated as in OpenCV."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ _INT32 = np.iinfo(np.int32)
 
 
 def saturated(values: Any, dtype: str) -> Any:
-    """`values` as `dtype`: rounded half to even, and limited to what the type holds.
+    """Convert `values` to `dtype`, rounding half to even and saturating to the range of the type.
 
-    NaN and values beyond 32 bits first become the least integer of 32 bits, as in OpenCV.
+    NaN and values outside the range of int32 become its minimum first, as in OpenCV.
     """
     target = np.dtype(dtype)
     if target.kind == "f":
@@ -31,15 +31,15 @@ def saturated(values: Any, dtype: str) -> Any:
 
 
 def scaled(values: Any, dtype: str, factor: float) -> Any:
-    """`values` times `factor`, as `saturated` has it. Single precision is enough for OpenCV up to 16 bits."""
+    """Return `saturated(values * factor)`, in single precision up to 16 bits, as in OpenCV."""
     wide = values.dtype in (np.int32, np.float64) or dtype in ("int32", "float64")
     real = np.float64 if wide else np.float32
     return saturated(values.astype(real) * real(factor), dtype)
 
 
 def with_depth(image: Any, bits: int, target_bits: int, dtype: str) -> Any:
-    """An image of `bits` per value as one of `target_bits`; between 8 and 16, white stays white."""
-    # The usual types with integers, which is faster and exact.
+    """Convert an image from `bits` to `target_bits` per value; between 8 and 16, white stays white."""
+    # Integer arithmetic for the common types is faster and exact.
     if image.dtype == np.uint8 and dtype == "uint16":
         return image.astype(np.uint16) * np.uint16(_WHITE_RATIO)
     if image.dtype == np.uint16 and dtype == "uint8":

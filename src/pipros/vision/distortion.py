@@ -1,4 +1,4 @@
-"""Removes the distortion of lenses from points."""
+"""Removal of lens distortion from points."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from typing import Any
 from pipros.vision.extras import numpy as np
 
 COUNTS = (4, 5, 8, 12, 14)
-"""The allowed numbers of coefficients: plumb bob has 5, rational polynomial 8; then thin prisms and a
-tilt."""
+"""Valid numbers of coefficients: 4 or 5 for plumb bob, 8 for rational polynomial, 12 with thin prisms,
+14 with a tilted sensor, too."""
 
-_ROUNDS = 5  # the number of iterations of OpenCV's undistortPoints
+_ITERATIONS = 5  # the number of iterations of OpenCV's undistortPoints
 
 
 def undistorted(
     point: Sequence[float], camera: Any, coefficients: Sequence[float] | None, rotation: Any, projection: Any
 ) -> Any:
-    """The place of a pixel (u, v) of a raw image in the rectified one, like OpenCV's `undistortPoints`.
+    """Return the rectified pixel of a pixel (u, v) of the raw image, like OpenCV's `undistortPoints`.
 
     Args:
-        camera: the 3x3 matrix of the camera (K).
-        coefficients: of the distortion, as many as `COUNTS` allows; None for a lens without distortion.
-        rotation: the 3x3 matrix of the rectification (R).
-        projection: the 3x4 matrix of the rectified camera (P).
+        camera: 3x3 camera matrix (K).
+        coefficients: distortion coefficients, one of `COUNTS` many; None without distortion.
+        rotation: 3x3 rectification matrix (R).
+        projection: 3x4 projection matrix of the rectified camera (P).
 
     Raises:
-        ValueError: the number of coefficients is not allowed.
+        ValueError: the number of coefficients is invalid.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         x = (point[0] - camera[0, 2]) / camera[0, 0]
@@ -38,29 +38,31 @@ def undistorted(
 
 
 def _without_distortion(x: float, y: float, coefficients: Sequence[float]) -> tuple[float, float]:
-    """The point on the plane at distance 1 that the lens shows at (x, y), by fixed-point iteration."""
+    """Undistort a point of the normalised image plane (depth 1) by fixed-point iteration."""
     if len(coefficients) not in COUNTS:
-        raise ValueError(f"a distortion must have {_listed(COUNTS)} coefficients, got {len(coefficients)}")
+        raise ValueError(
+            f"number of distortion coefficients must be {_listed(COUNTS)}, got {len(coefficients)}"
+        )
     k = [float(value) for value in coefficients] + [0.0] * (max(COUNTS) - len(coefficients))
     start = x, y
     if k[12] or k[13]:
         x, y = _without_tilt(x, y, k[12], k[13])
     seen_x, seen_y = x, y
-    for _ in range(_ROUNDS):
+    for _ in range(_ITERATIONS):
         square = x * x + y * y
-        shrink = (1 + ((k[7] * square + k[6]) * square + k[5]) * square) / (
+        radial = (1 + ((k[7] * square + k[6]) * square + k[5]) * square) / (
             1 + ((k[4] * square + k[1]) * square + k[0]) * square
         )
-        if shrink < 0:  # outside of the range of the model
+        if radial < 0:  # outside the range of the model
             return start
-        aside_x = 2 * k[2] * x * y + k[3] * (square + 2 * x * x) + k[8] * square + k[9] * square * square
-        aside_y = k[2] * (square + 2 * y * y) + 2 * k[3] * x * y + k[10] * square + k[11] * square * square
-        x, y = (seen_x - aside_x) * shrink, (seen_y - aside_y) * shrink
+        offset_x = 2 * k[2] * x * y + k[3] * (square + 2 * x * x) + k[8] * square + k[9] * square * square
+        offset_y = k[2] * (square + 2 * y * y) + 2 * k[3] * x * y + k[10] * square + k[11] * square * square
+        x, y = (seen_x - offset_x) * radial, (seen_y - offset_y) * radial
     return x, y
 
 
 def _without_tilt(x: float, y: float, about_x: float, about_y: float) -> tuple[float, float]:
-    """The point before the sensor was tilted about its axes, by angles in radians."""
+    """Undo the tilt of the sensor about its axes by angles in radians."""
     sin_x, cos_x, sin_y, cos_y = np.sin(about_x), np.cos(about_x), np.sin(about_y), np.cos(about_y)
     turn = np.array([[cos_y, 0, -sin_y], [0, 1, 0], [sin_y, 0, cos_y]]) @ np.array(
         [[1, 0, 0], [0, cos_x, sin_x], [0, -sin_x, cos_x]]

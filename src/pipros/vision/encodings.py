@@ -1,4 +1,4 @@
-"""The encodings of `sensor_msgs/Image`: channels and depths by name."""
+"""The encodings of `sensor_msgs/Image`: channels, depth and colour by name."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from enum import Enum
 
 
 class UnknownEncoding(RuntimeError):
-    """No encoding of `sensor_msgs/Image` has this name. The text is genuine's, which scripts compare."""
+    """An encoding is unknown. The message equals Noetic's, since scripts compare it."""
 
 
 class Color(Enum):
-    """How the channels of an image form a colour. Images can be converted from one to another."""
+    """Colour arrangement of the channels of an image."""
 
     GRAY = "gray"
     RGB = "rgb"
@@ -28,10 +28,10 @@ class Color(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Encoding:
-    """An encoding by its name.
+    """An image encoding.
 
     Attributes:
-        depth: the type of a value as OpenCV writes it: 8U, 8S, 16U, 16S, 32S, 32F or 64F.
+        depth: OpenCV's name of the value type: 8U, 8S, 16U, 16S, 32S, 32F or 64F.
         channels: values per pixel, 1 or more.
         color: None for encodings that do not define colours, such as 8UC3.
     """
@@ -48,12 +48,12 @@ class Encoding:
 
     @property
     def dtype(self) -> str:
-        """The name of numpy's type for a value."""
+        """Name of the numpy dtype of a value."""
         return DTYPES[self.depth]
 
     @property
     def cv_type(self) -> int:
-        """The number that OpenCV gives to the type, such as 16 for CV_8UC3."""
+        """OpenCV's number of the type, such as 16 for CV_8UC3."""
         return list(DTYPES).index(self.depth) + (self.channels - 1) * CHANNEL_STEP
 
 
@@ -66,10 +66,10 @@ DTYPES = {
     "32F": "float32",
     "64F": "float64",
 }
-"""numpy's names of OpenCV's depths, in the order of OpenCV's numbers."""
+"""numpy dtypes by OpenCV depth, in the order of OpenCV's depth numbers."""
 
 CHANNEL_STEP = 8
-"""How much each further channel adds to the number of an OpenCV type."""
+"""Difference between the OpenCV type numbers of n and n + 1 channels."""
 
 _CHANNELS = {Color.GRAY: 1, Color.RGB: 3, Color.BGR: 3, Color.RGBA: 4, Color.BGRA: 4}
 _BAYER = (Color.BAYER_RGGB, Color.BAYER_BGGR, Color.BAYER_GBRG, Color.BAYER_GRBG)
@@ -92,19 +92,19 @@ COLORS = _named()
 """The encodings that define colours, by name."""
 
 _ABSTRACT = re.compile(r"(8[US]|16[US]|32[SF]|64F)(?:C([0-9]+))?")
-_MOST_CHANNELS = 512  # OpenCV's limit
+_MAX_CHANNELS = 512  # OpenCV's limit
 
 
 def encoding(name: str) -> Encoding:
-    """The encoding of this name: one of `COLORS`, or a type of OpenCV such as 32FC1 or 8U.
+    """Return an encoding by name: one of `COLORS`, or an OpenCV type such as 32FC1 or 8U.
 
     Raises:
-        UnknownEncoding: no encoding has this name.
+        UnknownEncoding: the name is unknown.
     """
     if name in COLORS:
         return COLORS[name]
     match = _ABSTRACT.fullmatch(name)
-    channels = int(match[2] or 1) if match and len(match[2] or "") <= len(str(_MOST_CHANNELS)) else 0
-    if match is None or not 1 <= channels <= _MOST_CHANNELS:
+    channels = int(match[2] or 1) if match and len(match[2] or "") <= len(str(_MAX_CHANNELS)) else 0
+    if match is None or not 1 <= channels <= _MAX_CHANNELS:
         raise UnknownEncoding(f"Unrecognized image encoding [{name}]")
     return Encoding(name, match[1], channels)

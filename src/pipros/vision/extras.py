@@ -1,4 +1,4 @@
-"""Imports of the extras `numpy` and `vision`, with errors that name them."""
+"""Imports of numpy and OpenCV, with errors that name the extra to install."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ except ImportError as error:
 
 
 def opencv(purpose: str) -> Any:
-    """The module `cv2`.
+    """Import and return the module `cv2`.
 
     Raises:
-        ImportError: OpenCV is not installed; the text says what needs it and how to install it.
+        ImportError: OpenCV is not installed. The message names `purpose` and how to install it.
     """
     try:
         import cv2

@@ -1,7 +1,7 @@
-"""JPEG and PNG, by OpenCV where it is installed (`pipros[vision]`), else by Pillow (`pipros[pictures]`).
+"""JPEG and PNG codecs: OpenCV if it is installed (`pipros[vision]`), otherwise Pillow (`pipros[pictures]`).
 
-Arrays have OpenCV's layout: (height, width) of grey values, or (height, width, channels) in the order blue,
-green, red, alpha.
+Arrays have OpenCV's layout: shape (height, width) for grey images, or (height, width, channels) with channels
+in the order blue, green, red, alpha.
 """
 
 from __future__ import annotations
@@ -14,35 +14,36 @@ from pipros.vision.extras import numpy as np
 
 
 class PictureError(PiprosError, ValueError):
-    """Data is not a picture, or a format does not support an array."""
+    """Data is not a valid picture, or a format does not support an array."""
 
 
 class Codec(Protocol):
-    """Reads and writes pictures."""
+    """Encoder and decoder of pictures. Threads may share it."""
 
     def decode(self, data: bytes) -> Any:
-        """The array of a picture.
+        """Decode a picture to an array.
 
         Raises:
-            PictureError: it is not a picture.
+            PictureError: the data is not a valid picture.
         """
 
     def encode(self, image: Any, kind: str, level: int) -> bytes:
-        """A picture of an array.
+        """Encode an array as a picture.
 
         Args:
-            kind: `jpeg`, with the quality 0 to 100 as `level`, or `png`, with the compression 0 to 9.
+            kind: `jpeg` or `png`.
+            level: quality from 0 to 100 for `jpeg`, compression from 0 to 9 for `png`.
 
         Raises:
-            PictureError: the format does not support it.
+            PictureError: the format does not support the array.
         """
 
 
 def codec() -> Codec:
-    """The installed codec.
+    """Return the codec of OpenCV, or of Pillow if OpenCV is not installed.
 
     Raises:
-        ImportError: neither OpenCV nor Pillow is installed; the text says how to install one.
+        ImportError: neither is installed; the message says how to install one.
     """
     try:
         import cv2
@@ -62,10 +63,10 @@ def codec() -> Codec:
 
 
 class OpenCVCodec:
-    """By OpenCV.
+    """Codec of OpenCV.
 
     Args:
-        cv2: its module.
+        cv2: the module of OpenCV.
     """
 
     def __init__(self, cv2: Any) -> None:
@@ -86,17 +87,17 @@ class OpenCVCodec:
                 ".jpg" if kind == "jpeg" else ".png", image, [option, level]
             )
         except self._cv2.error as error:
-            raise PictureError(f"OpenCV cannot write {_shown(image)} as {kind}: {error}") from error
+            raise PictureError(f"OpenCV cannot write {_describe(image)} as {kind}: {error}") from error
         if not is_written:
-            raise PictureError(f"OpenCV cannot write {_shown(image)} as {kind}")
+            raise PictureError(f"OpenCV cannot write {_describe(image)} as {kind}")
         return bytes(data)
 
 
 class PillowCodec:
-    """By Pillow, which supports only colours of 8 bits.
+    """Codec of Pillow, which supports colour images of 8 bits only.
 
     Args:
-        image_module: its module `PIL.Image`.
+        image_module: the module `PIL.Image`.
     """
 
     def __init__(self, image_module: Any) -> None:
@@ -112,29 +113,29 @@ class PillowCodec:
                 image = np.asarray(picture)
         except (OSError, SyntaxError, ValueError, self._images.DecompressionBombError) as error:
             raise PictureError(f"Pillow cannot read the picture of {len(data)} bytes: {error}") from error
-        return image if image.ndim == 2 else _swapped(image)
+        return image if image.ndim == 2 else _swap_red_and_blue(image)
 
     def encode(self, image: Any, kind: str, level: int) -> bytes:
         is_deep = image.dtype == np.uint16
         if image.dtype not in (np.uint8, np.uint16) or (is_deep and (image.ndim == 3 or kind == "jpeg")):
             raise PictureError(
-                f"Pillow cannot write {_shown(image)} as {kind}. Try OpenCV: pip install 'pipros[vision]'"
+                f"Pillow cannot write {_describe(image)} as {kind}. Try OpenCV: pip install 'pipros[vision]'"
             )
         if image.ndim == 3:
-            image = _swapped(image[:, :, :3] if kind == "jpeg" else image)
+            image = _swap_red_and_blue(image[:, :, :3] if kind == "jpeg" else image)
         file = io.BytesIO()
         options = {"quality": level} if kind == "jpeg" else {"compress_level": level}
         try:
             self._images.fromarray(image).save(file, kind.upper(), **options)
         except (OSError, TypeError, ValueError) as error:
-            raise PictureError(f"Pillow cannot write {_shown(image)} as {kind}: {error}") from error
+            raise PictureError(f"Pillow cannot write {_describe(image)} as {kind}: {error}") from error
         return file.getvalue()
 
 
-def _swapped(image: Any) -> Any:
-    """Blue, green, red, alpha as red, green, blue, alpha, or the other way round."""
+def _swap_red_and_blue(image: Any) -> Any:
+    """Swap the red and blue channels."""
     return np.ascontiguousarray(image[:, :, [2, 1, 0, 3][: image.shape[2]]])
 
 
-def _shown(image: Any) -> str:
-    return f"an array of {image.dtype} of the shape {image.shape}"
+def _describe(image: Any) -> str:
+    return f"an array of {image.dtype} of shape {image.shape}"

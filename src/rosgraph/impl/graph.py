@@ -1,4 +1,4 @@
-"""The computation graph as rqt_graph draws it; a facade of `pipros.graph`."""
+"""The computation graph for rqt_graph. Facade of `pipros.graph`."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ __all__ = ["BadNode", "Edge", "EdgeList", "Graph", "edge_args", "logger", "node_
 
 
 class Graph(LiveGraph):
-    """What is known of the graph of the master of the environment; see `pipros.graph.live.LiveGraph`."""
+    """The graph of the environment's master; see `pipros.graph.live.LiveGraph`."""
 
     def __init__(self, node_ns: str = "/", topic_ns: str = "/") -> None:
-        """The graph in these namespaces. Nothing is asked yet."""
+        """Set up the graph of these namespaces, without querying the master."""
         self.master = Master(CALLER_ID)
         super().__init__(self.master.client, node_ns, topic_ns)

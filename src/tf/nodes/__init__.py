@@ -1,1 +1,1 @@
-"""The programs of the package tf."""
+"""Executables of the package tf."""

@@ -1,4 +1,4 @@
-"""`rosrun tf static_transform_publisher`: sends a transform again and again."""
+"""`rosrun tf static_transform_publisher`: publish a fixed transform on /tf periodically."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tf2_ros.nodes.static_transform_publisher import transform_of
 from tf2_ros.transform_broadcaster import TransformBroadcaster
 
 USAGE = """\
-Sends a transform on /tf again and again, until it is ended.
+Publish a fixed transform on /tf periodically.
 Usage: static_transform_publisher x y z yaw pitch roll frame_id child_frame_id  period(milliseconds)
 OR
 Usage: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id  period(milliseconds)
@@ -19,7 +19,7 @@ Usage: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id  per
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Sends the transform until the node is ended. Returns the exit code."""
+    """Publish the transform until the node is shut down. Return the exit code."""
     arguments = rospy.myargv()[1:]
     rospy.init_node("static_transform_publisher", anonymous=True)
     try:
@@ -42,7 +42,7 @@ def main() -> int:
         return 1
     broadcaster = TransformBroadcaster()
     while not rospy.is_shutdown():
-        transform.header.stamp = rospy.Time.now() + period  # it counts until the next one comes
+        transform.header.stamp = rospy.Time.now() + period  # valid until the next one
         broadcaster.sendTransform(transform)
         try:
             rospy.sleep(period)

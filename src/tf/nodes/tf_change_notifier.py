@@ -1,4 +1,4 @@
-"""`rosrun tf tf_change_notifier`: tells on `tf_changes` where a frame is, when it has moved far enough."""
+"""`rosrun tf tf_change_notifier`: publish transforms on `tf_changes` when a frame has moved far enough."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _DEFAULT = [{"source_frame": "/base_link", "target_frame": "/map"}]
 
 
 def pairs_of_parameters() -> list[FramePair]:
-    """The pairs of frames that the parameters of the node name.
+    """Read the frame pairs from the parameters of the node.
 
     Raises:
-        BadFramePair: a parameter is wrong.
+        BadFramePair: a parameter is invalid.
     """
     bounds = [
         distance_of(name, rospy.get_param(f"~{name}", 0.1))
@@ -30,7 +30,7 @@ def pairs_of_parameters() -> list[FramePair]:
 
 
 def changes(pairs: list[FramePair], buffer: tf2_ros.Buffer) -> TFMessage:
-    """The newest transforms of the pairs that have moved; frames that are not known are left out."""
+    """Return the latest transforms of the pairs that have moved. Unknown frames are skipped."""
     message = TFMessage()
     for pair in pairs:
         target, source = strip_leading_slash(pair.target), strip_leading_slash(pair.source)
@@ -41,7 +41,7 @@ def changes(pairs: list[FramePair], buffer: tf2_ros.Buffer) -> TFMessage:
             continue
         t, q = found.transform.translation, found.transform.rotation
         if pair.has_moved((t.x, t.y, t.z, q.x, q.y, q.z, q.w)):
-            # Names of tf have a slash, as in Noetic.
+            # Frame ids start with a slash, as in Noetic.
             found.header.frame_id, found.child_frame_id = f"/{target}", f"/{source}"
             message.transforms.append(found)
     return message
@@ -49,12 +49,12 @@ def changes(pairs: list[FramePair], buffer: tf2_ros.Buffer) -> TFMessage:
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     rospy.init_node("change_notifier", anonymous=True)
     try:
         hz = distance_of("polling_frequency", rospy.get_param("~polling_frequency", 10.0))
         if not 0 < hz < math.inf:
-            raise BadFramePair(f"polling_frequency must be a number above 0, got {hz}")
+            raise BadFramePair(f"polling_frequency must be a finite number > 0, got {hz}")
         pairs = pairs_of_parameters()
     except BadFramePair as error:
         print(f"tf_change_notifier: error: {error}", file=sys.stderr)

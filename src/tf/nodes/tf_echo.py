@@ -1,4 +1,4 @@
-"""`rosrun tf tf_echo`: prints where a frame is in another."""
+"""`rosrun tf tf_echo`: print the transform between two frames periodically."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ Default echo rate is 1 if echo_rate is not given."""
 
 
 def text_of(stamp: float, position: Sequence[float], rotation: Sequence[float]) -> str:
-    """What is printed of a transform, as genuine tf_echo prints it."""
+    """Format a transform as genuine tf_echo does. `stamp` is in seconds."""
     x, y, z, w = rotation
     angles = roll_pitch_yaw((0.0, 0.0, 0.0, x, y, z, w))
     return (
         f"At time {stamp:.3f}\n"
-        f"- Translation: [{_listed(position)}]\n"
-        f"- Rotation: in Quaternion [{_listed(rotation)}]\n"
-        f"            in RPY (radian) [{_listed(angles)}]\n"
-        f"            in RPY (degree) [{_listed([math.degrees(angle) for angle in angles])}]"
+        f"- Translation: [{_join(position)}]\n"
+        f"- Rotation: in Quaternion [{_join(rotation)}]\n"
+        f"            in RPY (radian) [{_join(angles)}]\n"
+        f"            in RPY (degree) [{_join([math.degrees(angle) for angle in angles])}]"
     )
 
 
-def _listed(numbers: Sequence[float]) -> str:
+def _join(numbers: Sequence[float]) -> str:
     return ", ".join(f"{number:.3f}" for number in numbers)
 
 
@@ -49,7 +49,7 @@ def _echo(buffer: tf2_ros.Buffer, source: str, target: str) -> str:
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Prints until the node is ended. Returns the exit code."""
+    """Print transforms until the node is shut down. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if len(arguments) not in (2, 3):
         print(USAGE)

@@ -1,4 +1,4 @@
-"""`rosrun tf tf_monitor`: prints delays and rates of transforms, of all or of those between two frames."""
+"""`rosrun tf tf_monitor`: print delays and rates of all transforms, or of those between two frames."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ PRINT_S = 0.25
 
 
 class Watch:
-    """Counts what comes, in the threads of the links, and prints it.
+    """Statistics of received transforms. Callbacks update them in the threads of the connections.
 
     Attributes:
-        pair: the frames of interest, None for all.
+        pair: source and target frame to report on; None for all frames.
     """
 
     def __init__(self, pair: tuple[str, str] | None) -> None:
@@ -52,7 +52,7 @@ class Watch:
                 self._net.add(now - latest.to_sec(), now)
 
     def text(self) -> str:
-        """What is printed. Raises `tf2_ros.TransformException` where there is no way between the frames."""
+        """Return the report. Raises `tf2_ros.TransformException` if the frames are not connected."""
         if self.pair is None:
             with self._lock:
                 return f"\n\n\nRESULTS: for all Frames\n\n{self._monitor.text()}"
@@ -70,7 +70,7 @@ class Watch:
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Prints until the node is ended. Returns the exit code."""
+    """Print reports until the node is shut down. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if len(arguments) not in (0, 2):
         print("TF_Monitor: usage: tf_monitor framea frameb")

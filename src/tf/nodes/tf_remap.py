@@ -1,4 +1,4 @@
-"""`rosrun tf tf_remap`: publishes the transforms of `/tf_old` on `/tf` with other names of frames."""
+"""`rosrun tf tf_remap`: republish the transforms of `/tf_old` on `/tf` with renamed frames."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from pipros.msg import load_message_class
 
 
 def mappings_of(listed: Any) -> dict[str, str]:
-    """New names by old ones, of the parameter `~mappings`: dictionaries with `old` and `new`.
+    """Return a mapping of old to new frame ids from the parameter `~mappings`.
 
-    What has not both is left out.
+    The parameter is a list of dictionaries with the keys `old` and `new`; incomplete entries are skipped.
 
     >>> mappings_of([{"old": "base", "new": "robot/base"}, {"old": "x"}, "y"])
     {'base': 'robot/base'}
@@ -25,20 +25,20 @@ def mappings_of(listed: Any) -> dict[str, str]:
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     rospy.init_node("tf_remapper")
     mappings = mappings_of(rospy.get_param("~mappings", []))
     print("Applying the following mappings to incoming tf frame ids", mappings, flush=True)
     kind: Any = load_message_class("tf2_msgs/TFMessage")
     publisher = rospy.Publisher("/tf", kind, queue_size=100)
 
-    def pass_on(message: Any) -> None:
+    def republish(message: Any) -> None:
         for transform in message.transforms:
             parent, child = transform.header.frame_id, transform.child_frame_id
             transform.header.frame_id = mappings.get(parent, parent)
             transform.child_frame_id = mappings.get(child, child)
         publisher.publish(message)
 
-    rospy.Subscriber("/tf_old", kind, pass_on)
+    rospy.Subscriber("/tf_old", kind, republish)
     rospy.spin()
     return 0

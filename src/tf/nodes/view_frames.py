@@ -1,4 +1,4 @@
-"""`rosrun tf view_frames`, `rosrun tf2_tools view_frames.py`: draws the tree of frames."""
+"""`rosrun tf view_frames`, `rosrun tf2_tools view_frames.py`: draw the frame tree."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LISTEN_S = 5.0
 
 
 def scene_of(edges: Sequence[tuple[str, str, str, float]]) -> Scene:
-    """A drawing of frames, each given by its parent, its name, its sender and its rate in Hz."""
+    """Lay out the frame tree. Each edge is (parent, child, publishing node, rate in Hz)."""
     names = dict.fromkeys(name for parent, child, *_ in edges for name in (parent, child))
     arrows = tuple(Arrow(parent, child, f"{rate:.1f} Hz {sender}") for parent, child, sender, rate in edges)
     return draw(NodeGraph({name: Vertex(name, name, "node") for name in names}, arrows))
@@ -28,9 +28,9 @@ def scene_of(edges: Sequence[tuple[str, str, str, float]]) -> Scene:
 
 @exits_after_ctrl_c(130)
 def main() -> int:
-    """Listens for five seconds, then writes frames.gv, frames.svg and frames.pdf.
+    """Listen for five seconds, then write frames.gv, frames.svg and frames.pdf to the working directory.
 
-    Graphviz draws the PDF where it is installed. Returns the exit code: 130 when the node was ended before.
+    Graphviz renders the PDF if it is installed. Return the exit code; 130 if the node was shut down early.
     """
     rospy.init_node("view_frames", anonymous=True)
     buffer = tf2_ros.Buffer(debug=False)

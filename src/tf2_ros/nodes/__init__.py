@@ -1,1 +1,1 @@
-"""The programs of the package tf2_ros."""
+"""Executables of the package tf2_ros."""

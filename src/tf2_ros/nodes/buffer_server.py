@@ -1,4 +1,4 @@
-"""`rosrun tf2_ros buffer_server`: answers questions about the transforms of the graph."""
+"""`rosrun tf2_ros buffer_server`: offer lookups of transforms as an action."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tf2_ros.transform_listener import TransformListener
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Serves until the node is ended. Returns the exit code."""
+    """Serve lookups until the node is shut down. Return the exit code."""
     rospy.init_node("tf_buffer")
     length = rospy.get_param("~buffer_size", 120.0)
     buffer = Buffer(rospy.Duration.from_sec(float(length)), debug=bool(rospy.get_param("~debug", False)))

@@ -1,4 +1,4 @@
-"""`rosrun tf2_tools echo.py`: prints where a frame is in another, now or at a time."""
+"""`rosrun tf2_tools echo.py`: print the transform between two frames, at the latest or a given time."""
 
 from __future__ import annotations
 
@@ -13,44 +13,53 @@ from pipros.transforms.pose import roll_pitch_yaw
 
 
 def _options(arguments: Sequence[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser("echo.py", description="Prints the transform from a frame to another.")
+    parser = argparse.ArgumentParser("echo.py", description="Print the transform between two frames.")
     parser.add_argument("source_frame")
     parser.add_argument("target_frame")
-    parser.add_argument("-r", "--rate", type=float, default=1.0, help="lookups a second, above 0")
-    parser.add_argument("-c", "--cache_time", type=float, default=10.0, help="seconds that are kept")
-    parser.add_argument("-o", "--offset", type=float, help="look up this long after now, without -t")
-    parser.add_argument("-t", "--time", type=float, help="look up at this time, in seconds")
-    parser.add_argument("-l", "--limit", type=int, help="end after so many lookups")
-    parser.add_argument("-p", "--precision", type=int, default=3, help="digits after the point")
+    parser.add_argument("-r", "--rate", type=float, default=1.0, help="lookups per second, > 0 (default: 1)")
+    parser.add_argument(
+        "-c", "--cache_time", type=float, default=10.0, help="length of the buffer in seconds (default: 10)"
+    )
+    parser.add_argument(
+        "-o",
+        "--offset",
+        type=float,
+        help="look up at the current time plus this offset in seconds; ignored with -t",
+    )
+    parser.add_argument("-t", "--time", type=float, help="look up at this time in seconds")
+    parser.add_argument("-l", "--limit", type=int, help="exit after this many lookups")
+    parser.add_argument(
+        "-p", "--precision", type=int, default=3, help="digits after the decimal point (default: 3)"
+    )
     options = parser.parse_args(arguments)
     if not 0.0 < options.rate < math.inf:
-        parser.error(f"the rate must be a number above 0, got {options.rate}")
+        parser.error(f"the rate must be a finite number > 0, got {options.rate}")
     if not 0 <= options.precision <= 50:
         parser.error(f"the precision must be from 0 to 50, got {options.precision}")
     if not 0.0 < options.cache_time < 2**31:
-        parser.error(f"the cache time must be a number above 0, got {options.cache_time}")
+        parser.error(f"the cache time must be > 0 and < 2^31 seconds, got {options.cache_time}")
     return options
 
 
 def text_of(position: Sequence[float], rotation: Sequence[float], digits: int) -> str:
-    """What is printed of a transform after its time."""
+    """Format a transform for printing, without its time."""
 
-    def listed(numbers: Sequence[float]) -> str:
+    def joined(numbers: Sequence[float]) -> str:
         return ", ".join(f"{number:.{digits}f}" for number in numbers)
 
     x, y, z, w = rotation
     angles = roll_pitch_yaw((0.0, 0.0, 0.0, x, y, z, w))
     return (
-        f"- Translation: [{listed(position)}]\n"
-        f"- Rotation: in Quaternion [{listed(rotation)}]\n"
-        f"            in RPY (radian) [{listed(angles)}]\n"
-        f"            in RPY (degree) [{listed([math.degrees(angle) for angle in angles])}]"
+        f"- Translation: [{joined(position)}]\n"
+        f"- Rotation: in Quaternion [{joined(rotation)}]\n"
+        f"            in RPY (radian) [{joined(angles)}]\n"
+        f"            in RPY (degree) [{joined([math.degrees(angle) for angle in angles])}]"
     )
 
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Prints until the node is ended, or the limit is reached. Returns the exit code."""
+    """Print transforms until the node is shut down or the limit is reached. Return the exit code."""
     options = _options(rospy.myargv()[1:])
     rospy.init_node("echo", anonymous=True)
     buffer = tf2_ros.Buffer(rospy.Duration.from_sec(options.cache_time), debug=False)

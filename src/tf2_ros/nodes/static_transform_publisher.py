@@ -1,4 +1,4 @@
-"""`rosrun tf2_ros static_transform_publisher`: sends a transform that never changes."""
+"""`rosrun tf2_ros static_transform_publisher`: publish a static transform on /tf_static."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipros.transforms.pose import from_roll_pitch_yaw
 from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
 
 USAGE = """\
-Sends a transform that never changes, on /tf_static, until it is ended.
+Publish a static transform on /tf_static.
 Usage: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id
 OR
 Usage: static_transform_publisher x y z yaw pitch roll frame_id child_frame_id
@@ -25,10 +25,10 @@ Usage: static_transform_publisher /param_name
 
 
 def transform_of(arguments: Sequence[str]) -> TransformStamped:
-    """The transform that six or seven numbers and two frames say.
+    """Parse a transform from six or seven numbers and two frame ids.
 
     Raises:
-        ValueError: wrong number of arguments, or something that is not a number.
+        ValueError: the number of arguments is wrong, or one is not a number.
     """
     if len(arguments) not in (8, 9):
         raise ValueError("static_transform_publisher exited due to not having the right number of arguments")
@@ -36,34 +36,34 @@ def transform_of(arguments: Sequence[str]) -> TransformStamped:
     numbers = [float(text) for text in texts]
     if len(numbers) == 6:
         yaw, pitch, roll = numbers[3:]
-        turned = from_roll_pitch_yaw(roll, pitch, yaw)
+        quaternion = from_roll_pitch_yaw(roll, pitch, yaw)
     else:
-        turned = (numbers[3], numbers[4], numbers[5], numbers[6])
-    pose = Transform(Vector3(*numbers[:3]), Quaternion(*turned))
+        quaternion = (numbers[3], numbers[4], numbers[5], numbers[6])
+    pose = Transform(Vector3(*numbers[:3]), Quaternion(*quaternion))
     return TransformStamped(Header(frame_id=parent), child, pose)
 
 
 def transform_of_param(value: Any) -> TransformStamped:
-    """The transform that a parameter says: a mapping with the fields of a TransformStamped.
+    """Return the transform of a parameter, which is a mapping with the fields of a TransformStamped.
 
     Raises:
-        ValueError: something is missing or not a number.
+        ValueError: a field is missing or not a number.
     """
     try:
         translation, rotation = value["transform"]["translation"], value["transform"]["rotation"]
         position = Vector3(*(float(translation[axis]) for axis in "xyz"))
-        turned = Quaternion(*(float(rotation[axis]) for axis in "xyzw"))
+        quaternion = Quaternion(*(float(rotation[axis]) for axis in "xyzw"))
         header = Header(frame_id=str(value["header"]["frame_id"]))
-        return TransformStamped(header, str(value["child_frame_id"]), Transform(position, turned))
+        return TransformStamped(header, str(value["child_frame_id"]), Transform(position, quaternion))
     except (KeyError, TypeError) as error:
         raise ValueError(
-            f"the parameter must have the fields of a TransformStamped, but lacks {error}"
+            f"the parameter must have the fields of a TransformStamped: missing or invalid {error}"
         ) from error
 
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Sends the transform until the node is ended. Returns the exit code."""
+    """Publish the transform until the node is shut down. Return the exit code."""
     arguments = rospy.myargv()[1:]
     rospy.init_node("static_transform_publisher", anonymous=True)
     try:

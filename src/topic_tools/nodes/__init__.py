@@ -1,1 +1,1 @@
-"""The programs of `rosrun topic_tools …`."""
+"""Executables of the package topic_tools."""

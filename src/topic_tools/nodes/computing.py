@@ -1,4 +1,4 @@
-"""`rosrun topic_tools transform` and `relay_field`: publish what is computed from the messages of a topic."""
+"""`rosrun topic_tools transform` and `relay_field`: publish values computed from the messages of a topic."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _parser(program: str, description: str, expression: str) -> argparse.Argumen
     parser.add_argument("expression", help=expression)
     parser.add_argument("--wait-for-start", action="store_true", help="Wait for input messages.")
     parser.add_argument(
-        "--tcpnodelay", dest="tcp_nodelay", action="store_true", help="Ask publishers to send at once."
+        "--tcpnodelay", dest="tcp_nodelay", action="store_true", help="Request TCP_NODELAY from publishers."
     )
     return parser
 
@@ -50,7 +50,7 @@ def _run(
     latch: bool,
     compute: Callable[[Any], list[Any]],
 ) -> int:
-    """Publishes `compute` of each message or field until the node is ended. Returns the exit code."""
+    """Publish `compute` of each message or field until the node is shut down. Return the exit code."""
     try:
         input_class, input_topic, part = rostopic.get_topic_class(topic, blocking=options.wait_for_start)
     except rostopic.ROSTopicException as error:
@@ -72,12 +72,12 @@ def _run(
 
 @exits_after_ctrl_c()
 def transform() -> int:
-    """Runs `transform`. Returns the exit code."""
+    """Run `transform`. Return the exit code."""
     parser = _parser(
         "transform",
-        "Publishes what an expression makes of each message 'm' of a topic, or of one of its fields: "
+        "Publish the value of an expression of each message 'm' of a topic, or of one of its fields: "
         "transform /imu/orientation/x /degrees std_msgs/Float64 'numpy.rad2deg(m)'",
-        "Python expression on the input message 'm'. It can compute and look at messages, and nothing else.",
+        "Python expression of the input message 'm', limited to arithmetic and reading of messages.",
     )
     parser.add_argument(
         "-i",
@@ -104,12 +104,12 @@ def transform() -> int:
 
 @exits_after_ctrl_c()
 def relay_field() -> int:
-    """Runs `relay_field`. Returns the exit code."""
+    """Run `relay_field`. Return the exit code."""
     parser = _parser(
         "relay_field",
-        "Publishes messages whose fields are computed from those of another topic: "
+        "Publish messages whose fields are computed from those of another topic: "
         "relay_field /chatter /header std_msgs/Header '{seq: 0, stamp: now, frame_id: m.data}'",
-        "The fields in YAML; texts may be Python expressions on the input message 'm'.",
+        "Fields as YAML; strings may be Python expressions of the input message 'm'.",
     )
     options = parser.parse_args(rospy.myargv()[1:])
     try:

@@ -1,4 +1,4 @@
-"""`rosrun topic_tools demux`: publishes the messages of a topic on the selected one of several topics."""
+"""`rosrun topic_tools demux`: republish the messages of a topic on the selected one of several topics."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from topic_tools.nodes.switching import Services, selection_of
 USAGE = "\nusage: demux IN_TOPIC OUT_TOPIC1 [OUT_TOPIC2 [...]]\n"
 
 FIRST_SUBSCRIBER_S = 0.5
-"""How long the first message waits for a subscriber of its topic, which was advertised only just now."""
+"""Maximum time that the first message waits for a subscriber of its newly advertised topic."""
 
 
 class Demux:
-    """Passes messages on to the selected topic. All topics have the type of the first message."""
+    """Republisher to the selected topic. All topics have the type of the first message."""
 
     def __init__(self, selection: Selection) -> None:
         self.selection = selection
@@ -37,7 +37,7 @@ class Demux:
             output.publish(message)
 
     def select(self, topic: str) -> str:
-        """Selects a topic, or none. Returns the one before. Raises `Refused`."""
+        """Select a topic, or none. Return the previous one. Raises `Refused`."""
         rospy.loginfo("trying to switch demux to %s", topic)
         before = self.selection.select(topic)
         if self.selection.selected:
@@ -47,13 +47,13 @@ class Demux:
         return before
 
     def add(self, topic: str) -> None:
-        """Adds an output, which is advertised with the next message. Raises `Refused`."""
+        """Add an output, which is advertised with the next message. Raises `Refused`."""
         with self._lock:
             self.selection.add(topic)
             self._outputs[topic] = Output(topic)
 
     def delete(self, topic: str) -> None:
-        """Takes an output away. Raises `Refused`."""
+        """Remove an output. Raises `Refused`."""
         with self._lock:
             self.selection.delete(topic)
             output = self._outputs.pop(topic)
@@ -63,7 +63,7 @@ class Demux:
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if len(arguments) < 2:
         print(USAGE)

@@ -1,4 +1,4 @@
-"""`rosrun topic_tools drop`: drops some of every few messages of a topic."""
+"""`rosrun topic_tools drop`: drop X of every Y messages of a topic."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from topic_tools.nodes.output import Input, Output, base_name
 USAGE = """
 usage: drop IN_TOPIC X Y [OUT_TOPIC]
 
- Drops the first X of every Y messages of IN_TOPIC, and passes
- the others on to OUT_TOPIC, or to IN_TOPIC_drop.
+ Drop the first X of every Y messages of IN_TOPIC, and republish
+ the others on OUT_TOPIC (default: IN_TOPIC_drop).
 
 """
 
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     arguments = rospy.myargv()[1:]
     try:
         dropped, of = (int(text) for text in arguments[1:3])

@@ -1,4 +1,4 @@
-"""`rosrun topic_tools mux`: publishes the messages of the selected one of several topics."""
+"""`rosrun topic_tools mux`: republish the messages of the selected one of several topics."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ USAGE = "\nusage: mux OUT_TOPIC IN_TOPIC1 [IN_TOPIC2 [...]]\n"
 
 
 class Mux:
-    """Passes the messages of the selected topic on; in lazy mode it subscribes to no other.
+    """Republisher of the selected topic. In lazy mode it subscribes to no other topic.
 
-    Until the first message has shown the type it subscribes to all of them.
+    Until the first message has determined the type, it subscribes to all topics.
     """
 
     def __init__(self, target: str, selection: Selection, *, lazy: bool, latch: bool) -> None:
@@ -44,7 +44,7 @@ class Mux:
         self._output.publish(message)
 
     def _follow(self) -> None:
-        """Subscribes to what is needed now, and to nothing else."""
+        """Subscribe to the inputs that are needed now, and unsubscribe from the others."""
         with self._lock:
             everything = not self._lazy or not self._output.is_advertised
             for topic, source in self._inputs.items():
@@ -55,7 +55,7 @@ class Mux:
                     rospy.loginfo("Unregistering from %s", topic)
 
     def select(self, topic: str) -> str:
-        """Selects a topic, or none. Returns the one before. Raises `Refused`."""
+        """Select a topic, or none. Return the previous one. Raises `Refused`."""
         rospy.loginfo("trying to switch mux to %s", topic)
         with self._lock:
             before = self.selection.select(topic)
@@ -67,7 +67,7 @@ class Mux:
         return before
 
     def add(self, topic: str) -> None:
-        """Adds an input. Raises `Refused`."""
+        """Add an input. Raises `Refused`."""
         with self._lock:
             self.selection.add(topic)
             self._inputs[topic] = self._input(topic)
@@ -75,7 +75,7 @@ class Mux:
         rospy.loginfo("added %s to mux", topic)
 
     def delete(self, topic: str) -> None:
-        """Takes an input away. Raises `Refused`."""
+        """Remove an input. Raises `Refused`."""
         with self._lock:
             self.selection.delete(topic)
             source = self._inputs.pop(topic)
@@ -85,7 +85,7 @@ class Mux:
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if len(arguments) < 2:
         print(USAGE)
@@ -96,7 +96,7 @@ def main() -> int:
     first = str(rospy.get_param("~initial_topic", "")) or sources[0]
     try:
         selection.select(first if first == NONE else rospy.resolve_name(first))
-    except Refused as error:  # as the service refuses it
+    except Refused as error:  # the same rule as for the service
         rospy.logwarn("~initial_topic: %s", error)
     lazy, latch = (bool(rospy.get_param(name, False)) for name in ("~lazy", "~latch"))
     mux = Mux(target, selection, lazy=lazy, latch=latch)

@@ -1,4 +1,4 @@
-"""`mux_add`, `mux_delete`, `mux_list`, `mux_select` and the old `switch_mux`: call the services of a mux."""
+"""`mux_add`, `mux_delete`, `mux_list`, `mux_select` and `switch_mux` (deprecated): call services of a mux."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from topic_tools.nodes.output import base_name, check_names
 
 
 def _call(name: str, kind: str, doing: str, *topic: str) -> Any:
-    """Waits for a service of the mux and calls it. Prints what it does, and what goes wrong."""
+    """Wait for a service of the mux without limit and call it. Print progress and errors.
+
+    Return None if the call fails.
+    """
     print(f'Waiting for service "{name}"', flush=True)
     rospy.wait_for_service(name)
     print(doing, flush=True)
@@ -38,23 +41,23 @@ def _with_topic(program: str, kind: str, doing: str) -> int:
 
 
 def add() -> int:
-    """`mux_add MUX_NAME TOPIC`. Returns the exit code."""
+    """Run `mux_add MUX_NAME TOPIC`. Return the exit code."""
     return _with_topic("mux_add", "Add", 'Adding "{topic}" to mux "{mux}"')
 
 
 def delete() -> int:
-    """`mux_delete MUX_NAME TOPIC`. Returns the exit code."""
+    """Run `mux_delete MUX_NAME TOPIC`. Return the exit code."""
     return _with_topic("mux_delete", "Delete", 'Deleting "{topic}" from mux "{mux}"')
 
 
 def select() -> int:
-    """`mux_select MUX_NAME TOPIC`. Returns the exit code."""
+    """Run `mux_select MUX_NAME TOPIC`. Return the exit code."""
     return _with_topic("mux_select", "Select", 'Selecting "{topic}" at mux "{mux}"')
 
 
 @exits_after_ctrl_c(130)
 def list_topics() -> int:
-    """`mux_list MUX_NAME`. Returns the exit code."""
+    """Run `mux_list MUX_NAME`. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if len(arguments) != 1:
         print("USAGE: mux_list MUX_NAME")
@@ -68,7 +71,7 @@ def list_topics() -> int:
 
 @exits_after_ctrl_c(130)
 def switch() -> int:
-    """`switch_mux MUXED_TOPIC SELECT_TOPIC`. Returns the exit code."""
+    """Run `switch_mux MUXED_TOPIC SELECT_TOPIC`. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if len(arguments) < 2:
         print("usage: switch MUXED_TOPIC SELECT_TOPIC")

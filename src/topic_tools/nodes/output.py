@@ -1,4 +1,4 @@
-"""What the programs publish and subscribe: any type, known with the first message."""
+"""Topics of any type, which is determined by the first message."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ QUEUE_SIZE = 10
 
 
 def base_name(topic: str, *others: str) -> str:
-    """Return the last part of a topic, after which a program's node is named.
+    """Return the last component of a topic, which is part of the node's name.
 
     Raises:
-        SystemExit: it has none, or one of the topics has an invalid name. Nothing was waited for.
+        SystemExit: the last component is empty, or the name of one of the topics is invalid.
     """
     name = topic.rstrip("/").rpartition("/")[2]
     if not name:
@@ -46,10 +46,10 @@ def check_names(kind: str, *given: str) -> None:
 
 
 class Output(rospy.SubscribeListener):
-    """A topic that is advertised when the first message has shown its type. Threads may share it."""
+    """A topic that is advertised when the first message has determined its type. Threads may share it."""
 
     def __init__(self, topic: str, on_subscriber: Callable[[], object] = lambda: None) -> None:
-        """`on_subscriber` is called for each new subscriber."""
+        """Set up the topic. `on_subscriber` is called for each new subscriber, in a thread of the node."""
         self.topic = topic
         self.has_subscriber = threading.Event()
         self._on_subscriber = on_subscriber
@@ -66,9 +66,9 @@ class Output(rospy.SubscribeListener):
         return self._publisher.get_num_connections() if self._publisher is not None else 0
 
     def advertise_like(self, message: RawMessage, latch: bool) -> bool:
-        """Advertises the topic with the type of a message, unless it is advertised.
+        """Advertise the topic with the type of a message, unless it is already advertised.
 
-        Returns whether it was done just now. A message that does not say its type is logged.
+        Return whether this call advertised it. A message of unknown type is logged as an error.
         """
         with self._lock:
             if self._publisher is not None:
@@ -84,7 +84,7 @@ class Output(rospy.SubscribeListener):
             return True
 
     def publish(self, message: RawMessage) -> None:
-        """Sends the bytes of a message. One of another type than the topic's is dropped, and logged once."""
+        """Publish the bytes of a message. A message of another type is dropped, and logged once."""
         publisher = self._publisher
         if publisher is None:
             return
@@ -98,7 +98,7 @@ class Output(rospy.SubscribeListener):
         publisher.publish(publisher.data_class(message.body))
 
     def unregister(self) -> None:
-        """Takes the topic back."""
+        """Stop advertising the topic."""
         with self._lock:
             publisher, self._publisher = self._publisher, None
         if publisher is not None:
@@ -116,7 +116,7 @@ class Output(rospy.SubscribeListener):
 
 
 class Input:
-    """A topic that is subscribed to at times. `subscribe` and `unsubscribe` may be repeated."""
+    """A topic with a subscription that can be switched on and off. Calls may be repeated."""
 
     def __init__(self, topic: str, callback: Callable[[RawMessage], object]) -> None:
         self.topic = rospy.resolve_name(topic)
@@ -125,7 +125,7 @@ class Input:
         self._lock = threading.RLock()
 
     def subscribe(self) -> bool:
-        """Returns whether it was not subscribed to before."""
+        """Subscribe to the topic. Return False if it was already subscribed to."""
         with self._lock:
             if self._subscriber is not None:
                 return False
@@ -133,7 +133,7 @@ class Input:
             return True
 
     def unsubscribe(self) -> bool:
-        """Returns whether it was subscribed to before."""
+        """Unsubscribe from the topic. Return False if it was not subscribed to."""
         with self._lock:
             subscriber, self._subscriber = self._subscriber, None
         if subscriber is not None:
@@ -141,14 +141,14 @@ class Input:
         return subscriber is not None
 
     def unsubscribe_unless(self, is_needed: Callable[[], bool]) -> bool:
-        """Unsubscribes unless it is needed. A `subscribe` meanwhile comes before or after, not between.
+        """Unsubscribe unless `is_needed` returns True. Atomic with respect to `subscribe`.
 
-        Returns whether it did.
+        Return whether the topic was unsubscribed from.
         """
         with self._lock:
             return not is_needed() and self.unsubscribe()
 
 
 def is_latched(message: RawMessage) -> bool:
-    """Whether the publisher of a message latches."""
+    """Return whether the publisher of a message latches."""
     return message.header.get("latching") == "1"

@@ -1,4 +1,4 @@
-"""`rosrun topic_tools relay`: publishes the messages of a topic on another one."""
+"""`rosrun topic_tools relay`: republish the messages of a topic on another one."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ USAGE = "\nusage: relay IN_TOPIC [OUT_TOPIC]\n"
 
 
 class Relay:
-    """Passes messages on, in lazy and stealth mode only while another node wants them."""
+    """Republisher of a topic; in lazy and stealth mode it subscribes only while another node does."""
 
     def __init__(self, source: str, target: str, *, lazy: bool, stealth: bool) -> None:
         self._lazy, self._stealth = lazy, stealth
@@ -43,7 +43,7 @@ class Relay:
             rospy.logdebug("lazy mode; resubscribing")
 
     def look_at(self, topic: str) -> None:
-        """Look whether another node subscribes to `topic`: only then messages are passed on."""
+        """Subscribe if another node subscribes to `topic`, and unsubscribe if none does."""
         master = rosgraph.Master(rospy.get_name())
         try:
             _, subscribers, _ = master.getSystemState()
@@ -63,7 +63,7 @@ class Relay:
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if not arguments:
         print(USAGE)
@@ -78,7 +78,7 @@ def main() -> int:
         topic = rospy.resolve_name(str(rospy.get_param("~monitor_topic", source)))
         rate = float(rospy.get_param("~monitor_rate", 1.0))
         if not rate > 0.0:
-            rospy.logerr(f"~monitor_rate must be a number above 0, got {rate}")
+            rospy.logerr(f"~monitor_rate must be > 0 Hz, got {rate}")
             return 1
         ended = threading.Event()
         rospy.on_shutdown(ended.set)

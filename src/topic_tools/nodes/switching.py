@@ -1,4 +1,4 @@
-"""What `mux` and `demux` have in common: their services and the topic that says what is selected."""
+"""The services of `mux` and `demux`, and the topic that publishes the selection."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from pipros.topic_tools.selection import NONE, Refused, Selection
 
 
 def resolved(topic: str) -> str:
-    """The global name of a topic that a service was given; `__none` stays as it is."""
+    """Return the global name of the topic in a service request; `__none` is returned unchanged."""
     return topic if topic == NONE else rospy.resolve_name(topic)
 
 
 def selection_of(tool: str, topics: Iterable[str]) -> Selection:
-    """The topics of a command line, of which the first is selected. Ends the program if one is refused."""
+    """Select the first topic of a command line. Raises SystemExit if a topic is refused."""
     selection = Selection([], tool)
     try:
         for topic in dict.fromkeys(map(rospy.resolve_name, topics)):
@@ -31,7 +31,7 @@ class Services:
     """The services of a mux or demux, and the latched topic `selected`."""
 
     def __init__(self, kind: str, selection: Selection) -> None:
-        """`kind` is `Mux` or `Demux`; in lower case it is the namespace, which may be remapped."""
+        """Advertise `selected`. `kind` is `Mux` or `Demux`; in lower case it is the remappable namespace."""
         self._kind = kind
         self._selection = selection
         self._namespace = rospy.resolve_name(kind.lower())
@@ -39,7 +39,10 @@ class Services:
         self._selected = rospy.Publisher(f"{self._namespace}/selected", self._text, queue_size=1, latch=True)
 
     def serve(self, verb: str, act: Callable[[str], object], name: str | None = None) -> None:
-        """Serves `Add`, `Delete` or `Select`; `act` gets the topic. The caller gets what it refuses."""
+        """Serve `Add`, `Delete` or `Select`; `act` is called with the topic.
+
+        If `act` raises `Refused`, the call fails with its message.
+        """
         service: Any = load_service_class(f"topic_tools/{self._kind}{verb}")
 
         def handle(request: Any) -> Any:
@@ -53,7 +56,7 @@ class Services:
         rospy.Service(name or f"{self._namespace}/{verb.lower()}", service, handle)
 
     def serve_list(self) -> None:
-        """Serves `List`."""
+        """Serve `List`."""
         service: Any = load_service_class(f"topic_tools/{self._kind}List")
         rospy.Service(
             f"{self._namespace}/list",
@@ -62,5 +65,5 @@ class Services:
         )
 
     def announce(self) -> None:
-        """Tells which topic is selected."""
+        """Publish the selected topic."""
         self._selected.publish(self._text(self._selection.selected or NONE))

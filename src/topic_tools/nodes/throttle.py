@@ -1,4 +1,4 @@
-"""`rosrun topic_tools throttle`: passes a number of messages, or bytes, of a topic per second."""
+"""`rosrun topic_tools throttle`: limit the rate or the bandwidth of a topic."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ usage:
 OR
   throttle bytes IN_TOPIC BYTES_PER_SEC WINDOW [OUT_TOPIC]]
 
-  Passes messages of IN_TOPIC on to OUT_TOPIC, or to IN_TOPIC_throttle: with "messages" one
-  when 1/MSGS_PER_SEC seconds have gone by since the last; with "bytes" as long as those of
-  the last WINDOW seconds have less than BYTES_PER_SEC bytes together. The rest is dropped.
+  Republish messages of IN_TOPIC on OUT_TOPIC (default: IN_TOPIC_throttle). With "messages",
+  republish a message if more than 1/MSGS_PER_SEC seconds have passed since the last one; with
+  "bytes", if those of the last WINDOW seconds have less than BYTES_PER_SEC bytes in total.
+  Other messages are dropped.
 """
 
 
 class Throttle:
-    """Passes on the messages that a rule lets through."""
+    """Republisher of the messages that pass a rule."""
 
     def __init__(self, source: str, target: str, rule: Rule, *, lazy: bool, latch: bool | None) -> None:
-        """`latch` is None to latch like the publisher of the input."""
+        """Set up the topics. With `latch` None, latch if the publisher of the input does."""
         self._rule, self._lazy, self._latch = rule, lazy, latch
         self._wall_clock = bool(rospy.get_param("~wall_clock", False))
         self._turn = threading.Lock()
@@ -57,23 +58,23 @@ class Throttle:
 
 
 def number_above_0(name: str, text: str) -> float:
-    """The number that an argument has.
+    """Parse an argument as a number.
 
     Raises:
-        SystemExit: it has none, or one that is not above 0.
+        SystemExit: the argument is not a finite number > 0.
     """
     try:
         number = float(text)
     except ValueError:
         number = 0.0
     if not 0.0 < number < math.inf:
-        raise SystemExit(f"{name} must be a number above 0, got {text}")
+        raise SystemExit(f"{name} must be a finite number > 0, got {text}")
     return number
 
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     kind, *arguments = [*rospy.myargv()[1:], ""]
     arguments = arguments[:-1]
     rule: Rule

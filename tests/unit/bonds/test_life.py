@@ -60,7 +60,7 @@ def test_a_bond_before_its_start() -> None:
     bond.set_heartbeat_period(rospy.Duration.from_sec(0.5))
     assert (bond.connect_timeout, bond.heartbeat_timeout, bond.disconnect_timeout) == (3.0, 2.5, 1.0)
     assert bond.heartbeat_period == 0.5
-    with pytest.raises(ValueError, match="must be above 0 s"):
+    with pytest.raises(ValueError, match="must be > 0 s"):
         bond.heartbeat_period = 0
     assert bond.wait_until_formed(0.01) is bond.wait_until_broken(rospy.Duration(0)) is False
     assert bond.sm.getState().getName() == "SM.WaitingForSister"

@@ -53,24 +53,30 @@ def joint(parent: str = "base", child: str = "hand", name: str = "j", more: str 
         ("nothing", "not XML"),
         ("<!DOCTYPE a><robot/>", "not XML"),
         ("<sdf/>", "must have the root element <robot>, got <sdf>"),
-        (robot(""), "one link must have no parent, the root of the robot; got none"),
+        (robot(""), "exactly one link, the root, must have no parent, got none"),
         (robot(LINKS), "got base and hand"),
-        (robot(LINKS + '<joint name="j" type="hinge"/>'), "must have a type of revolute, .*, got 'hinge'"),
-        (robot(LINKS + '<joint name="j" type="fixed"/>'), "the joint j must have a <parent link=…>"),
+        (
+            robot(LINKS + '<joint name="j" type="hinge"/>'),
+            "type of joint j must be one of revolute, .*, got 'hinge'",
+        ),
+        (robot(LINKS + '<joint name="j" type="fixed"/>'), "joint j must have an element <parent link=…>"),
         (robot(LINKS + '<joint type="fixed"/>'), "line 1: <joint> must have the attribute name"),
-        (robot(LINKS + joint(child="foot")), "the child of the joint j is the link foot, which does not"),
-        (robot(LINKS + joint() + joint(name="k")), "hand has two parents; the second by the joint k"),
-        (robot(LINKS + joint() + joint()), "the joint j is defined more than once"),
-        (robot(LINKS + '<link name="base"/>'), "the link base is defined more than once"),
+        (robot(LINKS + joint(child="foot")), "child of joint j is link foot, which does not"),
+        (
+            robot(LINKS + joint() + joint(name="k")),
+            "link hand must have one parent, but joint k adds a second one",
+        ),
+        (robot(LINKS + joint() + joint()), "joint j is defined more than once"),
+        (robot(LINKS + '<link name="base"/>'), "link base is defined more than once"),
         (
             robot(
                 '<link name="a"/><link name="b"/><link name="c"/>'
                 + joint("b", "c", "j")
                 + joint("c", "b", "k")
             ),
-            "the links b, c are joined in a circle",
+            "links form a circle: b, c",
         ),
-        (robot(LINKS + joint(more='<axis xyz="0 0 0"/>')), "the axis of the joint j must not be zero"),
+        (robot(LINKS + joint(more='<axis xyz="0 0 0"/>')), "axis of joint j must not be zero"),
         (robot(LINKS + joint(more='<axis xyz="0 1"/>')), "xyz of <axis> must be 3 finite numbers, got '0 1'"),
         (robot(LINKS + joint(more='<origin rpy="0 nan 0"/>')), "rpy of <origin> must be 3 finite numbers"),
         (robot(LINKS + joint(more='<limit lower="low"/>')), "lower of <limit> must be 1 finite number,"),

@@ -123,7 +123,7 @@ def test_what_makes_no_sense_is_refused(
 def test_a_time_before_zero_is_refused(buffer: FrameBuffer) -> None:
     for is_static in (False, True):
         (refused,) = buffer.insert("map", "x", -1, at(1), "me", is_static)
-        assert "TF_NEGATIVE_TIME: the time of 'x' must not be before zero" in refused
+        assert "TF_NEGATIVE_TIME: the stamp of 'x' must be >= 0" in refused
     with pytest.raises(LookupException):
         buffer.lookup("map", "x", 0)
 

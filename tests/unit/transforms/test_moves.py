@@ -39,8 +39,8 @@ def test_pairs_have_their_own_distances_or_those_of_the_node() -> None:
             [{"source_frame": "a", "target_frame": "b", "angular_update_distance": "far"}],
             "angular_update_distance",
         ),
-        ([{"source_frame": "a", "target_frame": "b", "angular_update_distance": -1}], "at least 0"),
-        ([{"source_frame": "a", "target_frame": "b", "angular_update_distance": float("nan")}], "at least 0"),
+        ([{"source_frame": "a", "target_frame": "b", "angular_update_distance": -1}], ">= 0"),
+        ([{"source_frame": "a", "target_frame": "b", "angular_update_distance": float("nan")}], ">= 0"),
     ],
 )
 def test_wrong_pairs_are_named(value: Any, words: str) -> None:

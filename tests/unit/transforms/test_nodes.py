@@ -40,7 +40,7 @@ def test_a_parameter_has_the_fields_of_the_message() -> None:
 
     assert transform_of_param(value).transform.translation.z == 3.0
     del value["child_frame_id"]
-    with pytest.raises(ValueError, match="lacks 'child_frame_id'"):
+    with pytest.raises(ValueError, match="missing or invalid 'child_frame_id'"):
         transform_of_param(value)
 
 

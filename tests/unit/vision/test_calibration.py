@@ -68,7 +68,7 @@ def test_what_people_write_into_yaml_is_read() -> None:
         ("cols: 5", "cols: 6", "distortion_coefficients: data must be a list of 6 numbers, got [0.5"),
         ("[500", "[x", "camera_matrix: data must be numbers, got 'x'"),
         ("[500", "[[1]", "camera_matrix: data must be numbers, got [1]"),
-        ("camera_name: left", "camera_name: [1]", "camera_name must be a text, got [1]"),
+        ("camera_name: left", "camera_name: [1]", "camera_name must be a string, got [1]"),
         ("camera_matrix:", "other:", "camera_matrix must be a mapping with rows, cols and data, got nothing"),
         ("image_width", "[", "invalid YAML"),
         ("image_width", "a: !!python/object:os.system {}\nimage_width", "<string>"),
@@ -126,7 +126,7 @@ def test_unreadable_and_unwritable_calibrations_are_reported(
     assert not writeCalibration(str(tmp_path / "octets.yaml" / "left.yaml"), "left", camera_info())
     said = capsys.readouterr().err
     assert "No such file or directory" in said
-    assert "it is not UTF-8" in said
+    assert "is not UTF-8" in said
     assert "must end with .yaml, .yml or .ini, got" in said
     assert said.count("Failed to") == 5
 

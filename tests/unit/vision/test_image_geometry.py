@@ -85,7 +85,7 @@ def test_points_lose_the_distortion_as_opencv_has_it() -> None:
 
 
 def test_what_opencv_would_refuse_is_refused_in_words() -> None:
-    with pytest.raises(ValueError, match="must have 4, 5, 8, 12 or 14 coefficients, got 3"):
+    with pytest.raises(ValueError, match="must be 4, 5, 8, 12 or 14, got 3"):
         model(D=[1, 2, 3]).rectifyPoint((1, 2))
 
 

@@ -45,8 +45,8 @@ def test_the_file_of_a_file_url_is_read(package: Path) -> None:
     ("url", "text"),
     [
         ("file:///nowhere/x", "Invalid URL: file:///nowhere/x .*No such file"),
-        ("file://elsewhere/x", "must begin with package:// or file:///"),
-        ("ftp://server/x", "must begin with package:// or file:///"),
+        ("file://elsewhere/x", "must start with package:// or file:///"),
+        ("ftp://server/x", "must start with package:// or file:///"),
         ("/etc/hostname", "Invalid URL: /etc/hostname"),
         ("", "Invalid URL: "),
         (
@@ -90,7 +90,7 @@ def web_server() -> Iterator[str]:
 def test_web_servers_are_asked_only_where_the_environment_allows(
     web_server: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with pytest.raises(Exception, match="not asked without PIPROS_RESOURCES_BY_HTTP=1"):
+    with pytest.raises(Exception, match="require PIPROS_RESOURCES_BY_HTTP=1"):
         resource_retriever.get(web_server)
 
     monkeypatch.setenv("PIPROS_RESOURCES_BY_HTTP", "1")

@@ -1,11 +1,11 @@
-"""Homogeneous 4x4 matrices, Euler angles and quaternions on numpy: what `tf.transformations` offers.
+"""Homogeneous 4x4 matrices, Euler angles and quaternions with numpy: the functions of `tf.transformations`.
 
-Matrices act on column vectors. Quaternions are (x, y, z, w). Angles are radians unless a function says
-otherwise.
+Matrices act on column vectors. Unless stated otherwise, matrices are arrays of shape (4, 4), quaternions
+arrays (x, y, z, w) of shape (4,), vectors arrays of shape (3,) and angles are in radians.
 """
 
 try:
-    import numpy as numpy  # looked for here, once for all modules of the package
+    import numpy as numpy  # the import error is raised here for all modules of the package
 except ImportError as error:
     raise ImportError(
         "tf.transformations needs numpy, which is not installed. Try: pip install 'pipros[numpy]'",

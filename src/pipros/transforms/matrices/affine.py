@@ -1,4 +1,4 @@
-"""Matrices that translate, mirror, rotate, scale and shear, and what can be read from them."""
+"""Translation, reflection, rotation, scale and shear matrices, and the inverse functions."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from pipros.transforms.matrices.arrays import (
 
 
 def first_three(vector: ArrayLike) -> Array:
-    """The first three numbers of a vector that may be homogeneous."""
+    """Return the first three coordinates of a vector, which may be homogeneous."""
     return np.array(vector, dtype=np.float64)[:3]
 
 
 def translation_matrix(direction: ArrayLike) -> Array:
-    """The matrix that moves by `direction`."""
+    """Return the matrix that translates by `direction`."""
     matrix = np.identity(4)
     matrix[:3, 3] = first_three(direction)
     return matrix
 
 
 def translation_from_matrix(matrix: ArrayLike) -> Array:
-    """How far the matrix moves the origin."""
+    """Return the translation of a matrix."""
     return np.array(matrix)[:3, 3].copy()
 
 
 def reflection_matrix(point: ArrayLike, normal: ArrayLike) -> Array:
-    """The matrix that mirrors at the plane through `point` with that normal vector."""
+    """Return the matrix that reflects at the plane through `point` with the normal vector `normal`."""
     unit = unit_vector(first_three(normal))
     matrix = np.identity(4)
     matrix[:3, :3] -= 2.0 * np.outer(unit, unit)
@@ -43,19 +43,19 @@ def reflection_matrix(point: ArrayLike, normal: ArrayLike) -> Array:
 
 
 def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
-    """A point (four homogeneous coordinates) of the mirror plane, and its normal vector.
+    """Return a point of the mirror plane, in homogeneous coordinates (shape (4,)), and its normal vector.
 
-    Raises ValueError if the matrix does not mirror.
+    Raises ValueError if `matrix` is not a reflection.
     """
     mirror = np.array(matrix, dtype=np.float64)
     normal = real_eigenvector(mirror[:3, :3], -1.0, last=False)
     if normal is None:
-        raise ValueError("the matrix must mirror at a plane, but has no eigenvalue -1")
+        raise ValueError("matrix must be a reflection, but has no eigenvalue -1")
     return fixed_point(mirror), normal
 
 
 def rotation_matrix(angle: float, direction: ArrayLike, point: ArrayLike | None = None) -> Array:
-    """The matrix that rotates by `angle` around the axis `direction` through `point` or the origin."""
+    """Return the matrix that rotates by `angle` about the axis `direction` through `point` or the origin."""
     x, y, z = (float(part) for part in unit_vector(first_three(direction)))
     sine, cosine = math.sin(angle), math.cos(angle)
     rest = 1.0 - cosine
@@ -72,18 +72,18 @@ def rotation_matrix(angle: float, direction: ArrayLike, point: ArrayLike | None 
 
 
 def rotation_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array]:
-    """The angle, the direction of the axis, and a point on it (four homogeneous coordinates).
+    """Return the angle, the direction of the axis, and a point on it in homogeneous coordinates (shape (4,)).
 
-    Raises ValueError if the matrix does not rotate.
+    Raises ValueError if `matrix` is not a rotation.
     """
     rotation = np.array(matrix, dtype=np.float64)
     turned = rotation[:3, :3]
     axis = real_eigenvector(turned.T, 1.0)
     if axis is None:
-        raise ValueError("the matrix must rotate around an axis, but has no eigenvalue 1")
+        raise ValueError("matrix must be a rotation, but has no eigenvalue 1")
     point = fixed_point(rotation)
     cosine = (float(np.trace(turned)) - 1.0) / 2.0
-    # Each component of the axis that is not zero gives the sine; the last of them is taken.
+    # Each non-zero component of the axis determines the sine; use the last of them.
     i, j, k = (1, 0, 2)
     if abs(axis[2]) <= EIGENVALUE_TOLERANCE:
         i, j, k = (0, 2, 1) if abs(axis[1]) > EIGENVALUE_TOLERANCE else (2, 1, 0)
@@ -92,7 +92,7 @@ def rotation_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array]:
 
 
 def scale_matrix(factor: float, origin: ArrayLike | None = None, direction: ArrayLike | None = None) -> Array:
-    """The matrix that scales by `factor` around `origin`, in all directions or in one."""
+    """Return the matrix that scales by `factor` about `origin`, in all directions or along `direction`."""
     matrix = np.identity(4)
     if direction is None:
         matrix[:3, :3] *= factor
@@ -107,9 +107,9 @@ def scale_matrix(factor: float, origin: ArrayLike | None = None, direction: Arra
 
 
 def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
-    """The factor, the origin (four homogeneous coordinates), and the direction, None for all of them.
+    """Return the factor, the origin in homogeneous coordinates (shape (4,)), and the direction of a scale.
 
-    Raises ValueError if the matrix leaves no point in place.
+    The direction is None for a uniform scale. Raises ValueError if the matrix has no fixed point.
     """
     scaling = np.array(matrix, dtype=np.float64)
     factor = float(np.trace(scaling[:3, :3])) - 2.0
@@ -120,14 +120,16 @@ def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
 
 
 def shear_matrix(angle: float, direction: ArrayLike, point: ArrayLike, normal: ArrayLike) -> Array:
-    """The matrix that shears by `angle` along `direction`, on the plane through `point` with that normal.
+    """Return the matrix that shears by `angle` along `direction` in the plane through `point`.
 
-    Raises ValueError if `direction` is not in the plane.
+    `normal` is the normal vector of the plane. Raises ValueError if `direction` is not in the plane.
     """
     upright = unit_vector(first_three(normal))
     along = unit_vector(first_three(direction))
     if abs(upright @ along) > 1e-6:
-        raise ValueError("direction must be orthogonal to normal, the normal vector of the shear plane")
+        raise ValueError(
+            f"direction must be orthogonal to normal, but their scalar product is {float(upright @ along)}"
+        )
     slope = math.tan(angle)
     matrix = np.identity(4)
     matrix[:3, :3] += slope * np.outer(along, upright)
@@ -136,9 +138,9 @@ def shear_matrix(angle: float, direction: ArrayLike, point: ArrayLike, normal: A
 
 
 def shear_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array, Array]:
-    """The angle, the direction, a point of the plane (four homogeneous coordinates), and its normal vector.
+    """Return angle, direction, a point of the plane (homogeneous, shape (4,)) and its normal vector.
 
-    Raises ValueError if the matrix does not shear.
+    Raises ValueError if `matrix` is not a shear.
     """
     shear = np.array(matrix, dtype=np.float64)
     linear = shear[:3, :3]
@@ -146,9 +148,9 @@ def shear_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array, Array]:
     kept = np.flatnonzero(np.abs(np.real(values) - 1.0) < 1e-4)
     if len(kept) < 2:
         raise ValueError(
-            f"the matrix must shear, which leaves a plane in place; its eigenvalues are {values}"
+            f"matrix must be a shear, with at least two eigenvalues 1; its eigenvalues are {values}"
         )
-    # The plane is spanned by what stays in place; the most independent pair gives the best normal.
+    # Fixed vectors span the plane; the most independent pair gives the most accurate normal.
     plane = np.real(vectors[:, kept]).T
     pairs = [(plane[i], plane[j]) for i in range(len(plane)) for j in range(i)]
     across = max((np.cross(one, other) for one, other in pairs), key=lambda normal: float(normal @ normal))

@@ -1,4 +1,4 @@
-"""Rotating by dragging on a ball, after K. Shoemake, "Arcball rotation control", Graphics Gems IV."""
+"""Rotation by dragging a virtual ball, after K. Shoemake, "Arcball rotation control", Graphics Gems IV."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pipros.transforms.matrices.quaternions import (
 
 
 class Arcball:
-    """A ball in a window that the mouse turns: `down` where a button is pressed, `drag` where it moves.
+    """A virtual trackball: call `down` when a mouse button is pressed and `drag` when the mouse moves.
 
     >>> ball = Arcball()
     >>> ball.place((320, 320), 320)
@@ -29,7 +29,7 @@ class Arcball:
     """
 
     def __init__(self, initial: ArrayLike | None = None) -> None:
-        """Begins at a rotation: a quaternion or a 4x4 matrix. Raises ValueError for anything else."""
+        """Set the initial rotation, a quaternion or a 4x4 matrix. Raises ValueError for another shape."""
         self._axis: Array | None = None
         self._axes: list[Array] | None = None
         self._radius = 1.0
@@ -45,28 +45,28 @@ class Arcball:
             elif given.shape == (4,):
                 self._at_grab = given / np.sqrt(given @ given)
             else:
-                raise ValueError(f"initial must be a quaternion or a 4x4 matrix, got the shape {given.shape}")
+                raise ValueError(f"initial must have shape (4,) or (4, 4), got {given.shape}")
         self._before = self._now = self._at_grab
 
     def place(self, center: Sequence[float], radius: float) -> None:
-        """Says where in the window the ball is, and how large."""
+        """Set the centre and the radius of the ball in window coordinates."""
         self._radius = float(radius)
         self._centre = [center[0], center[1]]
 
     def setaxes(self, *axes: ArrayLike) -> None:
-        """The axes that a constrained ball turns around; None takes them away."""
+        """Set the axes of a constrained rotation; None removes them."""
         self._axes = None if axes and axes[0] is None else [unit_vector(axis) for axis in axes]
 
     def setconstrain(self, constrain: bool) -> None:
-        """Whether the ball turns only around the axes of `setaxes`."""
+        """Enable or disable the constraint to the axes of `setaxes`."""
         self._constrained = constrain is True
 
     def getconstrain(self) -> bool:
-        """Whether the ball turns only around the axes of `setaxes`."""
+        """Return whether rotations are constrained to the axes of `setaxes`."""
         return self._constrained
 
     def down(self, point: Sequence[float]) -> None:
-        """Grabs the ball at a point of the window."""
+        """Grab the ball at a point of the window."""
         self._grabbed = arcball_map_to_sphere(point, self._centre, self._radius)
         self._at_grab = self._before = self._now
         if self._constrained and self._axes is not None:
@@ -76,7 +76,7 @@ class Arcball:
             self._axis = None
 
     def drag(self, point: Sequence[float]) -> None:
-        """Turns the ball so that what was grabbed comes to this point."""
+        """Rotate the ball so that the grabbed point moves to this point of the window."""
         reached = arcball_map_to_sphere(point, self._centre, self._radius)
         if self._axis is not None:
             reached = arcball_constrain_to_axis(reached, self._axis)
@@ -89,16 +89,16 @@ class Arcball:
             self._now = quaternion_multiply(turn, self._at_grab)
 
     def next(self, acceleration: float = 0.0) -> None:
-        """Goes on turning as before, more or less quickly."""
+        """Continue the last rotation; `acceleration` 0 keeps its speed."""
         self._before, self._now = self._now, quaternion_slerp(self._before, self._now, 2.0 + acceleration)
 
     def matrix(self) -> Array:
-        """The rotation as a 4x4 matrix."""
+        """Return the rotation as a 4x4 matrix."""
         return quaternion_matrix(self._now)
 
 
 def arcball_map_to_sphere(point: Sequence[float], center: Sequence[float], radius: float) -> Array:
-    """The point of the unit sphere under a point of the window; outside of the ball, that on its edge."""
+    """Return the point of the unit sphere under a window point; outside the ball, the nearest on its rim."""
     x = (point[0] - center[0]) / radius
     y = (center[1] - point[1]) / radius
     square = x * x + y * y
@@ -109,7 +109,7 @@ def arcball_map_to_sphere(point: Sequence[float], center: Sequence[float], radiu
 
 
 def arcball_constrain_to_axis(point: ArrayLike, axis: ArrayLike) -> Array:
-    """The point of the unit sphere nearest to `point` that is at a right angle to `axis`."""
+    """Return the point of the unit sphere nearest to `point` that is perpendicular to `axis`."""
     around = np.array(axis, dtype=np.float64)
     given = np.array(point, dtype=np.float64)
     across: Array = given - around * (around @ given)
@@ -122,7 +122,7 @@ def arcball_constrain_to_axis(point: ArrayLike, axis: ArrayLike) -> Array:
 
 
 def arcball_nearest_axis(point: ArrayLike, axes: Sequence[ArrayLike]) -> Array:
-    """The axis around which a turn stays nearest to the point."""
+    """Return the axis whose constrained rotation passes nearest to the point."""
     given = np.array(point, dtype=np.float64)
     nearness = [float(arcball_constrain_to_axis(given, axis) @ given) for axis in axes]
     return np.asarray(axes[nearness.index(max(nearness))])

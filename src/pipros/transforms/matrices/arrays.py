@@ -1,4 +1,4 @@
-"""Vectors and matrices in general: norms, unit vectors, products, eigenvectors."""
+"""General functions of vectors and matrices: norms, unit vectors, products, eigenvectors."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 EPSILON = float(np.finfo(float).eps) * 4.0
-"""Below this a number counts as zero; what tf calls `_EPS`."""
+"""Numbers below this are treated as zero; tf's `_EPS`."""
 
 EIGENVALUE_TOLERANCE = 1e-8
 
 
 def vector_norm(data: ArrayLike, axis: int | None = None, out: Array | None = None) -> Any:
-    """The Euclidean length of `data`, or of its vectors along `axis`.
+    """Return the Euclidean norm of `data`, or of its vectors along `axis`.
 
-    Returns a number for a flat vector, otherwise an array. With `out` the lengths are written there and None
-    is returned.
+    The result is a float for a one-dimensional `data`, otherwise an array. With `out`, write the norms there
+    and return None.
     """
     vectors = np.array(data, dtype=np.float64)
     if out is not None:
@@ -32,9 +32,9 @@ def vector_norm(data: ArrayLike, axis: int | None = None, out: Array | None = No
 
 
 def unit_vector(data: ArrayLike, axis: int | None = None, out: Array | None = None) -> Any:
-    """`data` divided by its length, or its vectors along `axis` each by their own.
+    """Return `data` divided by its norm, or its vectors along `axis` each divided by their norm.
 
-    With `out` the result is written there and None is returned. A vector of length zero gives NaN.
+    With `out`, write the result there and return None. A vector of norm 0 gives NaN.
     """
     if out is None:
         vectors = np.array(data, dtype=np.float64)
@@ -47,22 +47,22 @@ def unit_vector(data: ArrayLike, axis: int | None = None, out: Array | None = No
 
 
 def random_vector(size: int | tuple[int, ...]) -> Array:
-    """Random numbers between 0 (included) and 1 (excluded), in the shape `size`."""
+    """Return uniformly distributed random numbers in [0, 1), in the shape `size`."""
     return np.random.random(size)  # seeded by numpy.random.seed, as scripts expect
 
 
 def identity_matrix() -> Array:
-    """The transform that leaves everything where it is."""
+    """Return the 4x4 identity matrix."""
     return np.identity(4)
 
 
 def inverse_matrix(matrix: ArrayLike) -> Array:
-    """The inverse of a square matrix. Raises numpy.linalg.LinAlgError if it has none."""
+    """Return the inverse of a square matrix. Raises numpy.linalg.LinAlgError for a singular one."""
     return np.linalg.inv(np.asarray(matrix, dtype=np.float64))
 
 
 def concatenate_matrices(*matrices: ArrayLike) -> Array:
-    """The product of the matrices from left to right; the identity where there are none."""
+    """Return the product of 4x4 matrices from left to right; the identity for no arguments."""
     product = np.identity(4)
     for matrix in matrices:
         product = product @ np.asarray(matrix, dtype=np.float64)
@@ -70,15 +70,15 @@ def concatenate_matrices(*matrices: ArrayLike) -> Array:
 
 
 def is_same_transform(matrix0: ArrayLike, matrix1: ArrayLike) -> bool:
-    """Whether both matrices move points alike: they may differ by a factor."""
+    """Return whether two 4x4 matrices are the same transform, that is, equal up to a factor."""
     first, second = np.array(matrix0, dtype=np.float64), np.array(matrix1, dtype=np.float64)
     return bool(np.allclose(first / first[3, 3], second / second[3, 3]))
 
 
 def real_eigenvector(matrix: Array, eigenvalue: float, last: bool = True) -> Array | None:
-    """The real part of an eigenvector for the eigenvalue, or None if the matrix has no such eigenvalue.
+    """Return the real part of an eigenvector for `eigenvalue`, or None if the matrix has no such eigenvalue.
 
-    Where there are several, numpy's last or first one.
+    If there are several, return the last or the first one in numpy's order.
     """
     values, vectors = np.linalg.eig(matrix)
     found = np.flatnonzero(np.abs(np.real(values) - eigenvalue) < EIGENVALUE_TOLERANCE)
@@ -89,12 +89,12 @@ def real_eigenvector(matrix: Array, eigenvalue: float, last: bool = True) -> Arr
 
 
 def fixed_point(matrix: Array) -> Array:
-    """A point, as four homogeneous coordinates, that the transform leaves in place.
+    """Return a fixed point of a 4x4 transform, in homogeneous coordinates (shape (4,)).
 
-    Raises ValueError if there is none.
+    Raises ValueError if the transform has no fixed point.
     """
     point = real_eigenvector(matrix, 1.0)
     if point is None:
-        raise ValueError("the matrix must leave a point in place, but has no eigenvalue 1")
+        raise ValueError("matrix must have a fixed point, but has no eigenvalue 1")
     point /= point[3]
     return point

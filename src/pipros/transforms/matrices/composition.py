@@ -1,4 +1,4 @@
-"""Matrices composed of scale, shear, rotation, translation and perspective, and decomposed."""
+"""Composition of matrices from scale, shear, rotation, translation and perspective, and decomposition."""
 
 from __future__ import annotations
 
@@ -17,24 +17,26 @@ Parts = tuple[Array, list[float], list[float], Array, Array]
 
 
 def decompose_matrix(matrix: ArrayLike) -> Parts:
-    """Scale (x, y, z), shear (x-y, x-z, y-z), angles (static x, y, z), translation, perspective of a matrix.
+    """Decompose a matrix into scale, shear, angles, translation and perspective.
 
-    `compose_matrix` puts them together again. Method: S. W. Thomas, "Decomposing a matrix into simple
-    transformations", Graphics Gems II. Raises ValueError if the matrix cannot be decomposed.
+    Scale is (x, y, z), shear (x-y, x-z, y-z), angles are about the static axes x, y and z, translation is
+    (x, y, z) and perspective has four numbers. `compose_matrix` is the inverse. Method: S. W. Thomas,
+    "Decomposing a matrix into simple transformations", Graphics Gems II. Raises ValueError if the matrix
+    cannot be decomposed.
     """
     whole = np.array(matrix, dtype=np.float64)
     if abs(whole[3, 3]) < EPSILON:
-        raise ValueError("the last number of the matrix must not be 0")
+        raise ValueError(f"matrix[3, 3] must not be 0, got {whole[3, 3]}")
     whole /= whole[3, 3]
     affine = whole.copy()
     affine[3] = (0.0, 0.0, 0.0, 1.0)
     if not np.linalg.det(affine):
-        raise ValueError("the matrix must have an inverse, but its determinant is 0")
+        raise ValueError("matrix must be invertible, but its determinant is 0")
     perspective = np.array((0.0, 0.0, 0.0, 1.0))
     if np.any(np.abs(whole[3, :3]) > EPSILON):
         perspective = whole[3] @ np.linalg.inv(affine)
 
-    # The columns are made orthogonal one after the other; what is taken away is shear, what is left is scale.
+    # Gram-Schmidt on the columns: the removed parts give the shear, the remaining lengths the scale.
     x, y, z = (affine[:3, column].copy() for column in range(3))
     scale_x = math.sqrt(x @ x)
     x /= scale_x
@@ -68,7 +70,10 @@ def compose_matrix(
     translate: ArrayLike | None = None,
     perspective: ArrayLike | None = None,
 ) -> Array:
-    """The matrix that scales, shears, rotates, translates and projects, in this order; None does nothing."""
+    """Return the matrix that scales, shears, rotates, translates and projects, in this order.
+
+    None omits a step. The arguments have the format of the results of `decompose_matrix`.
+    """
     matrix = np.identity(4)
     if perspective is not None:
         matrix[3, :] = np.asarray(perspective, dtype=np.float64)[:4]
@@ -87,7 +92,12 @@ def compose_matrix(
 
 
 def orthogonalization_matrix(lengths: ArrayLike, angles: ArrayLike) -> Array:
-    """The matrix from the coordinates of a crystal cell, with these side lengths and angles in degrees."""
+    """Return the matrix from crystallographic to Cartesian coordinates.
+
+    Args:
+        lengths: sides (a, b, c) of the cell.
+        angles: angles (alpha, beta, gamma) of the cell in degrees.
+    """
     a, b, c = np.asarray(lengths, dtype=np.float64).tolist()
     alpha, beta, gamma = np.radians(np.asarray(angles, dtype=np.float64)).tolist()
     sine_a, sine_b = math.sin(alpha), math.sin(beta)
@@ -104,17 +114,18 @@ def orthogonalization_matrix(lengths: ArrayLike, angles: ArrayLike) -> Array:
 
 
 def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, usesvd: bool = True) -> Array:
-    """The rotation and translation (and with `scaling` the uniform scale) that bring `v0` closest to `v1`.
+    """Return the rigid transform (with `scaling` a similarity) that maps `v0` closest to `v1`.
 
-    Both have a vector in each column, three or four rows, and at least three columns. Closest is meant by the
-    sum of squared distances. Methods: W. Kabsch (1976) by singular values, B. K. P. Horn (1987) by a
-    quaternion where `usesvd` is False.
+    Both are arrays of shape (3, n) or (4, n), n >= 3, with one point per column. The transform minimises the
+    sum of squared distances. Methods: W. Kabsch (1976) with singular values; B. K. P. Horn (1987) with
+    quaternions if `usesvd` is False.
     """
     source = np.array(v0, dtype=np.float64)[:3]
     target = np.array(v1, dtype=np.float64)[:3]
     if source.shape != target.shape or source.shape[1] < 3:
         raise ValueError(
-            f"v0 and v1 must be equally many vectors, three at least, got {source.shape} and {target.shape}"
+            "v0 and v1 must have the same shape, with at least 3 columns, "
+            f"got {source.shape} and {target.shape}"
         )
     source_centre, target_centre = source.mean(axis=1), target.mean(axis=1)
     source -= source_centre[:, None]
@@ -130,7 +141,7 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
 def _kabsch(source: Array, target: Array) -> Array:
     left, _, right = np.linalg.svd(target @ source.T)
     rotation: Array = left @ right
-    if np.linalg.det(rotation) < 0.0:  # the best fit is a mirror: turn its least important axis round
+    if np.linalg.det(rotation) < 0.0:  # a reflection fits best: flip the axis of the smallest singular value
         rotation = rotation - 2.0 * np.outer(left[:, 2], right[2, :])
     return rotation
 

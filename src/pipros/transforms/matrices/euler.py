@@ -1,8 +1,8 @@
 """Euler angles in their 24 conventions, after K. Shoemake, "Euler angle conversion", Graphics Gems IV.
 
-A convention is a text such as "sxyz": angles around static (s) or rotating (r) axes, in this order. It stands
-for four numbers: the innermost axis, the parity (odd where the order runs against x, y, z), whether the first
-axis comes again at the end, and whether the axes rotate.
+A convention is a string such as "sxyz": rotations about static (s) or rotating (r) axes, in this order. It is
+equivalent to four numbers: the innermost axis (0 to 2), the parity (1 if the order is opposite to x, y, z),
+whether the first axis is repeated as the last one (0 or 1), and whether the axes rotate (0 or 1).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def _conventions() -> dict[str, Convention]:
 
 
 def axes_of(inner: int, parity: int) -> tuple[int, int, int]:
-    """The three axes in the order of a convention, as indices."""
+    """Return the indices of the three axes in the order of a convention."""
     if parity:
         return inner, (inner + 2) % 3, (inner + 1) % 3
     return inner, (inner + 1) % 3, (inner + 2) % 3
@@ -42,7 +42,7 @@ NAMES = {convention: name for name, convention in CONVENTIONS.items()}
 
 
 def convention_of(axes: str | Convention) -> Convention:
-    """The four numbers of a convention. Raises KeyError for one that does not exist."""
+    """Return the four numbers of a convention. Raises KeyError for an unknown one."""
     name = axes.lower() if isinstance(axes, str) else NAMES.get(axes, "")
     found = CONVENTIONS.get(name)
     if found is None:
@@ -51,7 +51,7 @@ def convention_of(axes: str | Convention) -> Convention:
 
 
 def euler_matrix(ai: float, aj: float, ak: float, axes: str | Convention = "sxyz") -> Array:
-    """The rotation by three angles. Raises KeyError for a convention that does not exist."""
+    """Return the 4x4 matrix of a rotation by three angles. Raises KeyError for an unknown convention."""
     inner, parity, repeated, rotating = convention_of(axes)
     i, j, k = axes_of(inner, parity)
     if rotating:
@@ -74,9 +74,9 @@ def euler_matrix(ai: float, aj: float, ak: float, axes: str | Convention = "sxyz
 
 
 def euler_from_matrix(matrix: ArrayLike, axes: str | Convention = "sxyz") -> tuple[float, float, float]:
-    """Three angles that make the rotation; others may make it too.
+    """Return three Euler angles of a rotation; they are not unique.
 
-    Raises KeyError for a convention that does not exist.
+    `matrix` has at least 3 rows and columns. Raises KeyError for an unknown convention.
     """
     inner, parity, repeated, rotating = convention_of(axes)
     i, j, k = axes_of(inner, parity)

@@ -1,4 +1,4 @@
-"""Matrices that project onto a plane, and into the box that a camera sees."""
+"""Projections onto a plane, and view-volume (clip) matrices."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def projection_matrix(
     perspective: ArrayLike | None = None,
     pseudo: bool = False,
 ) -> Array:
-    """The matrix that projects onto the plane through `point` with that normal vector.
+    """Return the matrix that projects onto the plane through `point` with the normal vector `normal`.
 
     Args:
-        direction: project along it, instead of along the normal vector.
-        perspective: project from this point; then `direction` has no meaning.
-        pseudo: keep the order of depths in a perspective projection.
+        direction: project along this vector instead of the normal.
+        perspective: project from this point; `direction` is then ignored.
+        pseudo: preserve relative depth in a perspective projection.
     """
     on_plane, upright = first_three(point), unit_vector(first_three(normal))
     matrix = np.identity(4)
@@ -53,9 +53,9 @@ def projection_matrix(
 
 
 def projection_from_matrix(matrix: ArrayLike, pseudo: bool = False) -> Projection:
-    """The arguments for `projection_matrix`: point, normal, direction, perspective, pseudo.
+    """Return the arguments of `projection_matrix`: point, normal, direction, perspective, pseudo.
 
-    Points have four homogeneous coordinates. Raises ValueError if the matrix does not project.
+    The point is in homogeneous coordinates (shape (4,)). Raises ValueError if `matrix` is not a projection.
     """
     projection = np.array(matrix, dtype=np.float64)
     linear = projection[:3, :3]
@@ -63,17 +63,17 @@ def projection_from_matrix(matrix: ArrayLike, pseudo: bool = False) -> Projectio
     if not pseudo and kept is not None:
         along = real_eigenvector(linear, 0.0, last=False)
         if along is None:
-            raise ValueError("the matrix must project along a direction, but has no eigenvalue 0")
+            raise ValueError("matrix must be a projection, but has no eigenvalue 0")
         along = along / np.sqrt(along @ along)
         normal = real_eigenvector(linear.T, 0.0, last=False)
-        # A normal of no length cannot come from an eigenvector; the upper rows then hold the direction alone.
+        # Without an eigenvector of the transpose, only the direction of the projection is known.
         if normal is None:
             return kept / kept[3], along, None, None, False
         return kept / kept[3], normal / np.sqrt(normal @ normal), along, None, False
     values, vectors = np.linalg.eig(projection)
     other = np.flatnonzero(np.abs(np.real(values)) > EIGENVALUE_TOLERANCE)
     if not len(other):
-        raise ValueError("the matrix must keep a point of the plane, but all its eigenvalues are 0")
+        raise ValueError("matrix must be a projection, but all its eigenvalues are 0")
     point: Array = np.real(vectors[:, other[-1]])
     point = point / point[3]
     normal = -projection[3, :3]
@@ -86,16 +86,16 @@ def projection_from_matrix(matrix: ArrayLike, pseudo: bool = False) -> Projectio
 def clip_matrix(
     left: float, right: float, bottom: float, top: float, near: float, far: float, perspective: bool = False
 ) -> Array:
-    """The matrix that moves what a camera sees into the box from -1 to 1.
+    """Return the matrix that maps the view volume of a camera to the cube from -1 to 1.
 
-    What it sees is bounded along x, y and z by the first six arguments: a box, or with `perspective` a
-    pyramid with its point in the origin and cut off at `near`; the result is then to be divided by its last
-    coordinate. Raises ValueError if a lower bound is not below its upper one, or `near` is not above 0 in
-    perspective.
+    The first six arguments bound the view volume along x, y and z. It is a box, or with `perspective` a
+    frustum with its apex in the origin, cut off at `near`; mapped points must then be divided by their fourth
+    coordinate. Raises ValueError if a lower bound is not below the upper one, or if `perspective` is true and
+    `near` is not > 0.
     """
     if left >= right or bottom >= top or near >= far:
         raise ValueError(
-            "left must be below right, bottom below top and near below far, "
+            "left must be < right, bottom < top and near < far, "
             f"got {(left, right)}, {(bottom, top)}, {(near, far)}"
         )
     width, height, depth = right - left, top - bottom, far - near
@@ -109,7 +109,7 @@ def clip_matrix(
             )
         )
     if near <= EPSILON:
-        raise ValueError(f"near must be above 0 for a perspective view, got {near}")
+        raise ValueError(f"near must be > 0 for a perspective view, got {near}")
     return np.array(
         (
             (-2.0 * near / width, 0.0, (right + left) / width, 0.0),

@@ -1,4 +1,4 @@
-"""Quaternions (x, y, z, w)."""
+"""Quaternions, as arrays (x, y, z, w)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipros.transforms.matrices.euler import Convention, axes_of, convention_of,
 
 
 def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
-    """The rotation by `angle` around `axis`, of any length but zero."""
+    """Return the quaternion of a rotation by `angle` about `axis`, a vector of any length except 0."""
     x, y, z = np.asarray(axis, dtype=np.float64)[:3].tolist()
     length = math.sqrt(x * x + y * y + z * z)
     factor = math.sin(angle / 2.0) / length if length > EPSILON else 1.0
@@ -20,7 +20,7 @@ def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
 
 
 def quaternion_matrix(quaternion: ArrayLike) -> Array:
-    """The rotation as a matrix. The quaternion may have any length; one of length zero gives the identity."""
+    """Return the 4x4 rotation matrix of a quaternion of any norm; norm 0 gives the identity."""
     x, y, z, w = np.asarray(quaternion, dtype=np.float64)[:4].tolist()
     square = x * x + y * y + z * z + w * w
     if square < EPSILON:
@@ -37,7 +37,7 @@ def quaternion_matrix(quaternion: ArrayLike) -> Array:
 
 
 def quaternion_from_matrix(matrix: ArrayLike) -> Array:
-    """The rotation of a 4x4 matrix as a quaternion of length one."""
+    """Return the rotation of a 4x4 matrix as a quaternion of norm 1."""
     m = np.asarray(matrix, dtype=np.float64)[:4, :4].tolist()
     trace = m[0][0] + m[1][1] + m[2][2] + m[3][3]
     parts = [0.0, 0.0, 0.0, trace]
@@ -46,7 +46,7 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
             after, before = (axis + 1) % 3, (axis + 2) % 3
             parts[axis] = m[before][after] - m[after][before]
     else:
-        # The largest of x, y and z is found first: dividing by a small number would lose digits.
+        # Start with the largest of x, y and z: dividing by a small number would lose precision.
         i = 0
         if m[1][1] > m[0][0]:
             i = 1
@@ -62,7 +62,7 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
 
 
 def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str | Convention = "sxyz") -> Array:
-    """The rotation by three Euler angles. Raises KeyError for a convention that does not exist."""
+    """Return the quaternion of three Euler angles. Raises KeyError for an unknown convention."""
     inner, parity, repeated, rotating = convention_of(axes)
     i, j, k = axes_of(inner, parity)
     if rotating:
@@ -91,12 +91,12 @@ def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str | Conventio
 def euler_from_quaternion(
     quaternion: ArrayLike, axes: str | Convention = "sxyz"
 ) -> tuple[float, float, float]:
-    """The rotation as three Euler angles. Raises KeyError for a convention that does not exist."""
+    """Return three Euler angles of a quaternion. Raises KeyError for an unknown convention."""
     return euler_from_matrix(quaternion_matrix(quaternion), axes)
 
 
 def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array:
-    """The rotation that is `quaternion0` first and `quaternion1` then."""
+    """Return the product `quaternion1 * quaternion0`, which applies the rotation `quaternion0` first."""
     x0, y0, z0, w0 = np.asarray(quaternion0, dtype=np.float64).tolist()
     x1, y1, z1, w1 = np.asarray(quaternion1, dtype=np.float64).tolist()
     return np.array(
@@ -110,13 +110,13 @@ def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array
 
 
 def quaternion_conjugate(quaternion: ArrayLike) -> Array:
-    """The quaternion with the signs of x, y and z changed."""
+    """Return the conjugate (-x, -y, -z, w)."""
     x, y, z, w = np.asarray(quaternion, dtype=np.float64).tolist()
     return np.array((-x, -y, -z, w))
 
 
 def quaternion_inverse(quaternion: ArrayLike) -> Array:
-    """The quaternion that takes the rotation back."""
+    """Return the inverse quaternion."""
     given = np.asarray(quaternion, dtype=np.float64)
     return quaternion_conjugate(given) / float(given @ given)
 
@@ -124,11 +124,11 @@ def quaternion_inverse(quaternion: ArrayLike) -> Array:
 def quaternion_slerp(
     quat0: ArrayLike, quat1: ArrayLike, fraction: float, spin: int = 0, shortestpath: bool = True
 ) -> Array:
-    """The rotation that is at `fraction` (0 to 1) of the way from `quat0` to `quat1`, at constant speed.
+    """Interpolate between two quaternions (slerp); `fraction` is 0 for `quat0` and 1 for `quat1`.
 
     Args:
-        spin: half turns to make on the way, besides.
-        shortestpath: take the shorter of the two ways.
+        spin: number of additional half turns.
+        shortestpath: interpolate along the shorter arc.
     """
     start: Array = unit_vector(np.asarray(quat0, dtype=np.float64)[:4])
     end: Array = unit_vector(np.asarray(quat1, dtype=np.float64)[:4])
@@ -149,7 +149,9 @@ def quaternion_slerp(
 
 
 def random_quaternion(rand: ArrayLike | None = None) -> Array:
-    """A random rotation, all being equally likely, of three random numbers between 0 and 1.
+    """Return a uniformly distributed random unit quaternion.
+
+    `rand` supplies the three random numbers in [0, 1] to use.
 
     Method: K. Shoemake, "Uniform random rotations", Graphics Gems III.
     """
@@ -158,7 +160,7 @@ def random_quaternion(rand: ArrayLike | None = None) -> Array:
     else:
         drawn = np.asarray(rand, dtype=np.float64)
         if len(drawn) != 3:
-            raise ValueError(f"rand must be three numbers between 0 and 1, got {len(drawn)}")
+            raise ValueError(f"rand must have 3 numbers, got {len(drawn)}")
     share, first, second = drawn.tolist()
     one, other = math.sqrt(1.0 - share), math.sqrt(share)
     turn = 2.0 * math.pi
@@ -173,5 +175,5 @@ def random_quaternion(rand: ArrayLike | None = None) -> Array:
 
 
 def random_rotation_matrix(rand: ArrayLike | None = None) -> Array:
-    """A random rotation as a matrix; `rand` as for `random_quaternion`."""
+    """Return a random rotation as a 4x4 matrix; see `random_quaternion` for `rand`."""
     return quaternion_matrix(random_quaternion(rand))
