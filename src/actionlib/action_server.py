@@ -16,6 +16,9 @@ from actionlib.goal_id_generator import GoalIDGenerator
 from actionlib.handle_tracker_deleter import HandleTrackerDeleter
 from actionlib.server_goal_handle import ServerGoalHandle
 from actionlib.status_tracker import StatusTracker
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "threading")
 
 
 def nop_cb(goal_handle: Any) -> None:

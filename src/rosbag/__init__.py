@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from pipros.cli.rosbag import main as _main
+from pipros.lazy_names import star_names as _star_names
 from rosbag.bag import (
     Bag,
     BagMessage,
@@ -33,6 +34,14 @@ __all__ = [
     "ROSBagUnindexedException",
     "rosbagmain",
 ]
+
+_star_names(
+    __name__,
+    "rosbag.bag rosbag.migration rosbag.rosbag_main",
+    hidden=(
+        "BagMessage BagMessageWithConnectionHeader ROSBagEncryptException ROSBagEncryptNotSupportedException"
+    ),
+)
 
 
 def rosbagmain(argv: Sequence[str] | None = None) -> None:

@@ -11,8 +11,11 @@ from typing import Any
 
 from pipros.env import Environment
 from pipros.errors import PiprosError
+from pipros.lazy_names import star_names as _star_names
 from pipros.node.log import ConsoleHandler
 from pipros.node.program_log import link_latest, log_program, make_folders_as_parent
+
+_star_names(__name__, "datetime inspect rospkg time yaml")
 
 ROS_LOG_DIR = "ROS_LOG_DIR"
 

@@ -11,6 +11,7 @@ from pipros.errors import PiprosError
 from pipros.launch.arguments import split_arguments
 from pipros.launch.load_context import LoadContext
 from pipros.launch.xml import load
+from pipros.lazy_names import star_names as _star_names
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.manifest import read_manifest
 from rosgraph.names import load_mappings
@@ -31,6 +32,8 @@ __all__ = [
     "roslaunch_deps",
     "roslaunch_deps_main",
 ]
+
+_star_names(__name__, "DomNode=xml.dom:Node os xml.dom.minidom:parse rospkg sys")
 
 NAME = "roslaunch-deps"
 

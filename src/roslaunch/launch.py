@@ -14,6 +14,7 @@ from pipros.launch.console import Console
 from pipros.launch.model import LaunchError
 from pipros.launch.run import LaunchRun, RunOptions
 from pipros.launch.session import LaunchSession, SessionOptions
+from pipros.lazy_names import star_names as _star_names
 from pipros.master.options import MasterOptions, limits_with_timeout
 from roslaunch.core import (
     PHASE_RUN,
@@ -108,6 +109,12 @@ __all__ = [
     "update_terminal_name",
     "validate_master_launch",
 ]
+
+_star_names(
+    __name__,
+    "basestring=builtins:str xml.sax.saxutils:escape logging xmlrpc.client:MultiCall os re rosgraph rospkg "
+    "xmlrpc.client:ServerProxy socket subprocess sys time traceback unicode=builtins:str",
+)
 
 _LOOK_EVERY_S = 0.05
 

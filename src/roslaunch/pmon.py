@@ -14,6 +14,7 @@ from types import FrameType
 from typing import Any, Protocol
 
 from pipros.interrupts import accept_ctrl_c
+from pipros.lazy_names import star_names as _star_names
 from roslaunch.core import RLException, printerrlog, printlog, printlog_bold
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "ProcessListener",
     "ProcessMonitor",
     "RLException",
+    "logger",
     "pmon_shutdown",
     "printerrlog",
     "printlog",
@@ -31,6 +33,12 @@ __all__ = [
     "shutdown_process_monitor",
     "start_process_monitor",
 ]
+
+_star_names(
+    __name__,
+    "atexit queue:Empty threading:Lock logging os queue:Queue threading:RLock roslib signal sys "
+    "threading:Thread time traceback",
+)
 
 logger = logging.getLogger("roslaunch.pmon")
 

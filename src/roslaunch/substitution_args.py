@@ -9,11 +9,14 @@ from typing import Any
 from pipros.launch.load_context import LoadContext
 from pipros.launch.param_types import convert
 from pipros.launch.substitute import Substitution, SubstitutionError, UnsetArgument, anonymous_name
+from pipros.lazy_names import star_names as _star_names
 
 SubstitutionException = SubstitutionError
 ArgException = UnsetArgument
 
 __all__ = ["ArgException", "SubstitutionException", "convert_value", "resolve_args"]
+
+_star_names(__name__, "math os rosgraph rospkg io:StringIO")
 
 
 def convert_value(value: str, type_: str) -> Any:

@@ -16,6 +16,7 @@ from pipros.launch.model import Test as TestValue
 from pipros.launch.param_types import convert_bool
 from pipros.launch.scope import LaunchScope
 from pipros.launch.xml import Loader as Reader
+from pipros.lazy_names import star_names as _star_names
 from rosgraph.names import get_ros_namespace, is_legal_name, is_private, make_global_ns, ns_join
 from roslaunch.core import PHASE_SETUP, Machine, Node, Param, RLException, RosbinExecutable, Test
 from roslaunch.loader import Loader, LoaderContext
@@ -41,6 +42,12 @@ __all__ = [
     "make_global_ns",
     "ns_join",
 ]
+
+_star_names(
+    __name__,
+    "DomNode=xml.dom:Node itertools logging xml.dom.minidom:parse xml.dom.minidom:parseString "
+    "rospkg.common:ResourceNotFound roslaunch.loader roslaunch.substitution_args sys traceback",
+)
 
 NS = "ns"
 CLEAR_PARAMS = "clear_params"

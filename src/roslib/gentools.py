@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NoReturn, TypedDict
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg.importing.hook import installed_library
 from pipros.msg.language import digest
 from pipros.msg.language.spec import MessageSpec
@@ -13,6 +14,8 @@ from roslib.msgs import MsgSpec
 from roslib.msgs import MsgSpecException as MsgSpecException
 from roslib.packages import get_dir_pkg
 from roslib.srvs import SrvSpec
+
+_star_names(__name__, "roslib rospkg io:StringIO sys")
 
 
 class Dependencies(TypedDict):

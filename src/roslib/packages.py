@@ -13,6 +13,7 @@ from subprocess import PIPE as PIPE
 from typing import TYPE_CHECKING
 
 from pipros.env import Environment
+from pipros.lazy_names import star_names as _star_names
 from pipros.workspace.executables import find_executables
 from pipros.workspace.find_in_workspaces import find_in_workspaces as catkin_find
 from pipros.workspace.index import Package, PackageIndex
@@ -40,6 +41,8 @@ __all__ = [
     "list_pkgs_by_path",
     "resource_file",
 ]
+
+_star_names(__name__, "os subprocess:PIPE subprocess:Popen roslib rospkg stat sys")
 
 MANIFEST_FILE = "manifest.xml"
 PACKAGE_FILE = "package.xml"

@@ -20,6 +20,7 @@ from pipros.graph import ping as _pinging
 from pipros.graph.cleanup import clean_up as _clean_up
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
+from pipros.lazy_names import star_names as _star_names
 
 __all__ = [
     "CONNECTION_PATTERN",
@@ -45,6 +46,12 @@ __all__ = [
     "rosnode_ping_all",
     "rosnodemain",
 ]
+
+_star_names(
+    __name__,
+    "errno optparse:OptionParser os re rosgraph rostopic xmlrpc.client:ServerProxy socket sys time "
+    "urlparse=urllib.parse",
+)
 
 NAME = "rosnode"
 ID = "/rosnode"

@@ -11,6 +11,7 @@ from typing import Any, ParamSpec, TypeVar
 from pipros.env import Environment
 from pipros.errors import Interrupted, NotFound, Refused, Unreachable
 from pipros.interruptible_wait import OnceEvent
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg import time as msg_time
 from pipros.names import is_legal_remapping, parse_arguments
 from pipros.node.codec import AnyMessage
@@ -31,6 +32,13 @@ from rospy.service import Service as Service
 from rospy.session import session
 from rospy.shared_names import share_names
 from rospy.topics import Subscriber
+
+_star_names(
+    __name__,
+    "roscpp.srv:GetLoggers roscpp.srv:GetLoggersResponse threading:Lock rosgraph_msgs.msg:Log "
+    "roscpp.msg:Logger logging os random rosgraph roslib rospy roscpp.srv:SetLoggerLevel "
+    "roscpp.srv:SetLoggerLevelResponse socket struct time yaml",
+)
 
 TIMEOUT_READY = 15.0
 

@@ -21,6 +21,7 @@ from pipros.graph import topics as _topics
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
 from pipros.graph.system_state import SystemState
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg.class_finder import installed_class
 from rostopic.echo import CallbackEcho, create_field_filter, create_value_transform
 from rostopic.errors import ROSTopicException, ROSTopicIOException
@@ -67,6 +68,12 @@ __all__ = [
     "stdin_yaml_arg",
     "wait_for_subscriber",
 ]
+
+_star_names(
+    __name__,
+    "argparse xmlrpc.client:Fault genpy operator:itemgetter long=builtins:int math os rosgraph roslib rospy "
+    "socket sys time traceback urllib.parse:urlparse yaml",
+)
 
 NAME = "rostopic"
 

@@ -9,9 +9,16 @@ from xml.etree import ElementTree
 
 from pipros.env import Environment
 from pipros.input_file import read_file
+from pipros.lazy_names import star_names as _star_names
 from pipros.testing.results import Case, Outcome, Suite
 from pipros.testing.summary import case_summary
 from pipros.testing.xunit import CDATA_END, CDATA_START, UnreadableResults, escape_controls, parse_suites
+
+_star_names(
+    __name__,
+    "char=builtins:chr codecs DomNode=xml.dom:Node ET=xml.etree.ElementTree os xml.dom.minidom:parseString "
+    "functools:reduce rospkg io:StringIO",
+)
 
 _DASHES = "-" * 80
 

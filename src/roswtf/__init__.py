@@ -10,8 +10,11 @@ import sys
 from pipros.cli.roswtf import main as _main
 from pipros.health.wtf.context import WtfContext
 from pipros.health.wtf.report import print_results as print_results
+from pipros.lazy_names import star_names as _star_names
 
 __all__ = ["print_results", "roswtf_main", "yaml_results"]
+
+_star_names(__name__, "os rosgraph rospkg socket sys traceback")
 
 
 def roswtf_main() -> None:
