@@ -201,7 +201,10 @@ class ROSLaunchRunner:
         self.sigint_timeout = sigint_timeout
         self.sigterm_timeout = sigterm_timeout
         self.logger = logging.getLogger("roslaunch")
-        self.pm = pmon or start_process_monitor()
+        monitor = pmon or start_process_monitor()
+        if monitor is None:
+            raise RLException("cannot start a process monitor: a signal has begun the shutdown")
+        self.pm = monitor
         self.listeners = self.pm.listeners
         self._session: LaunchSession | None = None
         self._processes: RunProcesses | None = None

@@ -173,6 +173,8 @@ class ROSLaunchParent:
     def _make_session(self) -> LaunchSession:
         if self.pm is None:
             self.pm = start_process_monitor()
+        if self.pm is None:
+            raise RLException("cannot start a process monitor: a signal has begun the shutdown")
         return LaunchSession(
             [entry if isinstance(entry, str) else entry[0] for entry in self.roslaunch_files],
             {},

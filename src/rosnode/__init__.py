@@ -66,6 +66,18 @@ class ROSNodeIOException(ROSNodeException):
     """The master, or a node, does not answer."""
 
 
+def _succeed(args: tuple[int, str, Any]) -> Any:
+    """Return the value of a reply of the master or slave API. Other packages call it.
+
+    Raises:
+        ROSNodeException: the reply is an error.
+    """
+    code, message, value = args
+    if code != 1:
+        raise ROSNodeException(f"remote call failed: {message}")
+    return value
+
+
 @contextlib.contextmanager
 def _graph() -> Iterator[GraphClient]:
     with translated(ROSNodeIOException, ROSNodeIOException), GraphClient("rosnode") as graph:

@@ -112,7 +112,7 @@ _star_names(
         "ROSTimeMovedBackwardsException Timer brought_along client core exceptions impl "
         "logdebug_throttle_identical logerr_throttle_identical logfatal_throttle_identical "
         "loginfo_throttle_identical logs logwarn_throttle_identical msg msproxy names rostime service "
-        "session shared_names timer topics wait_for_message"
+        "session timer topics wait_for_message"
     ),
 )
 _star_names(

@@ -10,6 +10,7 @@ import errno
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
+from urllib.parse import urlsplit as _urlsplit
 
 import rosgraph
 import rospy
@@ -211,3 +212,29 @@ def rostopicmain(argv: Sequence[str] | None = None) -> None:
 
 
 _get_topic_type = get_topic_type
+
+
+_Topics = Sequence[tuple[str, str, Sequence[str]]]
+_TopicsByHost = dict[str | None, list[tuple[str, str, list[str]]]]
+
+
+def _rostopic_list_group_by_host(
+    master: rosgraph.Master, pubs: _Topics, subs: _Topics
+) -> tuple[_TopicsByHost, _TopicsByHost]:
+    """Group publications and subscriptions, as `get_topic_list` returns them, by the hosts of their nodes.
+
+    Other packages call it. It asks the master once for each node, and raises what the master raises.
+    """
+    uris: dict[str, str] = {}
+
+    def grouped(topics: _Topics) -> _TopicsByHost:
+        hosts: dict[str | None, dict[str, tuple[str, str, list[str]]]] = {}
+        for topic, type_name, nodes in topics:
+            for node in nodes:
+                if node not in uris:
+                    uris[node] = master.lookupNode(node)
+                on_host = hosts.setdefault(_urlsplit(uris[node]).hostname, {})
+                on_host.setdefault(topic, (topic, type_name, []))[2].append(node)
+        return {host: list(on_host.values()) for host, on_host in hosts.items()}
+
+    return grouped(pubs), grouped(subs)
