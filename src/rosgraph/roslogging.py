@@ -12,7 +12,7 @@ from typing import Any
 from pipros.env import Environment
 from pipros.errors import PiprosError
 from pipros.lazy_names import star_names as _star_names
-from pipros.node.log import ConsoleHandler
+from pipros.node.log import ConsoleHandler, RosLogger, find_log_config
 from pipros.node.program_log import link_latest, log_program, make_folders_as_parent
 
 _star_names(__name__, "datetime inspect rospkg time yaml")
@@ -24,12 +24,11 @@ class LoggingException(Exception):  # the name that ROS code catches
     """Logging could not be configured."""
 
 
-class RospyLogger(logging.getLoggerClass()):  # type: ignore[misc]  # whatever others have set it to
-    """A logger of genuine rospy. `rospy.loginfo` and its family name their caller without it."""
+class RospyLogger(RosLogger, logging.getLoggerClass()):  # type: ignore[misc]  # whatever others have set
+    """The class of loggers that are made after this module was imported, as in Noetic."""
 
-    def findCaller(self, *args: Any, **kwargs: Any) -> tuple[str, int, str, str | None]:  # noqa: N802
-        """File, line and function that log, and the stack if it is asked for."""
-        return super().findCaller(*args, **kwargs)  # type: ignore[no-any-return]
+
+logging.setLoggerClass(RospyLogger)
 
 
 class RosStreamHandler(ConsoleHandler):
@@ -76,10 +75,15 @@ def configure_logging(
         LoggingException: a file is in the place of the folder, or what `ROS_PYTHON_LOG_CONFIG_FILE` names
             cannot be used.
     """
+    environment = Environment.from_os(env)
     try:
-        path = log_program(logname, level, filename, Environment.from_os(env))
+        path = log_program(logname, level, filename, environment)
     except PiprosError as error:
         raise LoggingException(str(error)) from error
+    rosout = logging.getLogger("rosout")
+    if path is not None and not rosout.handlers and find_log_config(environment) is None:
+        rosout.setLevel(logging.INFO)
+        rosout.addHandler(RosStreamHandler())
     return None if path is None else str(path)
 
 

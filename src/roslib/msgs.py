@@ -99,6 +99,7 @@ class Field(genmsg.msgs.Field):
     def __init__(self, name: str, type: str) -> None:  # noqa: A002  # roslib's name for it
         parse_type(type)
         super().__init__(name, type)
+        self.is_header = is_header_type(self.base_type)
 
 
 class MsgSpec:

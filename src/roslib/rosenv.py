@@ -49,11 +49,14 @@ def get_master_uri(
     """The URI of the master: `__master:=` in `argv`, else `ROS_MASTER_URI`.
 
     Raises:
-        ROSEnvException: neither is there, and it is `required`.
+        ROSEnvException: neither is there, and it is `required`; or `__master:=` has no address, or two.
     """
     for argument in sys.argv if argv is None else argv:
         if argument.startswith("__master:="):
-            return argument.partition(":=")[2]
+            address = argument.partition(":=")[2]
+            if not address or ":=" in address:
+                raise ROSEnvException(f"__master remapping argument '{argument}' improperly specified")
+            return address
     return _variable(ROS_MASTER_URI, required, env)
 
 

@@ -92,10 +92,11 @@ def get_topic_type(
 ) -> tuple[str, str, MessageEval | None] | tuple[None, None, None]:
     """The type of a topic, its full name, and what takes the field out of a message that `topic` names.
 
-    `blocking` waits until the topic exists, or the node ends. Without a topic, three times None.
+    `topic` is not resolved: no topic has a relative name. `blocking` waits until the topic exists, or the
+    node ends. Without a topic, three times None.
     """
     with _graph() as graph:
-        name = graph.resolve(topic)
+        name = topic
         if blocking:
             try:
                 source = _listening.wait_for_topic(graph.master, name, is_over=rospy.is_shutdown)

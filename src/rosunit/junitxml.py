@@ -170,7 +170,7 @@ def read(test_file: str, test_name: str) -> Result:
 
 def result_of(suite: Suite, test_name: str, prefix: str) -> Result:
     """A suite of `pipros.testing` in Noetic's classes. `prefix` comes before the names of its cases."""
-    result = Result(test_name, suite.errors, suite.failures, len(suite.cases))
+    result = Result(test_name, suite.errors, suite.failures, suite.tests)
     result.time = suite.seconds
     result.test_case_results = [_from_case(case, test_name, prefix) for case in suite.cases]
     for text, name in ((suite.stdout, "stdout"), (suite.stderr, "stderr")):

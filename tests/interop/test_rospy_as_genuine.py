@@ -50,6 +50,9 @@ SCRIPTS = {
     ("examine_the_rest.py",): 80,
     ("examine_tool_libraries.py",): 35,
     ("examine_second_node.py",): 15,
+    ("examine_sequences.py",): 40,
+    ("examine_user_loggers.py",): 6,
+    ("examine_user_loggers.py", "own"): 6,
     ("examine_second_node.py", "revived"): 20,
 }
 """Script and arguments -> how many outcomes it has at least."""
