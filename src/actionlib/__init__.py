@@ -21,3 +21,6 @@ from actionlib.simple_action_client import SimpleActionClient as SimpleActionCli
 from actionlib.simple_action_client import SimpleGoalState as SimpleGoalState
 from actionlib.simple_action_server import SimpleActionServer as SimpleActionServer
 from actionlib.status_tracker import StatusTracker as StatusTracker
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "rospy threading time traceback weakref", hidden="action_types")

@@ -17,6 +17,9 @@ from actionlib.action_types import ActionTypes
 from actionlib.exceptions import ActionException as ActionException
 from pipros.actions.client_goal import MAY_BE_CANCELLED, ClientGoal, State
 from pipros.actions.status import TERMINAL
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "std_msgs.msg:Header threading time weakref")
 
 _numbers = count(1)
 _POLL_S = 0.01

@@ -17,7 +17,10 @@ from actionlib.handle_tracker_deleter import HandleTrackerDeleter
 from actionlib.server_goal_handle import ServerGoalHandle
 from actionlib.status_tracker import StatusTracker
 from pipros.actions.goal_table import GoalTable
+from pipros.lazy_names import star_names as _star_names
 from pipros.limits import limit_text, process_limits
+
+_star_names(__name__, "threading")
 
 _SHORTEST_PERIOD_S = 0.001
 """Between two statuses: a frequency of 1e12 must not make a timer that never sleeps."""

@@ -7,6 +7,9 @@ from itertools import count
 from actionlib_msgs.msg import GoalID
 
 import rospy
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "threading")
 
 _numbers = count(1)
 

@@ -9,6 +9,9 @@ from actionlib_msgs.msg import GoalID, GoalStatus
 import rospy
 from pipros.actions.server_goal import Event, after, why_not
 from pipros.actions.status import TERMINAL
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "actionlib_msgs")
 
 
 class ServerGoalHandle:

@@ -10,6 +10,9 @@ from actionlib_msgs.msg import GoalStatus
 
 import rospy
 from actionlib.action_client import ActionClient, ClientGoalHandle, CommState, get_name_of_constant
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "threading")
 
 _SLICE_S = 0.1
 """Maximum time between checks for Ctrl-C, shutdown and simulated time while waiting."""

@@ -12,6 +12,9 @@ from actionlib_msgs.msg import GoalStatus
 import rospy
 from actionlib.action_server import ActionServer
 from actionlib.server_goal_handle import ServerGoalHandle
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "threading")
 
 _REPLACED = "This goal was canceled because another goal was received by the simple action server"
 _SLICE_S = 0.1

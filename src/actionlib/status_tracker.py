@@ -8,6 +8,9 @@ from actionlib_msgs.msg import GoalStatus
 
 import rospy
 from actionlib.goal_id_generator import GoalIDGenerator
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "actionlib.goal_id_generator actionlib_msgs")
 
 
 class StatusTracker:

@@ -7,6 +7,9 @@ from typing import Any
 
 import genpy
 import rospy
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "roslib")
 
 
 class DynamicAction:

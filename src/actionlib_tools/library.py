@@ -8,9 +8,12 @@ from yaml import safe_dump
 
 import roslib.packages
 import rospy
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg.base import Message
 from pipros.msg.from_yaml import fill_message_args
 from pipros.safe.yaml import load
+
+_star_names(__name__, "sys yaml")
 
 
 def findros(pkg: str, resource: str) -> str:

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from math import fmod, pi
 
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "math:fabs")
+
 _TURN = 2.0 * pi
 
 

@@ -11,8 +11,11 @@ from typing import Any
 import rospy
 from bondpy.machine import BondMachine
 from pipros.bonds.life import Event, Life, State
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg import load_message_class
 from pipros.printable import printable
+
+_star_names(__name__, "time")
 
 Constants: Any = load_message_class("bond/Constants")
 Status: Any = load_message_class("bond/Status")

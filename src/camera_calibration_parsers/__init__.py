@@ -6,8 +6,14 @@ import sys
 
 from sensor_msgs.msg import CameraInfo
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.vision.calibration import Calibration, CalibrationError
 from pipros.vision.calibration_files import load, save
+
+_star_names(
+    __name__,
+    hidden="Calibration CalibrationError calibration camera_info load save sys writeCalibration",
+)
 
 
 def readCalibration(file_name: str) -> tuple[str, CameraInfo] | None:

@@ -1,6 +1,9 @@
 """`catkin.cmake`: where the CMake modules of catkin are."""
 
 from catkin.find_in_workspaces import find_in_workspaces as find_in_workspaces
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "os")
 
 
 def get_cmake_path() -> str:

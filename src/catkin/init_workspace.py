@@ -7,6 +7,9 @@ import os
 from catkin.workspace import get_source_paths as get_source_paths
 from catkin.workspace import get_workspaces as get_workspaces
 from pipros.cli.catkin_init_workspace import main as _main
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "shutil sys")
 
 
 def init_workspace(workspace_dir: str) -> None:

@@ -8,8 +8,11 @@ from pathlib import Path
 from xml.etree.ElementTree import ParseError
 
 from catkin.tidy_xml import tidy_xml as tidy_xml
+from pipros.lazy_names import star_names as _star_names
 from pipros.safe.xml import XmlError, parse
 from pipros.testing.result_counts import ResultCounts, count_results, results_below
+
+_star_names(__name__, "xml.etree.ElementTree:ElementTree errno os")
 
 Three = tuple[int, int, int]
 Four = tuple[int, int, int, int]

@@ -5,6 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "codecs os")
+
 char = chr
 
 RE_XML_ILLEGAL = (

@@ -5,3 +5,6 @@ from cv_bridge.boost.cv_bridge_boost import cvtColorForDisplay as cvtColorForDis
 from cv_bridge.boost.cv_bridge_boost import getCvType as getCvType
 from cv_bridge.core import CvBridge as CvBridge
 from cv_bridge.core import CvBridgeError as CvBridgeError
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, hidden="cvtColor2")

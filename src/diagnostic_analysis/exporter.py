@@ -10,6 +10,9 @@ from pathlib import Path
 from pipros.bag import open_bag
 from pipros.diagnostics.csv_rows import Columns, file_names
 from pipros.diagnostics.items import Status
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "diagnostic_msgs operator os rosbag roslib subprocess sys tempfile time")
 
 _ROWS_AT_ONCE = 1000
 _TOPIC = "/diagnostics"

@@ -5,6 +5,10 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "os roslib sys")
+
 
 def make_sparse_skip(csv_file: str, skip: int) -> str:
     """Writes the first row and each `skip`-th after it to `NAME_sparse.csv`. Returns its path.

@@ -21,3 +21,6 @@ from diagnostic_updater.tasks import TimeStampStatus as TimeStampStatus
 from diagnostic_updater.tasks import TimeStampStatusParam as TimeStampStatusParam
 from diagnostic_updater.updater import DiagnosticTaskVector as DiagnosticTaskVector
 from diagnostic_updater.updater import Updater as Updater
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "httplib=http.client rospy threading", hidden="publisher status tasks updater")

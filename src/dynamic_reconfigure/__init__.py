@@ -2,6 +2,10 @@
 
 from typing import Any as _Any
 
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "roslib")
+
 
 class DynamicReconfigureException(Exception):
     """Base of the errors of dynamic_reconfigure."""

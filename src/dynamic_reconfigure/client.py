@@ -14,10 +14,13 @@ from dynamic_reconfigure.encoding import decode_config, decode_description, enco
 from dynamic_reconfigure.msg import Config as ConfigMsg
 from dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
 from dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
+from pipros.lazy_names import star_names as _star_names
 from pipros.reconfigure.config import BadValue
 from pipros.reconfigure.config import converted as converted_value
 from pipros.reconfigure.generator import TYPES
 from rospy import ServiceException
+
+_star_names(__name__, "roslib threading")
 
 _SLICE_S = 0.1
 """How long a wait lasts before it looks for Ctrl-C and a shutdown."""

@@ -16,6 +16,7 @@ from dynamic_reconfigure.msg import (
 from dynamic_reconfigure.msg import Config as ConfigMsg
 from dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
 from dynamic_reconfigure.msg import Group as GroupMsg
+from pipros.lazy_names import star_names as _star_names
 from pipros.reconfigure.cfg_file import parameters as extract_params
 from pipros.reconfigure.config import (
     Config,
@@ -39,6 +40,15 @@ __all__ = [
     "group_dict",
     "initial_config",
 ]
+
+_star_names(
+    __name__,
+    "dynamic_reconfigure.msg:BoolParameter ConfigDescrMsg=dynamic_reconfigure.msg:ConfigDescription "
+    "ConfigMsg=dynamic_reconfigure.msg:Config copy dynamic_reconfigure.msg:DoubleParameter "
+    "GroupMsg=dynamic_reconfigure.msg:Group dynamic_reconfigure.msg:GroupState "
+    "dynamic_reconfigure.msg:IntParameter dynamic_reconfigure.msg:ParamDescription roslib "
+    "dynamic_reconfigure.msg:StrParameter sys",
+)
 
 
 def encode_description(descr: Any) -> ConfigDescrMsg:

@@ -20,6 +20,9 @@ from dynamic_reconfigure.encoding import (
 from dynamic_reconfigure.msg import Config as ConfigMsg
 from dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
 from dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "copy roslib threading")
 
 
 class Server:

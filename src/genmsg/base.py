@@ -1,5 +1,9 @@
 """`genmsg.base`: the constants of the definition language, its errors, and what generators print."""
 
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "inspect os pprint sys")
+
 SEP = "/"
 MSG_DIR = "msg"
 SRV_DIR = "srv"

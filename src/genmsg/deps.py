@@ -13,6 +13,9 @@ from genmsg.msg_loader import (
 )
 from genmsg.msgs import MsgSpec
 from genmsg.srvs import SrvSpec
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "genmsg os")
 
 Dependency = tuple[str, str | None]
 

@@ -32,8 +32,11 @@ from genmsg.msgs import resolve_type as resolve_type
 from genmsg.names import normalize_package_context as normalize_package_context
 from genmsg.names import package_resource_name as package_resource_name
 from genmsg.srvs import SrvSpec as SrvSpec
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg.language.parse import constant_value, parse_message, parse_service
 from pipros.msg.language.spec import DefinitionError
+
+_star_names(__name__, "ast os io:StringIO sys")
 
 SearchPath = Mapping[str, Sequence[str]]
 Parsed = TypeVar("Parsed")

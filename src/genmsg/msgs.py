@@ -11,6 +11,7 @@ from genmsg.names import (
     package_resource_name,
     resource_name,
 )
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import BUILTINS, CONSTANT_TYPES, DefinitionError, MessageSpec
 from pipros.msg.language.spec import HEADER as HEADER_FULL_NAME
@@ -55,6 +56,8 @@ __all__ = [
     "resource_name",
 ]
 
+_star_names(__name__, "genmsg.names:is_legal_resource_base_name genmsg.names:is_legal_resource_name os sys")
+
 
 @overload
 def bare_msg_type(msg_type: str) -> str: ...
@@ -89,9 +92,9 @@ def parse_type(msg_type: str | None) -> tuple[str, bool, int | None]:
     if "[" in length:
         raise ValueError(f"Currently only support 1-dimensional array types: {msg_type}")
     try:
-        return base, True, int(length[:-1]) if length[:-1] else None
+        return base, True, None if length == "]" else int(length[:-1])
     except ValueError:
-        raise ValueError(f"Invalid array dimension: [{length}") from None
+        raise ValueError(f"Invalid array dimension: [{length[:-1]}]") from None
 
 
 def is_valid_msg_type(x: str | None) -> bool:
@@ -153,7 +156,7 @@ class Field:
         self.name = name
         self.type = type
         self.base_type, self.is_array, self.array_len = parse_type(type)
-        self.is_header = is_header_type(self.base_type)
+        self.is_header = is_header_type(type)
         self.is_builtin = is_builtin(self.base_type)
 
     def __eq__(self, other: object) -> bool:

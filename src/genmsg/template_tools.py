@@ -7,6 +7,10 @@ from __future__ import annotations
 
 from typing import NoReturn
 
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "em errno genmsg os sys")
+
 
 def generate_from_file(
     input_file: str,

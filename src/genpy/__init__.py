@@ -1,6 +1,7 @@
 """`genpy`, as packages import it that genuine genpy generated. The code is in `pipros.msg`."""
 
 from genpy import message, rostime
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg.base import Message, struct_I
 from pipros.msg.errors import DeserializationError, MessageException, SerializationError
 from pipros.msg.time import Duration, Time, TVal
@@ -17,3 +18,5 @@ __all__ = [
     "rostime",
     "struct_I",
 ]
+
+_star_names(__name__, hidden="message rostime")

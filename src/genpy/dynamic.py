@@ -1,11 +1,14 @@
 """`genpy.dynamic`: message classes from the definition in a connection header or a bag."""
 
 from genmsg import InvalidMsgSpec, MsgContext, MsgGenerationException, MsgNotFound
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg.base import Message
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.spec import DefinitionError, UnknownType
 
 __all__ = ["MsgContext", "MsgGenerationException", "generate_dynamic"]
+
+_star_names(__name__, "atexit genmsg os re shutil io:StringIO sys tempfile")
 
 
 class _BrokenText(InvalidMsgSpec, MsgGenerationException):

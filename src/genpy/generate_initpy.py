@@ -6,6 +6,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from genmsg import MsgGenerationException as MsgGenerationException
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "os")
 
 
 def write_modules(outdir: str) -> int:

@@ -13,8 +13,11 @@ from genmsg import log as log
 from genmsg.gentools import compute_full_text
 from genpy.base import SIMPLE_TYPES as SIMPLE_TYPES
 from genpy.base import is_simple as is_simple
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg import generated_parts as _parts
 from pipros.msg.generated_parts import Special as Special
+
+_star_names(__name__, "errno genmsg keyword os struct sys traceback")
 
 INDENT = "  "
 

@@ -11,9 +11,12 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.vision.distortion import undistorted
 from pipros.vision.extras import numpy as np
 from pipros.vision.extras import opencv
+
+_star_names(__name__, "cv2 numpy")
 
 
 def mkmat(rows: int, cols: int, L: Any) -> Any:

@@ -8,3 +8,10 @@ from message_filters.simple_filter import SimpleFilter as SimpleFilter
 from message_filters.simple_filter import Subscriber as Subscriber
 from message_filters.synchronizers import ApproximateTimeSynchronizer as ApproximateTimeSynchronizer
 from message_filters.synchronizers import TimeSynchronizer as TimeSynchronizer
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(
+    __name__,
+    "itertools functools:reduce rospy threading",
+    hidden="Chain PassThrough TimeSequencer cache chain sequencer simple_filter synchronizers",
+)

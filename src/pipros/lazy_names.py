@@ -7,6 +7,9 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
+TYPING = ("__future__", "collections.abc", "pathlib", "typing")
+"""Modules whose names modules import for annotations, and do not hand on by a star import."""
+
 
 def lazy_names(module: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """`__getattr__` and `__dir__` of a module, some of whose names live in other modules.
@@ -27,3 +30,59 @@ def lazy_names(module: str, homes: Mapping[str, str]) -> tuple[Callable[[str], A
         return sorted({*vars(sys.modules[module]), *homes})
 
     return get, names
+
+
+def star_names(module: str, words: str = "", hidden: str = "") -> None:
+    """Make a star import of a module bind more names, which are imported when they are asked for.
+
+    Call it after `__all__` and `__getattr__` of the module are set. A name from a library that is not
+    installed is left out. `dir(module)` stays as it is.
+
+    Args:
+        module: the module's own name.
+        words: the names, separated by spaces: `threading` or `os.path` for a module, `io:StringIO` for a name
+            in one, and `urls=urllib.parse` for one under another name.
+        hidden: public names of the module that a star import leaves out.
+    """
+    namespace = vars(sys.modules[module])
+    listed: list[str] | None = namespace.pop("__all__", None)
+    own_get: Callable[[str], Any] | None = namespace.get("__getattr__")
+    own_names: Callable[[], list[str]] = namespace.get("__dir__", lambda: list(namespace))
+    homes: dict[str, str] = {}
+
+    def home_of() -> dict[str, str]:
+        if not homes:
+            homes.update(map(_name_and_home, words.split()))
+        return homes
+
+    def get(name: str) -> Any:
+        if name == "__all__":
+            return all_names()
+        home = home_of().get(name)
+        if home is None:
+            if own_get is not None:
+                return own_get(name)
+            raise AttributeError(f"module '{module}' has no attribute '{name}'")
+        where, _, original = home.partition(":")
+        try:
+            value: Any = import_module(where)
+        except ImportError as error:
+            raise AttributeError(f"module '{module}' cannot import '{name}': {error}") from error
+        namespace[name] = value = getattr(value, original) if original else value
+        return value
+
+    def all_names() -> list[str]:
+        own = [name for name in own_names() if name[0] != "_" and not _is_for_types(namespace.get(name))]
+        wanted = {*(own if listed is None else listed), *home_of()} - set(hidden.split())
+        return sorted(name for name in wanted if hasattr(sys.modules[module], name))
+
+    namespace["__getattr__"] = get
+
+
+def _name_and_home(word: str) -> tuple[str, str]:
+    name, _, home = word.rpartition("=")
+    return name or home.rpartition(":" if ":" in home else ".")[2], home
+
+
+def _is_for_types(value: object) -> bool:
+    return type(value).__module__ in TYPING or getattr(value, "__module__", "") in TYPING

@@ -5,6 +5,7 @@ Facade of `pipros.bag`; see http://wiki.ros.org/rosbag/Code%20API.
 
 from __future__ import annotations
 
+from pipros.lazy_names import star_names as _star_names
 from rosbag.bag import (
     Bag,
     BagMessage,
@@ -30,3 +31,11 @@ __all__ = [
     "ROSBagUnindexedException",
     "rosbagmain",
 ]
+
+_star_names(
+    __name__,
+    "rosbag.bag rosbag.migration rosbag.rosbag_main",
+    hidden=(
+        "BagMessage BagMessageWithConnectionHeader ROSBagEncryptException ROSBagEncryptNotSupportedException"
+    ),
+)

@@ -14,6 +14,7 @@ from pipros.bag.connection import Connection
 from pipros.bag.index import Stamp
 from pipros.bag.reader import BagReader
 from pipros.bag.writer import CHUNK_BYTES
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg.time import Time as _Time
 from rosbag.exceptions import (
     ROSBagEncryptException,
@@ -38,6 +39,12 @@ __all__ = [
     "ROSBagFormatException",
     "ROSBagUnindexedException",
 ]
+
+_star_names(
+    __name__,
+    "bisect bz2 collections Cryptodome.Cipher.AES genmsg genpy get_random_bytes=os:urandom gnupg heapq os "
+    "re roslib rospy StringIO=io:BytesIO struct sys threading time yaml",
+)
 
 
 class Compression:

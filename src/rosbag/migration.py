@@ -14,9 +14,16 @@ from pipros.bag.migration_plugins import installed_rules, rules_of_files
 from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.rewrite import replaced_file
 from pipros.errors import PiprosError
+from pipros.lazy_names import star_names as _star_names
 from pipros.workspace.index import PackageIndex
 
 __all__ = ["BagMigrationException", "MessageMigrator", "checkbag", "fixbag", "fixbag2"]
+
+_star_names(
+    __name__,
+    "collections copy genmsg genpy inspect itertools os rosbag rospkg string StringIO=io:BytesIO sys "
+    "traceback",
+)
 
 
 class BagMigrationException(Exception):

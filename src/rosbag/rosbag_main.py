@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from pipros.cli.rosbag import main as _main
+from pipros.lazy_names import star_names as _star_names
 from rosbag.bag import (
     Bag,
     Compression,
@@ -44,6 +45,12 @@ __all__ = [
     "reindex_cmd",
     "rosbagmain",
 ]
+
+_star_names(
+    __name__,
+    "UserDict=collections:UserDict optparse os print_function=__future__:print_function roslib shutil signal "
+    "subprocess sys time",
+)
 
 
 def rosbagmain(argv: Sequence[str] | None = None) -> None:

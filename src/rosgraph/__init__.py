@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
+from pipros.lazy_names import star_names as _star_names
 from rosgraph import names, network, rosenv
 from rosgraph.masterapi import Master, MasterError, MasterException, MasterFailure
 from rosgraph.masterapi import is_online as is_master_online
@@ -53,3 +54,6 @@ def __getattr__(name: str) -> Any:
 
         return import_module(f"rosgraph.{name}")
     raise AttributeError(f"module 'rosgraph' has no attribute '{name}'")
+
+
+_star_names(__name__, hidden="names network rosenv")

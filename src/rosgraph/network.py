@@ -11,6 +11,7 @@ from typing import Any
 
 from pipros.env import Environment
 from pipros.errors import ProtocolError
+from pipros.lazy_names import star_names as _star_names
 from pipros.net import address as _address
 from pipros.net.this_machine import is_this_machine
 from pipros.wire.header import HeaderReader, decode_header, encode_header
@@ -39,6 +40,8 @@ __all__ = [
     "use_ipv6",
     "write_ros_handshake_header",
 ]
+
+_star_names(__name__, "io:BytesIO logging os platform socket struct sys urlparse=urllib.parse")
 
 
 # Requests of ioctl() on Linux: list of network interfaces, and address of an interface.

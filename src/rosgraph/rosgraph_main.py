@@ -6,6 +6,9 @@ import sys
 from typing import NoReturn
 
 from pipros.cli.rosgraph import main
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "rosgraph.impl.graph rosgraph.masterapi rosgraph.roslogging time")
 
 
 def fullusage() -> NoReturn:

@@ -11,8 +11,11 @@ from typing import Any
 
 from pipros.env import Environment
 from pipros.errors import PiprosError
-from pipros.node.log import ConsoleHandler
+from pipros.lazy_names import star_names as _star_names
+from pipros.node.log import ConsoleHandler, RosLogger, find_log_config
 from pipros.node.program_log import link_latest, log_program, make_folders_as_parent
+
+_star_names(__name__, "datetime inspect rospkg time yaml")
 
 ROS_LOG_DIR = "ROS_LOG_DIR"
 
@@ -21,12 +24,11 @@ class LoggingException(Exception):  # Noetic's name
     """Logging could not be configured."""
 
 
-class RospyLogger(logging.getLoggerClass()):  # type: ignore[misc]  # another module may have replaced it
-    """Logger class of Noetic's rospy. `rospy.loginfo` and its family do not need it to find their caller."""
+class RospyLogger(RosLogger, logging.getLoggerClass()):  # type: ignore[misc]  # another module may have set it
+    """Class of the loggers that are created after the import of this module, as in Noetic."""
 
-    def findCaller(self, *args: Any, **kwargs: Any) -> tuple[str, int, str, str | None]:  # noqa: N802
-        """Return file, line and function of the caller, and the stack if requested."""
-        return super().findCaller(*args, **kwargs)  # type: ignore[no-any-return]
+
+logging.setLoggerClass(RospyLogger)
 
 
 class RosStreamHandler(ConsoleHandler):
@@ -75,10 +77,15 @@ def configure_logging(
         LoggingException: the path of the folder is a file, or the configuration file of
             `ROS_PYTHON_LOG_CONFIG_FILE` is invalid.
     """
+    environment = Environment.from_os(env)
     try:
-        path = log_program(logname, level, filename, Environment.from_os(env))
+        path = log_program(logname, level, filename, environment)
     except PiprosError as error:
         raise LoggingException(str(error)) from error
+    rosout = logging.getLogger("rosout")
+    if path is not None and not rosout.handlers and find_log_config(environment) is None:
+        rosout.setLevel(logging.INFO)
+        rosout.addHandler(RosStreamHandler())
     return None if path is None else str(path)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from pipros.env import Environment
 from pipros.interruptible_wait import wait_in_slices
 from pipros.lazy_names import lazy_names
+from pipros.lazy_names import star_names as _star_names
 from pipros.net import address as _address
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_server import RpcServer
@@ -25,6 +26,12 @@ __getattr__, __dir__ = lazy_names(
     },
 )
 """Servers of the standard library, imported on first use because their import is slow."""
+
+_star_names(
+    __name__,
+    "errno platform rosgraph select xmlrpc.server:SimpleXMLRPCRequestHandler "
+    "xmlrpc.server:SimpleXMLRPCServer socket socketserver traceback",
+)
 
 _log = logging.getLogger("xmlrpc")
 

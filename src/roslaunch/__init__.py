@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from pipros.env import DEFAULT_MASTER_PORT, Environment
+from pipros.lazy_names import star_names as _star_names
 from roslaunch import (
     config,
     core,
@@ -71,6 +72,13 @@ __all__ = [
     "write_pid_file",
     "xmlloader",
 ]
+
+_star_names(
+    __name__,
+    "logging os roslaunch.depends roslaunch.node_args roslaunch_core=roslaunch.core "
+    "roslaunch_param_dump=roslaunch.param_dump rospkg sys traceback",
+    hidden="Machine Param",
+)
 
 
 def configure_logging(uuid: str) -> None:

@@ -7,11 +7,14 @@ from collections.abc import Sequence
 
 from pipros.launch.inspect import arguments_text
 from pipros.launch.model import Argument
+from pipros.lazy_names import star_names as _star_names
 from roslaunch.config import load_config_default
 from roslaunch.core import FileAndArguments, RLException
 from roslaunch.xmlloader import XmlLoader
 
 __all__ = ["RLException", "dump_args", "get_args", "load_config_default"]
+
+_star_names(__name__, "roslaunch sys")
 
 
 def get_args(roslaunch_files: Sequence[FileAndArguments]) -> dict[str, tuple[str | None, str | None]]:

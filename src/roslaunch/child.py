@@ -7,9 +7,12 @@ import logging
 from pipros.launch.child import Child
 from pipros.launch.console import Console
 from pipros.launch.run import RunOptions
+from pipros.lazy_names import star_names as _star_names
 from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM
 
 __all__ = ["DEFAULT_TIMEOUT_SIGINT", "DEFAULT_TIMEOUT_SIGTERM", "ROSLaunchChild"]
+
+_star_names(__name__, "logging roslaunch traceback")
 
 
 class ROSLaunchChild:

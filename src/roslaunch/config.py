@@ -11,6 +11,7 @@ from pipros.env import DEFAULT_MASTER_PORT
 from pipros.launch import announcements, model
 from pipros.launch.model import ParameterAction, ParameterCommand
 from pipros.launch.roscore import ROS_DISTRO
+from pipros.lazy_names import star_names as _star_names
 from rosgraph.network import create_local_xmlrpc_uri
 from roslaunch.core import (
     Executable,
@@ -42,6 +43,8 @@ __all__ = [
     "local_machine",
     "namespaces_of",
 ]
+
+_star_names(__name__, "logging os rosgraph roslaunch rospkg types")
 
 
 def namespaces_of(name: str | None) -> list[str]:

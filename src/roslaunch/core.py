@@ -15,6 +15,7 @@ from pipros import names
 from pipros.env import Environment, split_master_uri
 from pipros.launch import model, placement, run_id
 from pipros.launch.model import LaunchError
+from pipros.lazy_names import star_names as _star_names
 from rosgraph.network import create_local_xmlrpc_uri, parse_http_host_and_port
 from rosgraph.rosenv import ROS_MASTER_URI, ROS_NAMESPACE
 from roslaunch.printing import (
@@ -59,6 +60,12 @@ __all__ = [
     "set_child_mode",
     "setup_env",
 ]
+
+_star_names(
+    __name__,
+    "basestring=builtins:str xml.sax.saxutils:escape logging xmlrpc.client:MultiCall os re rosgraph rospkg "
+    "xmlrpc.client:ServerProxy socket sys unicode=builtins:str",
+)
 
 FileAndArguments = str | tuple[str, Sequence[str]]
 """A launch file, alone or with the `name:=value` words for it."""

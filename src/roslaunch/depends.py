@@ -9,8 +9,10 @@ from pathlib import Path
 
 from pipros.errors import PiprosError
 from pipros.launch.arguments import split_arguments
+from pipros.launch.check import UNSET, known_nodes
 from pipros.launch.load_context import LoadContext
 from pipros.launch.xml import load
+from pipros.lazy_names import star_names as _star_names
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.manifest import read_manifest
 from rosgraph.names import load_mappings
@@ -31,6 +33,8 @@ __all__ = [
     "roslaunch_deps",
     "roslaunch_deps_main",
 ]
+
+_star_names(__name__, "DomNode=xml.dom:Node os xml.dom.minidom:parse rospkg sys")
 
 NAME = "roslaunch-deps"
 
@@ -94,7 +98,7 @@ def parse_launch(
             [launch_file],
             split_arguments(sys.argv)[0],
             context=LoadContext.of_process(index),
-            unset_as="" if ignore_unset_args else None,
+            unset_as=UNSET if ignore_unset_args else None,
         )
     except PiprosError as error:
         raise RoslaunchDepsException(str(error)) from error
@@ -110,7 +114,7 @@ def parse_launch(
             print(f"ERROR: cannot determine package for [{included}]", file=sys.stderr)
         elif package != _package_of(file, index):
             deps.pkgs.append(package)
-    for node in (*launch.nodes, *(test.node for test in launch.tests)):
+    for node in known_nodes(launch):
         deps = file_deps[node.place.file if node.place else launch_file]
         if (node.package, node.type) not in deps.nodes:
             deps.nodes.append((node.package, node.type))

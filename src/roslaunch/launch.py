@@ -14,6 +14,7 @@ from pipros.launch.console import Console
 from pipros.launch.model import LaunchError
 from pipros.launch.run import LaunchRun, RunOptions
 from pipros.launch.session import LaunchSession, SessionOptions
+from pipros.lazy_names import star_names as _star_names
 from pipros.master.options import MasterOptions, limits_with_timeout
 from roslaunch.core import (
     PHASE_RUN,
@@ -109,6 +110,12 @@ __all__ = [
     "validate_master_launch",
 ]
 
+_star_names(
+    __name__,
+    "basestring=builtins:str xml.sax.saxutils:escape logging xmlrpc.client:MultiCall os re rosgraph rospkg "
+    "xmlrpc.client:ServerProxy socket subprocess sys time traceback unicode=builtins:str",
+)
+
 _LOOK_EVERY_S = 0.05
 
 
@@ -194,7 +201,10 @@ class ROSLaunchRunner:
         self.sigint_timeout = sigint_timeout
         self.sigterm_timeout = sigterm_timeout
         self.logger = logging.getLogger("roslaunch")
-        self.pm = pmon or start_process_monitor()
+        monitor = pmon or start_process_monitor()
+        if monitor is None:
+            raise RLException("cannot start a process monitor: a signal has begun the shutdown")
+        self.pm = monitor
         self.listeners = self.pm.listeners
         self._session: LaunchSession | None = None
         self._processes: RunProcesses | None = None

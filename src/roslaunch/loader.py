@@ -9,7 +9,8 @@ from typing import Any
 from pipros import names
 from pipros.launch.load_context import LoadContext
 from pipros.launch.param_types import flatten
-from pipros.safe import yaml
+from pipros.lazy_names import star_names as _star_names
+from pipros.safe import yaml as _yaml
 from rosgraph.names import canonicalize_name, is_legal_name, load_mappings, make_global_ns, ns_join
 from roslaunch.core import PHASE_SETUP, Param, RLException, RosbinExecutable
 from roslaunch.substitution_args import convert_value
@@ -33,6 +34,8 @@ __all__ = [
     "post_process_include_args",
     "process_include_args",
 ]
+
+_star_names(__name__, "copy:deepcopy errno os sys yaml")
 
 PRIV_NAME = "~"
 
@@ -257,8 +260,8 @@ class Loader:
         if subst_function is not None:
             text = subst_function(text)
         try:
-            value = yaml.load(text, file_ or context.filename or "<rosparam>")
-        except yaml.YamlError as error:
+            value = _yaml.load(text, file_ or context.filename or "<rosparam>")
+        except _yaml.YamlError as error:
             raise LoadException(f"error loading <rosparam> tag: \n\t{error}") from error
         if value is None:
             return

@@ -6,9 +6,12 @@ from collections.abc import Sequence
 
 from pipros.env import Environment
 from pipros.errors import PiprosError
+from pipros.lazy_names import star_names as _star_names
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
 from rosgraph.network import parse_http_host_and_port
+
+_star_names(__name__, "rosgraph xmlrpc.client:ServerProxy")
 
 _CALLER_ID = "/roslaunch_netapi"
 _TIMEOUT_S = 5.0

@@ -11,6 +11,7 @@ from pipros import names
 from pipros.env import Environment
 from pipros.launch.command import CannotLaunch, CommandMaker
 from pipros.launch.inspect import command_words, full_node_name
+from pipros.lazy_names import star_names as _star_names
 from pipros.workspace.index import PackageIndex
 from rosgraph.names import script_resolve_name
 from roslaunch.config import load_config_default
@@ -35,6 +36,11 @@ __all__ = [
     "script_resolve_name",
     "setup_env",
 ]
+
+_star_names(
+    __name__,
+    "logging os rosgraph roslaunch roslaunch.substitution_args roslib rospkg shlex sys time",
+)
 
 
 class NodeParamsException(Exception):

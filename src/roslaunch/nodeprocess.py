@@ -20,6 +20,7 @@ from pipros.launch.managed_node import ManagedNode
 from pipros.launch.process import NodeProcess
 from pipros.launch.run import LaunchRun
 from pipros.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S, end
+from pipros.lazy_names import star_names as _star_names
 from pipros.workspace.index import PackageIndex
 from roslaunch.core import (
     PHASE_RUN,
@@ -97,6 +98,12 @@ __all__ = [
     "set_child_mode",
     "setup_env",
 ]
+
+_star_names(
+    __name__,
+    "basestring=builtins:str errno xml.sax.saxutils:escape logging xmlrpc.client:MultiCall os re rosgraph "
+    "rospkg xmlrpc.client:ServerProxy signal socket subprocess sys time traceback unicode=builtins:str",
+)
 
 DEFAULT_TIMEOUT_SIGINT = SIGINT_TIMEOUT_S
 DEFAULT_TIMEOUT_SIGTERM = SIGTERM_TIMEOUT_S

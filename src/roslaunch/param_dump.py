@@ -6,9 +6,12 @@ import sys
 from collections.abc import Sequence
 
 from pipros.launch.inspect import params_text
+from pipros.lazy_names import star_names as _star_names
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.core import RLException
 from roslaunch.xmlloader import XmlLoader
+
+_star_names(__name__, "roslaunch yaml")
 
 
 def dump_params(files: Sequence[str]) -> bool:

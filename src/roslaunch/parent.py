@@ -10,6 +10,7 @@ from pipros.launch.console import Console
 from pipros.launch.model import Launch
 from pipros.launch.run import RunOptions
 from pipros.launch.session import LaunchSession, SessionOptions
+from pipros.lazy_names import star_names as _star_names
 from pipros.master.options import MasterOptions, limits_with_timeout
 from roslaunch.config import ROSLaunchConfig, load_config_default
 from roslaunch.core import FileAndArguments, RLException, printerrlog, printlog_bold
@@ -33,6 +34,8 @@ __all__ = [
     "printerrlog",
     "printlog_bold",
 ]
+
+_star_names(__name__, "logging roslaunch")
 
 
 class ROSLaunchParent:
@@ -170,6 +173,8 @@ class ROSLaunchParent:
     def _make_session(self) -> LaunchSession:
         if self.pm is None:
             self.pm = start_process_monitor()
+        if self.pm is None:
+            raise RLException("cannot start a process monitor: a signal has begun the shutdown")
         return LaunchSession(
             [entry if isinstance(entry, str) else entry[0] for entry in self.roslaunch_files],
             {},

@@ -14,6 +14,8 @@ from types import FrameType
 from typing import Any, Protocol
 
 from pipros.interrupts import accept_ctrl_c
+from pipros.lazy_names import star_names as _star_names
+from pipros.shared_names import share_names
 from roslaunch.core import RLException, printerrlog, printlog, printlog_bold
 
 __all__ = [
@@ -23,6 +25,7 @@ __all__ = [
     "ProcessListener",
     "ProcessMonitor",
     "RLException",
+    "logger",
     "pmon_shutdown",
     "printerrlog",
     "printlog",
@@ -32,12 +35,28 @@ __all__ = [
     "start_process_monitor",
 ]
 
+_star_names(
+    __name__,
+    "atexit queue:Empty threading:Lock logging os queue:Queue threading:RLock roslib signal sys "
+    "threading:Thread time traceback",
+)
+
 logger = logging.getLogger("roslaunch.pmon")
 
 _LOOK_EVERY_S = 0.1
 _SHUTDOWN_TIMEOUT_S = 20.0
 
 _monitors: list[ProcessMonitor] = []
+
+
+class _Shutdown:
+    """Whether a signal has begun the end of the program. No monitor starts any more then."""
+
+    has_begun = False
+
+
+_shutdown = _Shutdown()
+share_names(__name__, _shutdown, {"_shutting_down": "has_begun"})
 _numbers = itertools.count(1)
 
 
@@ -372,8 +391,10 @@ class ProcessMonitor(threading.Thread):
         yield from reversed(self.core_procs)
 
 
-def start_process_monitor() -> ProcessMonitor:
-    """Starts a monitor; `pmon_shutdown` and the end of the program end it."""
+def start_process_monitor() -> ProcessMonitor | None:
+    """Starts a monitor; `pmon_shutdown` and the end of the program end it. None after `rl_signal`."""
+    if _shutdown.has_begun:
+        return None
     monitor = ProcessMonitor(f"ProcessMonitor-{next(_numbers)}")
     _init_signal_handlers()
     if not _monitors:
@@ -401,9 +422,11 @@ def pmon_shutdown() -> None:
 
 
 def rl_signal(sig: int, stackframe: FrameType | None) -> None:
-    """A handler of signals that ends all monitors."""
+    """A handler of signals that ends all monitors. Only the first signal has an effect."""
     _ = sig, stackframe
-    pmon_shutdown()
+    if not _shutdown.has_begun:
+        _shutdown.has_begun = True
+        pmon_shutdown()
 
 
 def _init_signal_handlers() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from typing import TYPE_CHECKING
 
+from pipros.lazy_names import star_names as _star_names
 from roslaunch.core import RLException, is_machine_local, printerrlog, printlog
 from roslaunch.launch import ROSRemoteRunnerIF
 from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM
@@ -25,6 +26,8 @@ __all__ = [
     "printerrlog",
     "printlog",
 ]
+
+_star_names(__name__, "logging rosgraph.network roslaunch socket time")
 
 
 class ROSRemoteRunner(ROSRemoteRunnerIF):

@@ -9,6 +9,7 @@ from xmlrpc.client import ServerProxy
 
 from pipros.env import Environment
 from pipros.launch.ssh import ssh_command
+from pipros.lazy_names import star_names as _star_names
 from roslaunch.core import Machine, printerrlog, printlog
 from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM
 from roslaunch.pmon import FatalProcessLaunch
@@ -22,6 +23,8 @@ __all__ = [
     "printerrlog",
     "printlog",
 ]
+
+_star_names(__name__, "logging os rosgraph roslaunch xmlrpc.client:ServerProxy socket traceback")
 
 TIMEOUT_SSH_CONNECT = 30.0
 

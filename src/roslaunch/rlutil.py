@@ -15,6 +15,7 @@ from pipros.launch.console import Console
 from pipros.launch.find_launch_files import resolve_files
 from pipros.launch.logs import disk_usage_report
 from pipros.launch.run_id import new_run_id
+from pipros.lazy_names import star_names as _star_names
 from pipros.net.master_client import MasterClient
 from pipros.workspace.index import PackageIndex
 from roslaunch.core import FileAndArguments, Master, RLException, printerrlog, printlog
@@ -29,6 +30,8 @@ __all__ = [
     "resolve_launch_arguments",
     "update_terminal_name",
 ]
+
+_star_names(__name__, "os rosclean rosgraph roslaunch roslib rospkg sys time")
 
 _ASK_EVERY_S = 0.1
 

@@ -6,7 +6,10 @@ import sys
 
 from pipros.env import Environment
 from pipros.errors import PiprosError
+from pipros.lazy_names import star_names as _star_names
 from pipros.net.master_client import MasterClient
+
+_star_names(__name__, "os rosgraph rospkg time traceback")
 
 NAME = "roslaunch-logs"
 

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pipros.launch.session import LaunchSession
+from pipros.lazy_names import star_names as _star_names
 from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
 from roslaunch.core import (
     RLException,
@@ -46,6 +47,12 @@ __all__ = [
     "printlog",
     "printlog_bold",
 ]
+
+_star_names(
+    __name__,
+    "errno rosgraph_msgs.msg:Log logging os rosgraph.network rosgraph.xmlrpc roslaunch "
+    "xmlrpc.client:ServerProxy socket sys time traceback urllib.parse:urlparse",
+)
 
 Answer = tuple[int, str, Any]
 

@@ -4,16 +4,27 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from pipros.launch.load_context import LoadContext
 from pipros.launch.param_types import convert
 from pipros.launch.substitute import Substitution, SubstitutionError, UnsetArgument, anonymous_name
+from pipros.lazy_names import star_names as _star_names
+from pipros.workspace.index import PackageIndex
+
+if TYPE_CHECKING:
+    from rospkg import RosPack
 
 SubstitutionException = SubstitutionError
 ArgException = UnsetArgument
 
 __all__ = ["ArgException", "SubstitutionException", "convert_value", "resolve_args"]
+
+_star_names(__name__, "math os rosgraph rospkg io:StringIO")
+
+_rospack: RosPack | None = None
+"""Finds the packages, if other packages set it; they do so to forget what was found before."""
 
 
 def convert_value(value: str, type_: str) -> Any:
@@ -47,7 +58,7 @@ def resolve_args(
     context = {} if context is None else context
     file = filename or context.get("filename")
     substitution = Substitution(
-        LoadContext.of_process().find,
+        LoadContext.of_process(_packages()).find,
         os.environ,
         anonymous_name,
         arguments=dict(context.get("arg", {})),
@@ -57,3 +68,8 @@ def resolve_args(
     if isinstance(context, dict):
         context.setdefault("anon", substitution.anonymous)
     return substitution.resolve(arg_str)
+
+
+def _packages() -> PackageIndex | None:
+    """The packages that `_rospack` finds; None if it is not set."""
+    return None if _rospack is None else PackageIndex([Path(path) for path in _rospack.get_ros_paths()])

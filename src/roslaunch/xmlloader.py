@@ -16,9 +16,10 @@ from pipros.launch.model import Test as TestValue
 from pipros.launch.param_types import convert_bool
 from pipros.launch.scope import LaunchScope
 from pipros.launch.xml import Loader as Reader
+from pipros.lazy_names import star_names as _star_names
 from rosgraph.names import get_ros_namespace, is_legal_name, is_private, make_global_ns, ns_join
 from roslaunch.core import PHASE_SETUP, Machine, Node, Param, RLException, RosbinExecutable, Test
-from roslaunch.loader import Loader, LoaderContext
+from roslaunch.loader import Loader, LoaderContext, LoadException
 from roslaunch.substitution_args import ArgException, SubstitutionException, resolve_args
 
 __all__ = [
@@ -42,12 +43,24 @@ __all__ = [
     "ns_join",
 ]
 
+_star_names(
+    __name__,
+    "DomNode=xml.dom:Node itertools logging xml.dom.minidom:parse xml.dom.minidom:parseString "
+    "rospkg.common:ResourceNotFound roslaunch.loader roslaunch.substitution_args sys traceback",
+)
+
+_NOT_LOADED = "error loading <rosparam> tag"
+"""The beginning of errors that genuine ROS does not count as mistakes in the XML."""
+
 NS = "ns"
 CLEAR_PARAMS = "clear_params"
 
 
 class XmlParseException(RLException):
-    """A launch file is wrong."""
+    """A launch file is wrong. The text is the reason alone; `places` and `element` say where."""
+
+    def __str__(self) -> str:
+        return self.reason
 
 
 class DomElement(Protocol):
@@ -211,7 +224,8 @@ class XmlLoader(Loader):
         except XmlParseException:
             raise
         except LaunchError as error:
-            raise XmlParseException(error.reason, error.places, error.element) from error
+            kind = LoadException if error.reason.startswith(_NOT_LOADED) else XmlParseException
+            raise kind(error.reason, error.places, error.element) from error
         context = LoaderContext(scope.namespace, filename, arg_names=sorted(scope.declared))
         context.resolve_dict["arg"] = {
             name: value for name, value in scope.arguments.items() if value is not None

@@ -3,6 +3,7 @@
 from typing import Any as _Any
 
 import pipros.startup as _startup  # noqa: F401 # the import hook, where pipros.pth did not run
+from pipros.lazy_names import star_names as _star_names
 from roslib.launcher import load_manifest as load_manifest
 
 __all__ = ["is_interactive", "load_manifest", "set_interactive"]
@@ -29,3 +30,10 @@ def __getattr__(name: str) -> _Any:
 
         return import_module(f"roslib.{name}")
     raise AttributeError(f"module 'roslib' has no attribute '{name}'")
+
+
+_star_names(
+    __name__,
+    "roslib roslib.exceptions roslib.launcher roslib.manifest roslib.manifestlib roslib.packages "
+    "roslib.stack_manifest roslib.stacks",
+)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NoReturn, TypedDict
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg.importing.hook import installed_library
 from pipros.msg.language import digest
 from pipros.msg.language.spec import MessageSpec
@@ -13,6 +14,8 @@ from roslib.msgs import MsgSpec
 from roslib.msgs import MsgSpecException as MsgSpecException
 from roslib.packages import get_dir_pkg
 from roslib.srvs import SrvSpec
+
+_star_names(__name__, "roslib rospkg io:StringIO sys")
 
 
 class Dependencies(TypedDict):
@@ -97,8 +100,8 @@ def get_file_dependencies(
 
 def compute_md5_text(get_deps_dict: Dependencies, spec: MsgSpec, rospack: Any = None) -> str:
     """The text over which the md5 of a message is computed."""
-    del get_deps_dict, rospack
-    return digest.md5_text(_definition(spec), _lookup)
+    del rospack
+    return digest.md5_text(_definition(spec, get_deps_dict["package"]), _lookup)
 
 
 def compute_md5(get_deps_dict: Dependencies, rospack: Any = None) -> str:
@@ -106,9 +109,12 @@ def compute_md5(get_deps_dict: Dependencies, rospack: Any = None) -> str:
     del rospack
     spec = get_deps_dict["spec"]
     if isinstance(spec, SrvSpec):
-        halves = (digest.complete(_definition(half), _lookup) for half in (spec.request, spec.response))
+        package = get_deps_dict["package"]
+        halves = (
+            digest.complete(_definition(half, package), _lookup) for half in (spec.request, spec.response)
+        )
         return digest.md5_of_halves(*halves)
-    return digest.message_md5(_definition(spec), _lookup)
+    return digest.message_md5(_definition(spec, get_deps_dict["package"]), _lookup)
 
 
 compute_md5_v2 = compute_md5
@@ -130,11 +136,14 @@ def compute_full_text(get_deps_dict: Dependencies) -> str:
     return f"\n{'=' * 80}\n".join(parts)
 
 
-def _definition(spec: MsgSpec) -> MessageSpec:
-    return msgs.read(spec.text, spec.full_name)
+def _definition(spec: MsgSpec, package: str) -> MessageSpec:
+    """Read a definition again from its parts: it may have been made without a text, or without a name."""
+    constants = [f"{c.type} {c.name}={c.val_text}" for c in spec.constants]
+    fields = [f"{kind} {name}" for kind, name in zip(spec.types, spec.names, strict=True)]
+    return msgs.read("\n".join([*constants, *fields]), spec.full_name or f"{package}/Text")
 
 
 def _lookup(type_name: str) -> MessageSpec:
     if msgs.is_registered(type_name):
-        return _definition(msgs.get_registered(type_name))
+        return _definition(msgs.get_registered(type_name), type_name.partition("/")[0])
     return installed_library().definitions.message(type_name)

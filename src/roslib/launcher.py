@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pipros.lazy_names import star_names as _star_names
+
 if TYPE_CHECKING:
     from rospkg import RosPack
 
     from pipros.workspace.index import Package
+
+_star_names(__name__, "os rospkg sys")
 
 
 def load_manifest(package_name: str, bootstrap_version: str = "0.7") -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.workspace.dry_manifest import DryManifest
 from roslib import manifestlib
 from roslib.manifestlib import Depend as Depend
@@ -12,6 +13,8 @@ from roslib.manifestlib import ManifestException as ManifestException
 from roslib.manifestlib import ROSDep as ROSDep
 from roslib.manifestlib import VersionControl as VersionControl
 from roslib.packages import InvalidROSPkgException, get_pkg_dir
+
+_star_names(__name__, "os roslib")
 
 MANIFEST_FILE = "manifest.xml"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.workspace.dry_manifest import ALLOWXHTML as ALLOWXHTML
 from pipros.workspace.dry_manifest import OPTIONAL as OPTIONAL
 from pipros.workspace.dry_manifest import REQUIRED as REQUIRED
@@ -16,6 +17,8 @@ from pipros.workspace.dry_manifest import ROSDep as ROSDep
 from pipros.workspace.dry_manifest import StackDepend as StackDepend
 from pipros.workspace.dry_manifest import VersionControl as VersionControl
 from roslib.exceptions import ROSLibException
+
+_star_names(__name__, "dom=xml.dom.minidom os roslib")
 
 
 class ManifestException(ROSLibException):

@@ -14,6 +14,7 @@ from genpy.message import (
     get_service_class,
     strify_message,
 )
+from pipros.lazy_names import star_names as _star_names
 
 __all__ = [
     "DeserializationError",
@@ -29,3 +30,5 @@ __all__ = [
     "get_service_class",
     "strify_message",
 ]
+
+_star_names(__name__, "genmsg genpy roslib rospkg")

@@ -20,10 +20,13 @@ from genmsg.msgs import is_builtin as is_builtin
 from genmsg.msgs import is_valid_constant_type as is_valid_constant_type
 from genmsg.msgs import is_valid_msg_field_name as _is_valid_name
 from genmsg.msgs import is_valid_msg_type as is_valid_msg_type
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import DefinitionError, MessageSpec
 from roslib.packages import resource_file
 from roslib.resources import list_package_resources
+
+_star_names(__name__, "roslib rospkg io:StringIO sys")
 
 SEP = "/"
 EXT = ".msg"
@@ -96,6 +99,7 @@ class Field(genmsg.msgs.Field):
     def __init__(self, name: str, type: str) -> None:  # noqa: A002  # roslib's name for it
         parse_type(type)
         super().__init__(name, type)
+        self.is_header = is_header_type(self.base_type)
 
 
 class MsgSpec:

@@ -5,6 +5,7 @@ New code uses `rospkg`, or `pipros.workspace`.
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -13,6 +14,7 @@ from subprocess import PIPE as PIPE
 from typing import TYPE_CHECKING
 
 from pipros.env import Environment
+from pipros.lazy_names import star_names as _star_names
 from pipros.workspace.executables import find_executables
 from pipros.workspace.find_in_workspaces import find_in_workspaces as catkin_find
 from pipros.workspace.index import Package, PackageIndex
@@ -40,6 +42,8 @@ __all__ = [
     "list_pkgs_by_path",
     "resource_file",
 ]
+
+_star_names(__name__, "os subprocess:PIPE subprocess:Popen roslib rospkg stat sys")
 
 MANIFEST_FILE = "manifest.xml"
 PACKAGE_FILE = "package.xml"
@@ -152,14 +156,30 @@ def find_resource(
     """
     package = _package(pkg, rospack)
     builds = [workspace.executables_of(pkg) for workspace in built_workspaces()]
-    found: list[str] = []
-    for folder in (*builds, package.path):
-        for parent, folders, files in os.walk(folder, followlinks=False):
-            folders[:] = sorted(name for name in folders if not name.startswith("."))
-            path = os.path.join(parent, resource_name)
-            is_taken = resource_name in files and (filter_fn is None or filter_fn(path))
-            if is_taken and path not in found:
-                found.append(path)
+    found = (_find_resource(folder, resource_name, filter_fn) for folder in (*builds, package.path))
+    return list(dict.fromkeys(itertools.chain.from_iterable(found)))
+
+
+def _find_resource(
+    d: str | os.PathLike[str], resource_name: str, filter_fn: Callable[[str], bool] | None = None
+) -> list[str]:
+    """Return all files of that name below a folder, if `filter_fn` returns True. Other packages call it.
+
+    Hidden folders, and links that lead back to a folder above, are left out.
+    """
+    found = []
+    for parent, folders, files in os.walk(d, followlinks=True):
+        here = os.path.join(os.path.realpath(parent), "")
+        folders[:] = sorted(
+            name
+            for name in folders
+            if not (
+                name.startswith(".") or here.startswith(os.path.realpath(os.path.join(parent, name)) + os.sep)
+            )
+        )
+        path = os.path.join(parent, resource_name)
+        if resource_name in files and (filter_fn is None or filter_fn(path)):
+            found.append(os.path.abspath(path))
     return found
 
 

@@ -8,11 +8,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.env import Environment
+from pipros.lazy_names import star_names as _star_names
 from pipros.node.program_log import make_folders_as_parent
 from rosgraph.rosenv import ROS_HOSTNAME as ROS_HOSTNAME
 from rosgraph.rosenv import ROS_IP as ROS_IP
 from rosgraph.rosenv import ROS_MASTER_URI as ROS_MASTER_URI
 from rosgraph.rosenv import ROS_NAMESPACE as ROS_NAMESPACE
+
+_star_names(__name__, "warnings")
 
 ROS_ROOT = "ROS_ROOT"
 ROS_PACKAGE_PATH = "ROS_PACKAGE_PATH"
@@ -46,11 +49,14 @@ def get_master_uri(
     """The URI of the master: `__master:=` in `argv`, else `ROS_MASTER_URI`.
 
     Raises:
-        ROSEnvException: neither is there, and it is `required`.
+        ROSEnvException: neither is there, and it is `required`; or `__master:=` has no address, or two.
     """
     for argument in sys.argv if argv is None else argv:
         if argument.startswith("__master:="):
-            return argument.partition(":=")[2]
+            address = argument.partition(":=")[2]
+            if not address or ":=" in address:
+                raise ROSEnvException(f"__master remapping argument '{argument}' improperly specified")
+            return address
     return _variable(ROS_MASTER_URI, required, env)
 
 

@@ -9,7 +9,10 @@ from functools import wraps
 from typing import ParamSpec, TypeVar
 from xmlrpc.client import ServerProxy
 
+from pipros.lazy_names import star_names as _star_names
 from rosgraph import names
+
+_star_names(__name__, "roslib")
 
 P = ParamSpec("P")
 T = TypeVar("T")

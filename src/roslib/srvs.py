@@ -5,12 +5,15 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg.language.parse import parse_service
 from pipros.msg.language.spec import DefinitionError
 from roslib import msgs
 from roslib.msgs import MsgSpec, MsgSpecException
 from roslib.packages import resource_file
 from roslib.resources import list_package_resources
+
+_star_names(__name__, "roslib io:StringIO sys")
 
 SEP = "/"
 EXT = ".srv"

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.workspace.dry_manifest import DryManifest
 from roslib import manifestlib
 from roslib.manifestlib import ManifestException as ManifestException
 from roslib.manifestlib import StackDepend as StackDepend
 from roslib.stacks import get_stack_dir
+
+_star_names(__name__, "os roslib")
 
 STACK_FILE = "stack.xml"
 

@@ -8,6 +8,10 @@ from pathlib import Path
 from rospkg import STACK_FILE as STACK_FILE
 from rospkg import ResourceNotFound, RosPack, RosStack
 
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "os re roslib rospkg")
+
 ROS_ROOT = "ROS_ROOT"
 ROS_PACKAGE_PATH = "ROS_PACKAGE_PATH"
 ROS_STACK = "ros"

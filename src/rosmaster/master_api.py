@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 from xmlrpc.client import Error
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.master.api import MasterApi
 from pipros.master.params import ParamTree
 from pipros.master.registry import Notice, Registry
@@ -30,6 +31,8 @@ from rosmaster.validators import non_empty_str as non_empty_str
 from rosmaster.validators import not_none as not_none
 from rosmaster.validators import valid_name as valid_name
 from rosmaster.validators import valid_type_name as valid_type_name
+
+_star_names(__name__, "os rosgraph rosmaster sys time traceback")
 
 STATUS, MSG, VAL = 0, 1, 2
 """Places in an answer: its code, what to say of it, its value."""

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.master.params import NotATree, NotSet, ParamTree, value_below
 from pipros.names import as_namespace
 from pipros.names import canonicalize as canonicalize_name
@@ -29,6 +30,8 @@ __all__ = [
     "is_private",
     "ns_join",
 ]
+
+_star_names(__name__, "threading:RLock")
 
 
 class ParamDictionary:

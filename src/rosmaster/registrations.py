@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Protocol
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.master.registry import ANY_TYPE, Notice, Registry, Role
 from rosmaster.exceptions import InternalException
 from rosmaster.util import remove_server_proxy as remove_server_proxy
 from rosmaster.util import xmlrpcapi as xmlrpcapi
+
+_star_names(__name__, "rosmaster")
 
 _ROLES = {1: Role.SUBSCRIBER, 2: Role.PUBLISHER, 3: Role.SERVICE, 4: Role.PARAM_SUBSCRIBER}
 

@@ -9,6 +9,10 @@ import threading
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any, NamedTuple
 
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "logging time:sleep traceback")
+
 
 class Task(NamedTuple):
     """What a pool runs: `function(*args)`, and `callback` with what it returns."""

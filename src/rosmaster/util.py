@@ -6,6 +6,10 @@ import threading
 from urllib.parse import urlsplit
 from xmlrpc.client import ServerProxy
 
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "errno socket urllib.parse:urlparse")
+
 _proxies = threading.local()
 """Each thread has its own: a proxy answers one call at a time."""
 

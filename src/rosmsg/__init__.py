@@ -16,6 +16,7 @@ from pipros.cli.rosmsg import main as _main
 from pipros.cli.rosmsg_proto import main as _prototype_main
 from pipros.errors import PiprosError
 from pipros.graph.skeleton import skeleton
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg import load_message_class
 from pipros.msg.base import Message
 from pipros.msg.language.spec import BUILTINS
@@ -54,6 +55,11 @@ __all__ = [
     "rosmsgmain",
     "spec_to_str",
 ]
+
+_star_names(
+    __name__,
+    "collections genmsg inspect optparse:OptionParser os roslib rospkg io:StringIO sys yaml",
+)
 
 MAX_DEFAULT_NON_FLOW_ITEMS = 4
 

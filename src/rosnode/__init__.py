@@ -20,6 +20,7 @@ from pipros.graph import ping as _pinging
 from pipros.graph.cleanup import clean_up as _clean_up
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
+from pipros.lazy_names import star_names as _star_names
 
 __all__ = [
     "CONNECTION_PATTERN",
@@ -46,6 +47,12 @@ __all__ = [
     "rosnodemain",
 ]
 
+_star_names(
+    __name__,
+    "errno optparse:OptionParser os re rosgraph rostopic xmlrpc.client:ServerProxy socket sys time "
+    "urlparse=urllib.parse",
+)
+
 NAME = "rosnode"
 ID = "/rosnode"
 CONNECTION_PATTERN = re.compile(r"\w+ connection on port (\d+) to \[(.*) on socket (\d+)\]")
@@ -57,6 +64,18 @@ class ROSNodeException(Exception):
 
 class ROSNodeIOException(ROSNodeException):
     """The master or a node cannot be reached."""
+
+
+def _succeed(args: tuple[int, str, Any]) -> Any:
+    """Return the value of a reply of the master or slave API. Other packages call it.
+
+    Raises:
+        ROSNodeException: the reply is an error.
+    """
+    code, message, value = args
+    if code != 1:
+        raise ROSNodeException(f"remote call failed: {message}")
+    return value
 
 
 @contextlib.contextmanager

@@ -21,6 +21,7 @@ from pipros.graph import param_text as _rendering
 from pipros.graph import params as _server
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
+from pipros.lazy_names import star_names as _star_names
 from pipros.safe import yaml as _yaml
 from rosgraph.names import (
     GLOBALNS,
@@ -61,6 +62,8 @@ __all__ = [
     "upload_params",
     "yamlmain",
 ]
+
+_star_names(__name__, "base64 xmlrpc.client:Binary math optparse:OptionParser os re rosgraph socket sys yaml")
 
 NAME = "rosparam"
 NS = "_ns"

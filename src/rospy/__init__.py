@@ -10,6 +10,7 @@ _interrupts.install()  # before the other imports: they are where Python drops a
 
 import pipros.startup as _startup  # noqa: F401 # the import hook, where pipros.pth did not run
 from pipros.lazy_names import lazy_names as _lazy_names
+from pipros.lazy_names import star_names as _star_names
 from rospy import brought_along as _brought_along
 from rospy import client as client
 from rospy import core as core
@@ -103,3 +104,20 @@ _brought_along.bring_along()
 
 # Few use it, and it would cost every start-up a message type.
 __getattr__, __dir__ = _lazy_names(__name__, {"Header": "std_msgs.msg"})
+
+_star_names(
+    __name__,
+    "std_msgs.msg:Header",
+    hidden=(
+        "ROSTimeMovedBackwardsException Timer brought_along client core exceptions impl "
+        "logdebug_throttle_identical logerr_throttle_identical logfatal_throttle_identical "
+        "loginfo_throttle_identical logs logwarn_throttle_identical msg msproxy names rostime service "
+        "session timer topics wait_for_message"
+    ),
+)
+_star_names(
+    "rospy.core",
+    "atexit inspect rosgraph_msgs.msg:Log hashlib:md5 os functools:partial pickle rosgraph rospkg rospy "
+    "signal struct sys time traceback types urlparse=urllib.parse xmlrpcclient=xmlrpc.client",
+)
+_star_names("rospy.names", "os rosgraph struct sys")

@@ -11,9 +11,11 @@ from typing import Any, ParamSpec, TypeVar
 from pipros.env import Environment
 from pipros.errors import Interrupted, NotFound, Refused, Unreachable
 from pipros.interruptible_wait import OnceEvent
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg import time as msg_time
 from pipros.names import is_legal_remapping, parse_arguments
 from pipros.node.codec import AnyMessage
+from pipros.shared_names import share_names
 from rospy.core import add_client_shutdown_hook, is_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.logs import DEBUG as DEBUG
@@ -29,12 +31,23 @@ from rospy.msproxy import MasterProxy
 from rospy.rostime import in_seconds
 from rospy.service import Service as Service
 from rospy.session import session
-from rospy.shared_names import share_names
 from rospy.topics import Subscriber
+
+_star_names(
+    __name__,
+    "roscpp.srv:GetLoggers roscpp.srv:GetLoggersResponse threading:Lock rosgraph_msgs.msg:Log "
+    "roscpp.msg:Logger logging os random rosgraph roslib rospy roscpp.srv:SetLoggerLevel "
+    "roscpp.srv:SetLoggerLevelResponse socket struct time yaml",
+)
 
 TIMEOUT_READY = 15.0
 
-_unspecified = object()
+
+class _Unspecified:
+    """The type of the default of a parameter for which no default was given. Other packages use it."""
+
+
+_unspecified = _Unspecified()
 
 P = ParamSpec("P")
 T = TypeVar("T")

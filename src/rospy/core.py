@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
 from pipros.net.argument_checks import below_root
+from pipros.shared_names import share_names
 from pipros.wire.uri import split_uri
 from rospy.logs import LoggingIdentical as LoggingIdentical
 from rospy.logs import LoggingOnce as LoggingOnce
@@ -42,7 +43,6 @@ from rospy.logs import logwarn_throttle_identical as logwarn_throttle_identical
 from rospy.names import *  # noqa: F403  # what others import from here
 from rospy.names import ParameterInvalid, ROSException, ROSInitException
 from rospy.session import THREAD_END_S, session
-from rospy.shared_names import share_names
 
 is_topic = below_root
 

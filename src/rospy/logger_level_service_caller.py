@@ -8,8 +8,11 @@ from collections.abc import Iterator
 from pipros.errors import PiprosError
 from pipros.graph import loggers as _loggers
 from pipros.graph.client import GraphClient
+from pipros.lazy_names import star_names as _star_names
 
 __all__ = ["LoggerLevelServiceCaller", "ROSConsoleException"]
+
+_star_names(__name__, "rosgraph rosnode rospy rosservice")
 
 
 class ROSConsoleException(Exception):

@@ -13,6 +13,7 @@ from collections.abc import Hashable
 from typing import Any, NamedTuple, Protocol
 
 from pipros.msg import time as msg_time
+from pipros.node.log import ros_logger
 from rospy.rostime import get_time, in_seconds
 from rospy.session import session
 
@@ -114,7 +115,7 @@ def _caller() -> tuple[str, int, int]:
 
 def _logger(kwargs: dict[str, Any]) -> logging.Logger:
     name = kwargs.pop("logger_name", None)
-    return logging.getLogger(f"rosout.{name}") if name else session.logger
+    return ros_logger(f"rosout.{name}") if name else session.logger
 
 
 def _family(level: int) -> Family:

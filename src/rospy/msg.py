@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, BinaryIO, ClassVar, TypeVar
 
 from pipros.msg.base import Message
+from pipros.msg.errors import DeserializationError
+from pipros.node.codec import number
 from rospy.exceptions import ROSException
 
 _LENGTH = struct.Struct("<I")
@@ -68,11 +70,7 @@ def serialize_message(b: BinaryIO, seq: int, msg: Message) -> None:
     Raises:
         SerializationError: a field's value does not fit its type. Nothing was written.
     """
-    if getattr(msg, "_has_header", False):
-        header: Any = msg.header  # type: ignore[attr-defined]
-        header.seq = seq
-        if header.frame_id is None:
-            header.frame_id = "0"
+    number(msg, seq)
     body = io.BytesIO()
     msg.serialize(body)
     b.write(_LENGTH.pack(body.tell()) + body.getvalue())
@@ -97,19 +95,22 @@ def deserialize_messages(
     Raises:
         genpy.DeserializationError: the bytes are not such a message.
     """
-    end, data = b.tell(), b.getvalue()
-    bodies: list[bytes] = []
-    while end - start >= _LENGTH.size and (max_msgs is None or len(bodies) < max_msgs):
-        (length,) = _LENGTH.unpack_from(data, start)
-        if end - start - _LENGTH.size < length:
-            break
-        start += _LENGTH.size
-        bodies.append(data[start : start + length])
-        start += length
-    msg_queue += [data_class().deserialize(body) for body in bodies[-queue_size if queue_size else 0 :]]
-    b.seek(0)
-    b.truncate(0)
-    b.write(data[start:end])
+    try:
+        end, data = b.tell(), b.getvalue()
+        bodies: list[bytes] = []
+        while end - start >= _LENGTH.size and (max_msgs is None or len(bodies) < max_msgs):
+            (length,) = _LENGTH.unpack_from(data, start)
+            if end - start - _LENGTH.size < length:
+                break
+            start += _LENGTH.size
+            bodies.append(data[start : start + length])
+            start += length
+        msg_queue += [data_class().deserialize(body) for body in bodies[-queue_size if queue_size else 0 :]]
+        b.seek(0)
+        b.truncate(0)
+        b.write(data[start:end])
+    except Exception as error:
+        raise DeserializationError(f"cannot deserialize: {error}") from error
 
 
 def args_kwds_to_message(

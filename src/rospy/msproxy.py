@@ -7,8 +7,11 @@ from collections.abc import Callable
 from typing import Any
 
 from pipros.errors import NotFound, Unreachable
+from pipros.lazy_names import star_names as _star_names
 from pipros.net.master_client import MasterClient
 from rospy.session import session
+
+_star_names(__name__, "threading:Lock rospy")
 
 
 class MasterProxy:

@@ -5,7 +5,10 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.node.codec import AnyMessage
+
+_star_names(__name__, "numpy")
 
 
 @cache

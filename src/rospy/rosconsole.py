@@ -7,9 +7,16 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from pipros.cli.rosconsole import main as _main
+from pipros.lazy_names import star_names as _star_names
 from rospy.logger_level_service_caller import LoggerLevelServiceCaller, ROSConsoleException
 
 __all__ = ["NAME", "LoggerLevelServiceCaller", "ROSConsoleException", "error", "main"]
+
+_star_names(
+    __name__,
+    "argparse:ArgumentParser datetime:datetime rosgraph_msgs.msg:Log os re rosgraph rospy socket sys "
+    "dateutil.tz.tz:tzlocal",
+)
 
 NAME = "rosconsole"
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 import threading
 import time
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg import time as msg_time
 from pipros.msg.time import NS_PER_S
 from pipros.node.clock import Clock, SimulatedClock
+from pipros.shared_names import share_names
 from rospy.exceptions import ROSInitException
 from rospy.session import session
-from rospy.shared_names import share_names
+
+_star_names(__name__, "genpy rospy sys traceback")
 
 
 def clock() -> Clock:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipros.lazy_names import lazy_names
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg import time as msg_time
 from pipros.msg.base import Message
 from pipros.node import Node
@@ -320,4 +321,14 @@ __getattr__, __dir__ = lazy_names(
         "get_registration_listeners": "rospy.impl.registration",
         "set_service_manager": "rospy.impl.registration",
     },
+)
+
+_star_names(
+    __name__,
+    "atexit rospy.impl.transport:BIDIRECTIONAL rospy.impl.transport:DeadTransport "
+    "rospy.impl.registration:get_registration_listeners rospy.impl.transport:INBOUND inspect "
+    "rosgraph_msgs.msg:Log hashlib:md5 os rospy.impl.transport:OUTBOUND functools:partial pickle "
+    "rospy.impl.transport:ProtocolHandler rospy.impl.registration:Registration rosgraph rospkg rospy "
+    "rospy.impl.registration:set_service_manager signal struct sys traceback rospy.impl.transport:Transport "
+    "types urlparse=urllib.parse xmlrpcclient=xmlrpc.client",
 )

@@ -28,6 +28,7 @@ from pipros.node import Node
 from pipros.node.clock import Clock, SimulatedClock, WallClock
 from pipros.node.endpoints import NameInUse
 from pipros.node.identity import Identity
+from pipros.node.log import ros_logger
 from pipros.node.log_outputs import open_console_and_file, open_rosout
 from pipros.node.logger_services import serve_loggers
 from pipros.node.params import Parameters
@@ -56,7 +57,7 @@ class Session:
     """The life of rospy in this process: before `init_node`, with its node, and after the end."""
 
     def __init__(self) -> None:
-        self.logger = logging.getLogger("rosout")
+        self.logger = ros_logger("rosout")
         self.has_time = False
         self.init_arguments: tuple[Any, ...] | None = None  # of init_node
         self.publishers: WeakSet[Closable] = WeakSet()  # each rospy.Publisher

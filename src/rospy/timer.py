@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg import time as msg_time
 from pipros.msg.time import NS_PER_S
 from pipros.node import rate
@@ -12,6 +13,8 @@ from pipros.node.clock import TimeMovedBackwards
 from rospy.exceptions import ROSInterruptException, ROSTimeMovedBackwardsException
 from rospy.rostime import Duration, Time, clock, in_seconds
 from rospy.session import session
+
+_star_names(__name__, "genpy rospy threading time")
 
 
 def sleep(duration: float | msg_time.Duration) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Generic, NoReturn, overload
 
 import pipros.node as node_api
 from pipros.lazy_names import lazy_names
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg.base import Message as Message
 from pipros.msg.errors import SerializationError
 from pipros.names import is_legal
@@ -326,4 +327,15 @@ __getattr__, __dir__ = lazy_names(
         "get_topic_manager": "rospy.impl.registration",
         "set_topic_manager": "rospy.impl.registration",
     },
+)
+
+_star_names(
+    __name__,
+    "atexit io:BytesIO itertools:chain genpy rospy.impl.registration:get_registration_listeners "
+    "rospy.impl.tcpros:get_tcpros_handler rospy.impl.registration:get_topic_manager inspect "
+    "rosgraph_msgs.msg:Log hashlib:md5 os functools:partial pickle "
+    "rospy.impl.tcpros_pubsub:QueuedConnection rospy.impl.registration:Registration rosgraph rospkg rospy "
+    "select rospy.impl.registration:set_topic_manager signal io:StringIO struct "
+    "rospy.impl.statistics:SubscriberStatisticsLogger sys time traceback types urlparse=urllib.parse "
+    "xmlrpcclient=xmlrpc.client",
 )

@@ -17,6 +17,7 @@ from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
 from pipros.graph.service_call import ServiceCaller
 from pipros.graph.system_state import is_below
+from pipros.lazy_names import star_names as _star_names
 from pipros.wire.uri import split_uri
 
 __all__ = [
@@ -35,6 +36,11 @@ __all__ = [
     "rosservice_find",
     "rosservicemain",
 ]
+
+_star_names(
+    __name__,
+    "BufferType=io:BytesIO genpy optparse:OptionParser os rosgraph roslib rosmsg rospy socket sys",
+)
 
 NAME = "rosservice"
 

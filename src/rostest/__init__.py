@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.testing import graph, script_runner
 from pipros.testing.result_paths import XML_OUTPUT_FLAG
 
@@ -22,6 +23,8 @@ __all__ = [
     "run",
     "unitrun",
 ]
+
+_star_names(__name__, "importlib:reload rosgraph rosunit sys warnings")
 
 _TOOL = "script"
 

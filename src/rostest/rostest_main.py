@@ -7,6 +7,7 @@ import socket
 import sys
 from pathlib import Path
 
+from pipros.lazy_names import star_names as _star_names
 from rosgraph import roslogging
 from rostest.rostest_parent import ROSTestLaunchParent
 from rostest.rostestutil import (
@@ -28,6 +29,8 @@ __all__ = [
     "write_bad_filename_failure",
     "xmlResultsFile",
 ]
+
+_star_names(__name__, "logging os rosgraph roslaunch rospkg rostest sys time unittest")
 
 
 ROS_TEST_RESULTS_DIR = "ROS_TEST_RESULTS_DIR"

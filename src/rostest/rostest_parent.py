@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from pipros.env import Environment
 from pipros.launch.console import Console
+from pipros.lazy_names import star_names as _star_names
 from pipros.testing.fixture import LaunchFixture, RequiredNodeEnded
 from pipros.testing.rostest import TestProgramTimedOut
 from pipros.workspace.index import PackageIndex
@@ -15,6 +16,8 @@ from roslaunch.launch import RLTestTimeoutException
 from roslaunch.parent import ROSLaunchParent
 
 __all__ = ["RLException", "ROSTestLaunchParent", "printlog_bold"]
+
+_star_names(__name__, "logging rospy.core:logwarn rosmaster.master:Master rosgraph roslaunch sys")
 
 
 class ROSTestLaunchParent(ROSLaunchParent):

@@ -6,6 +6,7 @@ import sys
 import unittest
 
 import rosunit
+from pipros.lazy_names import star_names as _star_names
 from rosunit.junitxml import Result, test_failure_junit_xml, test_success_junit_xml
 
 __all__ = [
@@ -20,6 +21,8 @@ __all__ = [
     "test_success_junit_xml",
     "xmlResultsFile",
 ]
+
+_star_names(__name__, "logging os rosunit sys")
 
 rostest_name_from_path = rosunit.rostest_name_from_path
 printSummary = rosunit.print_unittest_summary  # noqa: N816  # Noetic's name

@@ -11,6 +11,7 @@ from pipros.env import Environment
 from pipros.launch.console import Console
 from pipros.launch.load_context import LoadContext
 from pipros.launch.xml import load
+from pipros.lazy_names import star_names as _star_names
 from pipros.testing.fixture import LaunchFixture
 from pipros.testing.rostest import Plan, Rostest
 from pipros.workspace.index import PackageIndex
@@ -45,6 +46,8 @@ __all__ = [
     "tearDown",
     "xmlResultsFile",
 ]
+
+_star_names(__name__, "logging os roslaunch roslib rospkg rosunit sys time unittest")
 
 ROS_TEST_RESULTS_DIR = "ROS_TEST_RESULTS_DIR"
 

@@ -10,6 +10,7 @@ import errno
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
+from urllib.parse import urlsplit as _urlsplit
 
 import rosgraph
 import rospy
@@ -21,6 +22,7 @@ from pipros.graph import topics as _topics
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
 from pipros.graph.system_state import SystemState
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg.class_finder import installed_class
 from rostopic.echo import CallbackEcho, create_field_filter, create_value_transform
 from rostopic.errors import ROSTopicException, ROSTopicIOException
@@ -68,6 +70,12 @@ __all__ = [
     "wait_for_subscriber",
 ]
 
+_star_names(
+    __name__,
+    "argparse xmlrpc.client:Fault genpy operator:itemgetter long=builtins:int math os rosgraph roslib rospy "
+    "socket sys time traceback urllib.parse:urlparse yaml",
+)
+
 NAME = "rostopic"
 
 MessageEval = Callable[[Any], Any]
@@ -85,10 +93,11 @@ def get_topic_type(
     """Return the type of a topic, its full name, and a function that extracts the field named in `topic`.
 
     The function is None if `topic` does not contain a field. If the topic does not exist, return (None, None,
-    None); with `blocking`, wait until it exists or the node is shut down.
+    None); with `blocking`, wait until it exists or the node is shut down. `topic` is not resolved: no topic
+    has a relative name.
     """
     with _graph() as graph:
-        name = graph.resolve(topic)
+        name = topic
         if blocking:
             try:
                 source = _listening.wait_for_topic(graph.master, name, is_over=rospy.is_shutdown)
@@ -205,3 +214,29 @@ def rostopicmain(argv: Sequence[str] | None = None) -> None:
 
 
 _get_topic_type = get_topic_type
+
+
+_Topics = Sequence[tuple[str, str, Sequence[str]]]
+_TopicsByHost = dict[str | None, list[tuple[str, str, list[str]]]]
+
+
+def _rostopic_list_group_by_host(
+    master: rosgraph.Master, pubs: _Topics, subs: _Topics
+) -> tuple[_TopicsByHost, _TopicsByHost]:
+    """Group publications and subscriptions, as `get_topic_list` returns them, by the hosts of their nodes.
+
+    Other packages call it. It asks the master once for each node, and raises what the master raises.
+    """
+    uris: dict[str, str] = {}
+
+    def grouped(topics: _Topics) -> _TopicsByHost:
+        hosts: dict[str | None, dict[str, tuple[str, str, list[str]]]] = {}
+        for topic, type_name, nodes in topics:
+            for node in nodes:
+                if node not in uris:
+                    uris[node] = master.lookupNode(node)
+                on_host = hosts.setdefault(_urlsplit(uris[node]).hostname, {})
+                on_host.setdefault(topic, (topic, type_name, []))[2].append(node)
+        return {host: list(on_host.values()) for host, on_host in hosts.items()}
+
+    return grouped(pubs), grouped(subs)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from types import ModuleType
 
+from pipros.lazy_names import star_names as _star_names
 from rosunit.baretest import print_runner_summary, print_unittest_summary
 from rosunit.core import XML_OUTPUT_FLAG, create_xml_runner, rostest_name_from_path, xml_results_file
 from rosunit.pyunit import unitrun
@@ -27,3 +28,9 @@ def __getattr__(name: str) -> ModuleType:
     if name not in _LATE:
         raise AttributeError(f"module 'rosunit' has no attribute {name!r}")
     return importlib.import_module(f"rosunit.{name}")
+
+
+_star_names(
+    __name__,
+    "rosunit.baretest rosunit.core rosunit.junitxml rosunit.pmon rosunit.pyunit rosunit.xmlrunner",
+)

@@ -7,6 +7,7 @@ import unittest
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.testing.bare import BareTest
 from pipros.testing.rostest import TestProgramTimedOut
 from pipros.testing.summary import case_summary, unittest_summary
@@ -45,17 +46,12 @@ TIMEOUT_SIGINT = 15.0
 TIMEOUT_SIGTERM = 2.0
 
 
-def __getattr__(name: str) -> type:
-    """`LocalProcess`, which test scripts do not need at their start."""
-    if name != "LocalProcess":
-        raise AttributeError(f"module 'rosunit.baretest' has no attribute {name!r}")
-    from rosunit.pmon import LocalProcess
-
-    return LocalProcess
-
-
-def __dir__() -> list[str]:
-    return [*globals(), "LocalProcess"]
+# Test scripts do not need `LocalProcess` at their start.
+_star_names(
+    __name__,
+    "rosunit.pmon:LocalProcess errno os rospkg rosunit.junitxml rosunit.pmon signal io:StringIO subprocess "
+    "time traceback unittest",
+)
 
 
 class TestTimeoutException(Exception):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.env import Environment
+from pipros.lazy_names import star_names as _star_names
 from pipros.testing import result_paths, script_runner
 from pipros.testing.result_paths import XML_OUTPUT_FLAG
 from pipros.testing.runner import XmlRunner
@@ -25,6 +26,8 @@ __all__ = [
     "rostest_name_from_path",
     "xml_results_file",
 ]
+
+_star_names(__name__, "errno os rospkg sys")
 
 
 def _filled_in(msg: str, args: tuple[object, ...]) -> str:

@@ -9,9 +9,16 @@ from xml.etree import ElementTree
 
 from pipros.env import Environment
 from pipros.input_file import read_file
+from pipros.lazy_names import star_names as _star_names
 from pipros.testing.results import Case, Outcome, Suite
 from pipros.testing.summary import case_summary
 from pipros.testing.xunit import CDATA_END, CDATA_START, UnreadableResults, escape_controls, parse_suites
+
+_star_names(
+    __name__,
+    "char=builtins:chr codecs DomNode=xml.dom:Node ET=xml.etree.ElementTree os xml.dom.minidom:parseString "
+    "functools:reduce rospkg io:StringIO",
+)
 
 _DASHES = "-" * 80
 
@@ -163,7 +170,7 @@ def read(test_file: str, test_name: str) -> Result:
 
 def result_of(suite: Suite, test_name: str, prefix: str) -> Result:
     """A suite of `pipros.testing` in Noetic's classes. `prefix` comes before the names of its cases."""
-    result = Result(test_name, suite.errors, suite.failures, len(suite.cases))
+    result = Result(test_name, suite.errors, suite.failures, suite.tests)
     result.time = suite.seconds
     result.test_case_results = [_from_case(case, test_name, prefix) for case in suite.cases]
     for text, name in ((suite.stdout, "stdout"), (suite.stderr, "stderr")):

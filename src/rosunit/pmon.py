@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from pipros.lazy_names import star_names as _star_names
 from roslaunch import nodeprocess, pmon
 from roslaunch.pmon import DeadProcess, ProcessListener, ProcessMonitor
 from rosunit.core import printerrlog, printlog, printlog_bold
@@ -24,6 +25,11 @@ __all__ = [
     "shutdown_process_monitor",
     "start_process_monitor",
 ]
+
+_star_names(
+    __name__,
+    "atexit queue:Empty threading:Lock queue:Queue threading:RLock threading:Thread time traceback",
+)
 
 pmon_shutdown = pmon.pmon_shutdown
 shutdown_process_monitor = pmon.shutdown_process_monitor

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.testing import script_runner
 from pipros.testing.result_paths import XML_OUTPUT_FLAG
 from rosunit.baretest import print_unittest_summary
@@ -19,6 +20,8 @@ __all__ = [
     "stop_coverage",
     "unitrun",
 ]
+
+_star_names(__name__, "sys")
 
 
 def unitrun(

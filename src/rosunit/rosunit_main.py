@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 
+from pipros.lazy_names import star_names as _star_names
 from rosunit.baretest import BareTestCase, print_runner_summary
 from rosunit.core import create_xml_runner, xml_results_file
 from rosunit.junitxml import Result, print_summary
@@ -17,6 +18,8 @@ __all__ = [
     "rosunitmain",
     "xml_results_file",
 ]
+
+_star_names(__name__, "os rospkg rosunit.pmon sys unittest")
 
 
 def rosunitmain() -> None:

@@ -6,8 +6,14 @@ import unittest
 from pathlib import Path
 from typing import TextIO
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.testing.runner import CaseResult, run_captured
 from pipros.testing.xunit import CDATA_END, CDATA_START, format_suite
+
+_star_names(
+    __name__,
+    "codecs xml.sax.saxutils:escape ET=xml.etree.ElementTree os re io:StringIO sys time traceback",
+)
 
 
 def cdata(cdata_text: str) -> str:

@@ -12,8 +12,9 @@ from functools import wraps
 from pipros.cli.roswtf import main as _main
 from pipros.health.wtf.context import WtfContext
 from pipros.health.wtf.report import print_results as print_results
+from pipros.lazy_names import star_names as _star_names
 
-__all__ = ["main", "print_results", "roswtf_main", "yaml_results"]
+__all__ = ["print_results", "roswtf_main", "yaml_results"]
 
 
 @wraps(_main)
@@ -26,6 +27,9 @@ def _start_node() -> None:
     import rospy
 
     rospy.init_node("roswtf", anonymous=True)
+
+
+_star_names(__name__, "os rosgraph rospkg socket sys traceback")
 
 
 def roswtf_main() -> None:

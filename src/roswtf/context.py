@@ -4,8 +4,11 @@ from pipros.health.wtf.context import (
     WtfContext,
     WtfException,
 )
+from pipros.lazy_names import star_names as _star_names
 
 __all__ = [
     "WtfContext",
     "WtfException",
 ]
+
+_star_names(__name__, "os rosgraph roslaunch rospkg sys roswtf.model:WtfWarning")

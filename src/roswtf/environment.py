@@ -15,6 +15,7 @@ from pipros.health.wtf.environment import (
     rosconsole_config_file_check,
     wtf_check_environment,
 )
+from pipros.lazy_names import star_names as _star_names
 
 __all__ = [
     "environment_errors",
@@ -31,3 +32,9 @@ __all__ = [
     "rosconsole_config_file_check",
     "wtf_check_environment",
 ]
+
+_star_names(
+    __name__,
+    "roswtf.rules:error_rule genericpath:isdir genericpath:isfile os socket stat string sys "
+    "urllib.parse:urlparse roswtf.rules:warning_rule",
+)

@@ -22,6 +22,7 @@ from pipros.health.wtf.graph import (
     unconnected_subscriptions,
     unexpected_edges,
 )
+from pipros.lazy_names import star_names as _star_names
 
 __all__ = [
     "graph_errors",
@@ -40,6 +41,13 @@ __all__ = [
     "unexpected_edges",
     "wtf_check_graph",
 ]
+
+_star_names(
+    __name__,
+    "roswtf.rules:error_rule roswtf.environment:is_executable itertools os roswtf.environment:paths "
+    "rosgraph rosnode rospkg rosservice xmlrpc.client:ServerProxy socket sys threading time "
+    "roswtf.rules:warning_rule roswtf.model:WtfError roswtf.context:WtfException roswtf.model:WtfWarning",
+)
 
 
 def wtf_check_graph(ctx: WtfContext, names: object = None) -> None:

@@ -8,6 +8,7 @@ from pipros.health.wtf.network import (
     warnings,
     wtf_check,
 )
+from pipros.lazy_names import star_names as _star_names
 
 __all__ = [
     "errors",
@@ -17,3 +18,5 @@ __all__ = [
     "warnings",
     "wtf_check",
 ]
+
+_star_names(__name__, "roswtf.rules:error_rule os rosgraph socket stat string sys roswtf.rules:warning_rule")

@@ -6,6 +6,7 @@ from pipros.health.wtf.packages import (
     warnings,
     wtf_check,
 )
+from pipros.lazy_names import star_names as _star_names
 
 __all__ = [
     "errors",
@@ -13,3 +14,9 @@ __all__ = [
     "warnings",
     "wtf_check",
 ]
+
+_star_names(
+    __name__,
+    "roswtf.rules:error_rule roslib.packages:get_pkg_dir roslib.packages:InvalidROSPkgException "
+    "roswtf.environment:is_executable os roswtf.environment:paths roslib time roswtf.rules:warning_rule",
+)

@@ -5,8 +5,11 @@ from __future__ import annotations
 import sys
 
 from pipros.health.wtf import plugins as _plugins
+from pipros.lazy_names import star_names as _star_names
 
 __all__ = ["load_plugins"]
+
+_star_names(__name__, "os roslib rospkg sys")
 
 
 def load_plugins() -> tuple[list[_plugins.Check], list[_plugins.Check]]:

@@ -15,6 +15,7 @@ from pipros.health.wtf.roslaunchwtf import (
     wtf_check_online,
     wtf_check_static,
 )
+from pipros.lazy_names import star_names as _star_names
 
 __all__ = [
     "online_roslaunch_errors",
@@ -31,3 +32,10 @@ __all__ = [
     "wtf_check_online",
     "wtf_check_static",
 ]
+
+_star_names(
+    __name__,
+    "roswtf.rules:error_rule roswtf.environment:is_executable genericpath:isdir genericpath:isfile "
+    "itertools os roswtf.environment:paths roslaunch roslib xmlrpc.client:ServerProxy socket stat sys "
+    "roswtf.rules:warning_rule",
+)

@@ -4,8 +4,11 @@ from pipros.health.wtf.rules import (
     error_rule,
     warning_rule,
 )
+from pipros.lazy_names import star_names as _star_names
 
 __all__ = [
     "error_rule",
     "warning_rule",
 ]
+
+_star_names(__name__, "roswtf.model:WtfError roswtf.model:WtfWarning")

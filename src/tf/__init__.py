@@ -5,6 +5,7 @@
 
 from typing import Any as _Any
 
+from pipros.lazy_names import star_names as _star_names
 from tf.broadcaster import TransformBroadcaster as TransformBroadcaster
 from tf.listener import Transformer as Transformer
 from tf.listener import TransformerROS as TransformerROS
@@ -21,3 +22,6 @@ def __getattr__(name: str) -> _Any:
 
         return import_module("tf.transformations")
     raise AttributeError(f"module 'tf' has no attribute '{name}'")
+
+
+_star_names(__name__, "tf.transformations", hidden="transformer")

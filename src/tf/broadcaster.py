@@ -8,7 +8,10 @@ from typing import Any
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 
+from pipros.lazy_names import star_names as _star_names
 from tf2_ros.transform_broadcaster import TransformBroadcaster as Tf2Broadcaster
+
+_star_names(__name__, "geometry_msgs tf2_ros")
 
 
 class TransformBroadcaster:

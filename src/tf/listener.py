@@ -19,10 +19,13 @@ from sensor_msgs.msg import PointCloud
 from std_msgs.msg import Header
 
 import tf2_ros
+from pipros.lazy_names import star_names as _star_names
 from pipros.transforms.pose import IDENTITY, composed, composed_exactly, normalized
 from pipros.transforms.pose import Pose as Numbers
 from tf.transformer import Transformer as Transformer
 from tf.transformer import strip_leading_slash as strip_leading_slash
+
+_star_names(__name__, "geometry_msgs numpy rospy sensor_msgs tf.transformations yaml")
 
 
 def xyz_to_mat44(pos: Any) -> Any:

@@ -9,9 +9,12 @@ from typing import Any
 from tf2_msgs.msg import TFMessage
 
 import rospy
+from pipros.lazy_names import star_names as _star_names
 from pipros.transforms import heard
 from pipros.transforms.heard import HeardTransform
 from roswtf.rules import error_rule, warning_rule
+
+_star_names(__name__, "math rosgraph tf")
 
 _LISTEN_S = 1.0
 

@@ -17,8 +17,11 @@ from geometry_msgs.msg import (
 )
 
 import tf2_ros
+from pipros.lazy_names import star_names as _star_names
 from pipros.transforms.pose import IDENTITY, composed, normalized
 from pipros.transforms.pose import Pose as Numbers
+
+_star_names(__name__, "copy PyKDL rospy")
 
 
 def to_msg_msg(msg: Any) -> Any:

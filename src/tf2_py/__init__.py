@@ -1,5 +1,6 @@
 """Drop-in replacement for Noetic's tf2_py: the transform buffer without topics."""
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.transforms.errors import ConnectivityException as ConnectivityException
 from pipros.transforms.errors import ExtrapolationException as ExtrapolationException
 from pipros.transforms.errors import InvalidArgumentException as InvalidArgumentException
@@ -7,3 +8,5 @@ from pipros.transforms.errors import LookupException as LookupException
 from pipros.transforms.errors import TimeoutException as TimeoutException
 from pipros.transforms.errors import TransformException as TransformException
 from tf2_py.buffer_core import BufferCore as BufferCore
+
+_star_names(__name__, hidden="buffer_core")

@@ -1,6 +1,7 @@
 """Drop-in replacement for Noetic's tf2_ros: transform buffers with topics, services and actions."""
 
 from pipros.lazy_names import lazy_names as _lazy_names
+from pipros.lazy_names import star_names as _star_names
 from tf2_py import BufferCore as BufferCore
 from tf2_py import ConnectivityException as ConnectivityException
 from tf2_py import ExtrapolationException as ExtrapolationException
@@ -36,4 +37,13 @@ __getattr__, __dir__ = _lazy_names(
         "TFMessage": "tf2_msgs.msg",
         "TransformStamped": "geometry_msgs.msg",
     },
+)
+
+_star_names(
+    __name__,
+    "actionlib tf2_ros.buffer_client:BufferClient copy:deepcopy tf2_msgs.srv:FrameGraph "
+    "tf2_msgs.srv:FrameGraphResponse actionlib_msgs.msg:GoalStatus std_msgs.msg:Header "
+    "tf2_msgs.msg:LookupTransformAction tf2_msgs.msg:LookupTransformGoal rosgraph rospy tf2=tf2_py tf2_ros "
+    "tf2_ros.buffer_client tf2_msgs.msg:TFMessage threading geometry_msgs.msg:TransformStamped",
+    hidden="BufferServer buffer_server",
 )

@@ -9,8 +9,11 @@ from typing import Any
 from tf2_msgs.srv import FrameGraph, FrameGraphResponse
 
 import rospy
+from pipros.lazy_names import star_names as _star_names
 from tf2_py import BufferCore
 from tf2_ros.buffer_interface import BufferInterface
+
+_star_names(__name__, "rosgraph tf2=tf2_py tf2_ros")
 
 DEFAULT_CAN_TRANSFORM_POLLING_SCALE = 0.01
 

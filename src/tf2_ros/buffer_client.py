@@ -9,6 +9,7 @@ from tf2_msgs.msg import LookupTransformAction, LookupTransformGoal
 
 import rospy
 from actionlib import SimpleActionClient
+from pipros.lazy_names import star_names as _star_names
 from tf2_py import (
     ConnectivityException,
     ExtrapolationException,
@@ -18,6 +19,8 @@ from tf2_py import (
     TransformException,
 )
 from tf2_ros.buffer_interface import BufferInterface
+
+_star_names(__name__, "actionlib tf2=tf2_py tf2_ros")
 
 _PADDING = rospy.Duration.from_sec(2.0)
 _NO_TIME = rospy.Duration(0.0)

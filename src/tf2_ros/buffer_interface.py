@@ -9,6 +9,9 @@ from typing import Any, ClassVar
 from std_msgs.msg import Header
 
 import rospy
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "tf2=tf2_py tf2_ros")
 
 
 class BufferInterface:

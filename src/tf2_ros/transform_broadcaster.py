@@ -7,6 +7,9 @@ from typing import Any
 from tf2_msgs.msg import TFMessage
 
 import rospy
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "geometry_msgs.msg:TransformStamped")
 
 
 class TransformBroadcaster:

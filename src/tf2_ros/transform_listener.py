@@ -8,6 +8,9 @@ from typing import Any
 from tf2_msgs.msg import TFMessage
 
 import rospy
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "threading")
 
 
 class TransformListener:

@@ -9,10 +9,13 @@ from sensor_msgs.point_cloud2 import create_cloud as create_cloud
 from sensor_msgs.point_cloud2 import read_points as read_points
 
 import tf2_ros
+from pipros.lazy_names import star_names as _star_names
 from pipros.transforms.pose import IDENTITY, composed
 from tf2_geometry_msgs import from_msg_msg as from_msg_msg
 from tf2_geometry_msgs import to_msg_msg as to_msg_msg
 from tf2_geometry_msgs import transform_to_kdl as transform_to_kdl
+
+_star_names(__name__, "PyKDL rospy")
 
 
 def do_transform_cloud(cloud: PointCloud2, transform: Any) -> PointCloud2:

@@ -99,7 +99,7 @@ DIFFERENCES = [
     Difference(
         Kind.ABSENT,
         "they drive genuine catkin's build with CMake and make; here `catkin_make` builds",
-        ("catkin.builder.*", "catkin.environment_cache.*"),
+        ("catkin.builder.*",),
     ),
     Difference(
         Kind.DIFFERS,
@@ -136,7 +136,6 @@ DIFFERENCES = [
             "roslaunch.child.ROSLaunchChild.pm",
             "roslaunch.loader.rosparam",
             "roslaunch.server.ROSLaunchChildHandler.server",
-            "rostest.rostest_parent.logwarn",
             "rostest.runner.rostestRunner",
             "rosunit.*.BareTestCase.pmon",
             "rosunit.*.python2",
@@ -216,19 +215,6 @@ DIFFERENCES = [
             "interactive_markers.*MenuHandler.pushMenuEntries",
             "message_filters.*TimeSynchronizer.last_added",
             "message_filters.*TimeSynchronizer.latest_stamps",
-        ),
-    ),
-    Difference(
-        Kind.ABSENT,
-        "a message that the module imports for itself; the package has it",
-        (
-            "actionlib.action_client.Header",
-            "roslaunch.server.Log",
-            "rospy.*.Log",
-            "rospy.client.*Logger*",
-            "rospy.impl.simtime.Clock",
-            "rospy.impl.statistics.TopicStatistics",
-            "tf2_ros.*_broadcaster.TransformStamped",
         ),
     ),
     Difference(

@@ -85,6 +85,7 @@ SCRIPTS = {
     "examine_api_definitions.py": 500,
     "examine_api_genpy.py": 200,
     "examine_api_nodes.py": 700,
+    "examine_api_parts.py": 150,
     "examine_api_roslib.py": 250,
     "examine_api_tools.py": 100,
 }

@@ -45,10 +45,14 @@ SCRIPTS = {
     ("examine_early_names.py", *REMAPPINGS, "__ns:=/cmd"): 200,
     ("examine_topic_impl.py",): 40,
     ("examine_junitxml.py",): 12,
+    ("examine_private_names.py",): 35,
     ("examine_durations.py",): 40,
     ("examine_the_rest.py",): 80,
     ("examine_tool_libraries.py",): 35,
     ("examine_second_node.py",): 15,
+    ("examine_sequences.py",): 40,
+    ("examine_user_loggers.py",): 6,
+    ("examine_user_loggers.py", "own"): 6,
     ("examine_second_node.py", "revived"): 20,
 }
 """Script and arguments -> how many outcomes it has at least."""

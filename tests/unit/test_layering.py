@@ -18,7 +18,7 @@ SRC = REPOSITORY / "src"
 # from the sets before its own.
 LAYERS: list[list[set[str]]] = [
     [
-        {"interruptible_wait", "interrupts", "lazy_names", "printable"},
+        {"interruptible_wait", "interrupts", "lazy_names", "printable", "shared_names"},
         {"errors"},
         {"limits", "warn_once"},
         {"cache_files", "home", "input_file", "log_file"},

@@ -20,7 +20,7 @@ from pipros.workspace.manifest import read_manifest
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Prints the packages and returns the exit code: with `-w` 1 when some are not declared."""
+    """Print the packages and, with `-w`, those that are not declared; return 0 in either case."""
     parser = OptionParser(usage="usage: %prog [options] <file(s)...>", prog="roslaunch-deps")
     add_flag(parser, "-v", "--verbose", help="Verbose output")
     add_flag(parser, "-w", "--warn", help="Warn about missing manifest dependencies")
@@ -54,7 +54,6 @@ def main(argv: Sequence[str] | None = None) -> int:
             print(f"{name}/package.xml:")
             for package in undeclared:
                 print(f"  <exec_depend>{package}</exec_depend>")
-            return 1
     return 0
 
 

@@ -93,6 +93,8 @@ def describe_path(path: Sequence[Step]) -> str:
 def extract(message: Message, path: Sequence[Step]) -> Part:
     """The part of the message at the end of the path; after a slice, the list of that part of each element.
 
+    An element of a slice that lacks the part counts as None.
+
     Raises:
         NotFound: a field that the message does not have.
         IndexError: an index beyond the end of an array.
@@ -112,8 +114,16 @@ def _extract(part: Part, path: Sequence[Step]) -> Part:
     chosen = field.value[step.index]
     if not rest:
         return Part(chosen, field.type_name)
-    parts = [_extract(Part(element, _element_type(field.type_name)), rest) for element in chosen]
-    return Part([element.value for element in parts], f"{parts[0].type_name}[]" if parts else None)
+    parts = [_extract_or_none(Part(element, _element_type(field.type_name)), rest) for element in chosen]
+    kind = next((part.type_name for part in parts if part.type_name is not None), None)
+    return Part([part.value for part in parts], f"{kind}[]" if kind else None)
+
+
+def _extract_or_none(part: Part, path: Sequence[Step]) -> Part:
+    try:
+        return _extract(part, path)
+    except (NotFound, IndexError):
+        return Part(None, None)
 
 
 def _field(part: Part, name: str) -> Part:

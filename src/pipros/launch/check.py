@@ -7,13 +7,16 @@ from pathlib import Path
 
 from pipros.errors import NotFound, PiprosError
 from pipros.launch.load_context import LoadContext
-from pipros.launch.model import Launch
+from pipros.launch.model import Launch, Node
 from pipros.launch.xml import load
 from pipros.workspace.executables import find_executables
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.manifest import read_manifest
 
 _RUN_KINDS = ("exec_depends",)
+
+UNSET = "an-argument-without-a-value"
+"""The value of unset arguments in files that are only inspected."""
 
 
 def mistakes(
@@ -23,13 +26,15 @@ def mistakes(
 
     Args:
         with_test_depends: whether `test_depend` counts as a declaration.
-        ignore_unset: whether arguments may be without a value.
+        ignore_unset: whether arguments may be without a value. Nodes whose package or type needs one are
+            left out.
     """
     try:
         launch = load(
-            [str(file)], context=LoadContext.of_process(index), unset_as="" if ignore_unset else None
+            [str(file)], context=LoadContext.of_process(index), unset_as=UNSET if ignore_unset else None
         )
-        launch.check_machines()
+        if not ignore_unset:
+            launch.check_machines()
     except PiprosError as error:
         return [str(error)]
     unset = [] if ignore_unset else [argument.name for argument in launch.arguments if argument.is_required]
@@ -41,9 +46,15 @@ def mistakes(
     ]
 
 
+def known_nodes(launch: Launch) -> list[Node]:
+    """The nodes, with those of tests, whose package and type do not depend on an unset argument."""
+    nodes = (*launch.nodes, *(test.node for test in launch.tests))
+    return [node for node in nodes if UNSET not in node.package and UNSET not in node.type]
+
+
 def needed_packages(launch: Launch, index: PackageIndex) -> set[str]:
     """The packages of nodes, tests, and included files."""
-    packages = {node.package for node in launch.nodes} | {test.node.package for test in launch.tests}
+    packages = {node.package for node in known_nodes(launch)}
     for file in launch.files:
         owner = index.containing(Path(file))
         if owner is not None:
@@ -66,7 +77,7 @@ def _undeclared(launch: Launch, index: PackageIndex, kinds: tuple[str, ...]) -> 
 
 
 def _without_program(launch: Launch, index: PackageIndex) -> Iterator[str]:
-    for node in (*launch.nodes, *(test.node for test in launch.tests)):
+    for node in known_nodes(launch):
         where = f" ({node.place})" if node.place else ""
         try:
             found = find_executables(index.find(node.package), node.type)

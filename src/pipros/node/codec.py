@@ -28,6 +28,15 @@ def decoder(message_class: type[Message]) -> Callable[[memoryview | bytes], Any]
     return lambda frame: message_class().deserialize(bytes(frame))
 
 
+def number(message: Message, sequence: int) -> None:
+    """Set the sequence number of a message that begins with a header, as rospy does before it sends one."""
+    if getattr(message, "_has_header", False):
+        header: Any = message.header  # type: ignore[attr-defined]
+        header.seq = sequence & 0xFFFFFFFF
+        if header.frame_id is None:
+            header.frame_id = "0"
+
+
 def _serialize(message: Message) -> list[Buffer]:
     """For classes from genuine generators, which can only write to a file."""
     file = io.BytesIO()

@@ -14,6 +14,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Any, TextIO
 
 from pipros.cache_files import Untrusted, check_owner
@@ -59,6 +60,39 @@ _SEVERITIES = (
     (logging.INFO, Severity("INFO", 2, "")),
     (logging.DEBUG, _DEBUG),
 )
+
+
+class RosLogger(logging.Logger):
+    """A logger that names the function that logs with its class: `Driver.move`."""
+
+    def findCaller(self, *args: Any, **kwargs: Any) -> tuple[str, int, str, str | None]:  # noqa: N802
+        """Return file, line and function that log, and the stack if requested.
+
+        Takes `stack_info` and `stacklevel`, as in Python's logging, which this is a method of.
+        """
+        stack_info = args[0] if args else kwargs.get("stack_info", False)
+        stacklevel = args[1] if len(args) > 1 else kwargs.get("stacklevel", 1)
+        frame: FrameType = sys._getframe(1)
+        while frame.f_back and frame.f_code.co_filename == _LOGGING:
+            frame = frame.f_back
+        for _ in range(stacklevel - 1):
+            frame = frame.f_back or frame
+        name = frame.f_code.co_name
+        if "self" in frame.f_locals:
+            name = f"{type(frame.f_locals['self']).__name__}.{name}"
+        stack = super().findCaller(True, stacklevel + 1)[3] if stack_info else None
+        return frame.f_code.co_filename, frame.f_lineno, name, stack
+
+
+_LOGGING = logging.Logger.findCaller.__code__.co_filename
+
+
+def ros_logger(name: str) -> logging.Logger:
+    """Return the logger of that name: a `RosLogger`, unless the program has set another class."""
+    logger = logging.getLogger(name)
+    if type(logger) is logging.Logger:
+        logger.__class__ = RosLogger
+    return logger
 
 
 class ConsoleHandler(logging.Handler):

@@ -48,6 +48,9 @@ def open_console_and_file(node: Node, logger: logging.Logger, level: int | None)
         configure_by_file(config, path)
     else:
         logger.setLevel(logging.INFO)
+        for handler in logger.handlers[:]:
+            if isinstance(handler, ConsoleHandler):  # of a configuration of the program before its node
+                logger.removeHandler(handler)
         console = ConsoleHandler(node.name, lambda: node.clock, node.environment.console_format)
         logger.addHandler(console)
         handlers = [console, *_log_to_file(path)]

@@ -6,6 +6,7 @@ Source of the protocol: http://wiki.ros.org/ROS/TCPROS
 from __future__ import annotations
 
 import contextlib
+import itertools
 import socket
 import struct
 import threading
@@ -20,7 +21,7 @@ from pipros.net import sockets
 from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver
 from pipros.net.connect import Connector
 from pipros.net.master_client import MasterClient
-from pipros.node.codec import decoder, encoder
+from pipros.node.codec import decoder, encoder, number
 from pipros.node.service_server import ServiceClass
 from pipros.printable import printable
 from pipros.wire.frames import ReplyReader
@@ -124,6 +125,7 @@ class ServiceClient:
         self._master = master
         self._persistent = persistent
         self._headers = headers
+        self._numbers = itertools.count(1)
         # Outlives the connections: whether servers answer at once is learnt.
         self._poller = PollingReceiver(REPLY_POLL_S)
         self._kept: ServiceLink | None = None
@@ -137,6 +139,7 @@ class ServiceClient:
             ServiceFailed: nobody offers the service, or it answered with an error.
         """
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        number(request, next(self._numbers))
         if not self._persistent:
             link = self._connect(deadline)
             try:

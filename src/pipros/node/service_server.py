@@ -6,13 +6,14 @@ of the error. Source: http://wiki.ros.org/ROS/TCPROS
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pipros.net.held_bytes import HeldBytes
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers, interpreter_ends
-from pipros.node.codec import decoder, encoder
+from pipros.node.codec import decoder, encoder, number
 from pipros.node.context import NodeContext
 from pipros.node.service_connection import Reply, ServiceConnection, Slots
 from pipros.wire.handshake import (
@@ -62,6 +63,7 @@ class ServiceServer:
         self.service_class = service_class
         self.interface = WireType(service_class._type, service_class._md5sum)
         self.calls = 0
+        self._numbers = itertools.count(1)
         self._handler = handler
         self._on_error = on_error
         self._context = context
@@ -140,7 +142,9 @@ class ServiceServer:
         request._connection_header = fields
         self.calls += 1
         try:
-            return True, self._encode(self._handler(request))
+            response = self._handler(request)
+            number(response, next(self._numbers))
+            return True, self._encode(response)
         except HandlerError as error:
             return False, (_text_of("service cannot process request", error),)
         except Exception as error:

@@ -38,24 +38,36 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Suite:
-    """The cases of one test program, with its output."""
+    """The cases of one test program, with its output.
+
+    Attributes:
+        stated_tests: the number of tests that the file states. A program that crashed may have no cases, so
+            the numbers of tests, failures and errors are at least the stated ones.
+    """
 
     name: str
     cases: tuple[Case, ...] = ()
     seconds: float = 0.0
     stdout: str = ""
     stderr: str = ""
+    stated_tests: int = 0
+    stated_failures: int = 0
+    stated_errors: int = 0
 
     def with_outcome(self, outcome: Outcome) -> list[Case]:
         return [case for case in self.cases if case.outcome is outcome]
 
     @property
     def failures(self) -> int:
-        return len(self.with_outcome(Outcome.FAILURE))
+        return max(self.stated_failures, len(self.with_outcome(Outcome.FAILURE)))
 
     @property
     def errors(self) -> int:
-        return len(self.with_outcome(Outcome.ERROR))
+        return max(self.stated_errors, len(self.with_outcome(Outcome.ERROR)))
+
+    @property
+    def tests(self) -> int:
+        return max(self.stated_tests, len(self.cases))
 
     @property
     def passed(self) -> bool:
@@ -74,7 +86,7 @@ class Totals:
     def of(cls, suites: Iterable[Suite]) -> Totals:
         listed = list(suites)
         return cls(
-            tests=sum(len(suite.cases) for suite in listed),
+            tests=sum(suite.tests for suite in listed),
             errors=sum(suite.errors for suite in listed),
             failures=sum(suite.failures for suite in listed),
         )

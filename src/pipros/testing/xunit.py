@@ -87,7 +87,18 @@ def _parse_suite(element: Element) -> Suite:
         seconds=_seconds(element),
         stdout=_parse_printed(element, "system-out"),
         stderr=_parse_printed(element, "system-err"),
+        stated_tests=_stated(element, "tests"),
+        stated_failures=_stated(element, "failures"),
+        stated_errors=_stated(element, "errors"),
     )
+
+
+def _stated(element: Element, name: str) -> int:
+    """The number in an attribute of a suite, 0 without it."""
+    text = element.attributes.get(name, "")
+    if text and not (text.isdecimal() and len(text) < 10):
+        raise UnreadableResults(f"line {element.line}: the attribute {name} must be a number, got [{text}]")
+    return int(text or "0")
 
 
 def _parse_case(element: Element) -> Case:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from pipros.graph.edges import Edge, EdgeList, edge_args
 from pipros.graph.live import CALLER_ID, BadNode, LiveGraph, logger, node_topic, topic_node
+from pipros.lazy_names import star_names as _star_names
 from rosgraph.masterapi import Master
 
 __all__ = ["BadNode", "Edge", "EdgeList", "Graph", "edge_args", "logger", "node_topic", "topic_node"]
+
+_star_names(__name__, "itertools logging random rosgraph xmlrpc.client:ServerProxy socket sys time traceback")
 
 
 class Graph(LiveGraph):

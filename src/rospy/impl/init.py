@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from pipros.env import Environment
+from pipros.lazy_names import star_names as _star_names
 from pipros.names import namespace
 from pipros.node import Node
 from rosgraph.rosenv import DEFAULT_MASTER_PORT as DEFAULT_MASTER_PORT
@@ -18,6 +19,8 @@ from rospy.exceptions import ROSException
 from rospy.impl.masterslave import ROSHandler as ROSHandler
 from rospy.impl.tcpros import init_tcpros as init_tcpros
 from rospy.session import session
+
+_star_names(__name__, "logging os rosgraph sys time traceback")
 
 DEFAULT_NODE_PORT = 0
 

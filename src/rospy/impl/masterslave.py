@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.net.checked_calls import PUBLISHERS
 from pipros.net.checked_calls import apivalidate as apivalidate
 from rosgraph.xmlrpc import XmlRpcHandler as XmlRpcHandler
@@ -11,6 +12,13 @@ from rospy.impl.registration import RegManager as RegManager
 from rospy.impl.registration import get_topic_manager as get_topic_manager
 from rospy.impl.transport import InternalOfRospy
 from rospy.impl.validators import non_empty as non_empty
+
+_star_names(
+    __name__,
+    "atexit errno inspect itertools rosgraph_msgs.msg:Log hashlib:md5 os functools:partial pickle rosgraph "
+    "rospkg rospy signal socket struct sys time traceback types urlparse=urllib.parse "
+    "xmlrpcclient=xmlrpc.client",
+)
 
 STATUS, MSG, VAL = 0, 1, 2
 """Places in an answer: its code, what to say of it, its value."""

@@ -6,9 +6,12 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from pipros.lazy_names import star_names as _star_names
 from rospy.names import GLOBALNS, SEP
 
 __all__ = ["GLOBALNS", "SEP", "ParamServerCache", "get_param_server_cache"]
+
+_star_names(__name__, "threading")
 
 
 class ParamServerCache:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pipros.lazy_names import star_names as _star_names
 from rospy.core import add_preshutdown_hook as add_preshutdown_hook
 from rospy.core import is_shutdown as is_shutdown
 from rospy.core import is_shutdown_requested as is_shutdown_requested
@@ -65,3 +66,6 @@ def __getattr__(name: str) -> Any:
     if name == "_registration_listeners":
         return _listeners
     raise AttributeError(f"module 'rospy.impl.registration' has no attribute '{name}'")
+
+
+_star_names(__name__, "errno logging socket sys threading time traceback xmlrpcclient=xmlrpc.client")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 
+from pipros.lazy_names import star_names as _star_names
 from rospy.exceptions import ROSException as ROSException
 from rospy.impl.registration import get_topic_manager as get_topic_manager
 from rospy.names import get_caller_id as get_caller_id
@@ -11,6 +12,8 @@ from rospy.rostime import Time as Time
 from rospy.session import session
 from rospy.topics import Publisher as Publisher
 from rospy.topics import Subscriber as Subscriber
+
+_star_names(__name__, "rosgraph_msgs.msg:Log rospy sys traceback")
 
 _rospy_to_logging_levels = {
     1: logging.DEBUG,

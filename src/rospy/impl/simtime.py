@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from pipros.lazy_names import star_names as _star_names
 from rospy.session import session
+
+_star_names(__name__, "rosgraph_msgs.msg:Clock rosgraph rospy traceback")
 
 
 def init_simtime() -> None:

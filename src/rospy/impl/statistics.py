@@ -1,6 +1,9 @@
 """`rospy.impl.statistics`: genuine rospy's measuring of topics; see `pipros.node.topic_statistics`."""
 
+from pipros.lazy_names import star_names as _star_names
 from rospy.impl.transport import InternalOfRospy
+
+_star_names(__name__, "logging rospy math:sqrt sys rosgraph_msgs.msg:TopicStatistics")
 
 
 class SubscriberStatisticsLogger(InternalOfRospy):

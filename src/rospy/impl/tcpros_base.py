@@ -9,6 +9,7 @@ from errno import EAGAIN as EAGAIN
 from errno import EWOULDBLOCK as EWOULDBLOCK
 from typing import TYPE_CHECKING, Any
 
+from pipros.lazy_names import star_names as _star_names
 from pipros.msg.base import Message as Message
 from pipros.msg.errors import DeserializationError as DeserializationError
 from pipros.wire.uri import split_uri
@@ -28,6 +29,13 @@ from rospy.topics import DEFAULT_BUFF_SIZE as DEFAULT_BUFF_SIZE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+_star_names(
+    __name__,
+    "atexit io:BytesIO errno inspect rosgraph_msgs.msg:Log hashlib:md5 os functools:partial pickle rosgraph "
+    "rospkg rospy select signal io:StringIO struct sys time traceback types urlparse=urllib.parse "
+    "xmlrpcclient=xmlrpc.client",
+)
 
 TCPROS = "TCPROS"
 python3 = 1

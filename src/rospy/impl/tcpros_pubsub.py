@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pipros.errors import PiprosError
 from pipros.graph.system_state import SystemState
+from pipros.lazy_names import star_names as _star_names
 from rospy.core import logdebug as logdebug
 from rospy.core import logerr as logerr
 from rospy.core import logwarn as logwarn
@@ -16,6 +17,8 @@ from rospy.impl.tcpros_base import get_tcpros_server_address as get_tcpros_serve
 from rospy.impl.tcpros_base import start_tcpros_server as start_tcpros_server
 from rospy.impl.transport import InternalOfRospy, ProtocolHandler
 from rospy.session import session
+
+_star_names(__name__, "rospy xmlrpc.client:ServerProxy socket threading time")
 
 
 class TCPROSPub(TCPROSTransportProtocol):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 
+from pipros.lazy_names import star_names as _star_names
 from rospy.core import isstring as isstring
 from rospy.core import logdebug as logdebug
 from rospy.core import logerr as logerr
@@ -25,6 +26,8 @@ from rospy.service import ServiceException as ServiceException
 from rospy.service import ServiceProxy as ServiceProxy
 from rospy.service import convert_return_to_response as convert_return_to_response
 from rospy.service import wait_for_service as wait_for_service
+
+_star_names(__name__, "genpy io rosgraph rospy socket struct sys threading time traceback")
 
 logger = logging.getLogger("rospy.service")
 

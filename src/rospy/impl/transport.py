@@ -10,6 +10,10 @@ import itertools
 from collections.abc import Callable
 from typing import Any
 
+from pipros.lazy_names import star_names as _star_names
+
+_star_names(__name__, "threading")
+
 INBOUND = "i"
 OUTBOUND = "o"
 BIDIRECTIONAL = "b"

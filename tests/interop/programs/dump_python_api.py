@@ -191,8 +191,8 @@ def dumped(package):
         except Exception as error:
             failed[name] = repr(error)
             continue
-        public = [one for one in dir(module) if not one.startswith("_")]
-        # `getattr` also for names of a lazy package, which `dir` does not list.
+        # Names that only a star import binds here are in `__all__`, not in `dir`.
+        public = [one for one in {*dir(module), *getattr(module, "__all__", ())} if not one.startswith("_")]
         listed = {one: described(getattr(module, one)) for one in public}
         modules[name] = {one: what for one, what in listed.items() if what is not None}
     return modules, failed

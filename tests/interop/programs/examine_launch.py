@@ -9,6 +9,7 @@ import json
 import os
 import re
 import sys
+import tempfile
 import threading
 
 import roslaunch
@@ -288,6 +289,40 @@ def examine_loaders():
             for kind in (roslaunch.loader.LoadException, roslaunch.XmlParseException)
         ],
     )
+    rosparam = '<rosparam command="foo" file="x"/>'
+    for element in (
+        rosparam,
+        "<rosparam>[1</rosparam>",
+        '<group ns=""/>',
+        '<group if="1" unless="1"/>',
+        "<machine/>",
+    ):
+
+        def load():
+            try:
+                text = f"<launch>{element}</launch>"
+                roslaunch.XmlLoader().load_string(text, roslaunch.config.ROSLaunchConfig(), verbose=False)
+            except RLException as error:
+                return type(error).__name__, str(error).splitlines()[0], len(str(error).splitlines()) == 1
+
+        examine(element, lambda: load()[: 2 if "rosparam" in element else 3])
+
+
+def examine_unset_arguments():
+    folder = tempfile.mkdtemp()
+    with open(os.path.join(folder, "package.xml"), "w") as file:
+        file.write("<package><name>p</name><version>1.0.0</version><description>d</description>")
+        file.write('<maintainer email="a@b.com">m</maintainer><license>BSD</license></package>')
+    os.environ["ROS_PACKAGE_PATH"] = folder + os.pathsep + os.environ["ROS_PACKAGE_PATH"]
+    for node in (
+        'pkg="$(arg x)" type="t"',
+        'pkg="$(arg x)_y" type="t"',
+        'pkg="p" type="$(arg x)"',
+    ):
+        path = os.path.join(folder, "a.launch")
+        with open(path, "w") as file:
+            file.write(f'<launch><arg name="x"/><node name="n" {node}/></launch>')
+        examine(node, lambda: roslaunch.rlutil.check_roslaunch(path, ignore_unset_args=True) is None)
 
 
 def examine_tools():
@@ -493,6 +528,7 @@ def main():
     examine_values()
     examine_configurations()
     examine_loaders()
+    examine_unset_arguments()
     examine_tools()
     run_id = roslaunch.rlutil.get_or_generate_uuid(None, True)
     examine_parents(run_id)

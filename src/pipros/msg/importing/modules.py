@@ -16,7 +16,7 @@ from pipros.msg.compile.run import run
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
     from importlib.abc import Loader
     from types import ModuleType
 
@@ -53,7 +53,7 @@ def type_spec(library: Library, package: str, kind: str, module: str) -> ModuleS
 
 
 class _InterfaceLoader(Loader):
-    """Gives a module `__getattr__`, `__dir__` and `__all__` for the types of its package."""
+    """Gives a module `__getattr__` and `__dir__` for the types of its package. `__all__` is computed late."""
 
     def __init__(self, library: Library, package: str, kind: str) -> None:
         self._library = library
@@ -72,18 +72,15 @@ class _InterfaceLoader(Loader):
 
     def exec_module(self, module: ModuleType) -> None:
         def get(name: str) -> object:
-            home = self._homes().get(name)
+            homes = self._homes()
+            home = homes.get(name)
             if home is None:
-                raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}")
+                return _imported(module, name, homes)
             value = getattr(importlib.import_module(f"{module.__name__}._{home}"), name)
             setattr(module, name, value)
             return value
 
-        module.__dict__.update(
-            __getattr__=get,
-            __dir__=lambda: sorted({*module.__dict__, *self._homes()}),
-            __all__=sorted(self._homes()),
-        )
+        module.__dict__.update(__getattr__=get, __dir__=lambda: sorted({*module.__dict__, *self._homes()}))
 
     def _homes(self) -> dict[str, str]:
         """The classes of the package, each with the type in whose module it is."""
@@ -111,3 +108,24 @@ class _TypeLoader(Loader):
             package, _, name = type_name.partition("/")
             module.__dict__[alias] = getattr(importlib.import_module(f"{package}.msg"), name)
         run(code, module.__dict__)
+        classes = [name for name in module.__dict__ if name[0] != "_"]
+        module.__dict__["__getattr__"] = lambda name: _imported(module, name, classes)
+
+
+def _imported(module: ModuleType, name: str, classes: Iterable[str]) -> object:
+    """Return `__all__` of a module with these classes, or what a generated one would have imported.
+
+    Called only for names that the module lacks, so a message type hides an import of the same name.
+    """
+    if name[0] == "_" and name != "__all__":
+        raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}")
+    from pipros.msg.importing.star_names import imported_name, imported_names
+
+    if name == "__all__":
+        found = imported_names([getattr(module, key) for key in classes])
+        module.__dict__.update({key: value for key, value in found.items() if key not in module.__dict__})
+        return sorted({*classes, *found})
+    try:
+        return imported_name(name)
+    except AttributeError:
+        raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}") from None

@@ -158,6 +158,33 @@ def test_a_star_import_gives_all_types(workspace: Workspace) -> None:
     assert workspace.shows(code) == "A B SRequest"
 
 
+def test_a_star_import_gives_the_modules_that_generated_code_imports(workspace: Workspace) -> None:
+    workspace.package("robot", **{"srv/Ask.srv": "---\nsecond/B[] b", "srv/No.srv": "---"})
+    workspace.package("second", **{"msg/B.msg": "third/C c"})
+    workspace.package("third", **{"msg/C.msg": "string struct"})
+    code = "from robot.srv import *; print(genpy.Time(1), struct.pack, second.msg.B(), third.msg.C, {})"
+    assert workspace.shows(code.format("sys, codecs, python3")).startswith(
+        "1000000000 <built-in function pack> c:"
+    )
+    assert workspace.fails(code.format("robot")) == "NameError: name 'robot' is not defined"
+
+
+def test_a_message_type_wins_over_a_module_of_its_name(workspace: Workspace) -> None:
+    workspace.package("robot", **{"msg/struct.msg": "int32 x", "msg/B.msg": "int32 x"})
+    assert (
+        workspace.shows("from robot.msg import *; print(struct(1), B(2), genpy.__name__)")
+        == "x: 1 x: 2 genpy"
+    )
+
+
+def test_modules_of_single_types_have_the_names_of_generated_code(workspace: Workspace) -> None:
+    workspace.package("robot", **{"msg/A.msg": "std_msgs/Header header"})
+    code = "import robot.msg._A as a; print(a.genpy.__name__, hasattr(a, 'nothing'))"
+    assert workspace.shows(code) == "genpy False"
+    code = "from robot.msg._A import *; print(A.__name__, std_msgs.msg.Header._type)"
+    assert workspace.shows(code) == "A std_msgs/Header"
+
+
 def test_dir_lists_the_names_for_editors(workspace: Workspace) -> None:
     workspace.package("robot", **{"msg/A.msg": "int32 x", "msg/Broken.msg": "int32"})
     assert (

@@ -1,4 +1,4 @@
-"""Names of a module that stand for the state of the session, as some packages read and set them."""
+"""Names of a module that stand for attributes of an object: other packages read and set them."""
 
 from __future__ import annotations
 

@@ -1,0 +1,43 @@
+"""Names that star imports of message modules bind besides the types: those that genpy's modules import.
+
+After `from rosapi.srv import *` scripts use `rosapi.srv.Topics`, `genpy.Time` and `struct.pack`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from importlib import import_module
+
+MODULES = ("codecs", "genpy", "struct", "sys")
+"""The modules that every generated module imports. It also sets `python3`."""
+
+
+def imported_name(name: str) -> object:
+    """Return what every generated module binds to this name.
+
+    Raises:
+        AttributeError: no generated module binds this name by an import.
+    """
+    if name == "python3":
+        return True
+    if name in MODULES:
+        return import_module(name)
+    raise AttributeError(name)
+
+
+def imported_names(classes: Iterable[object]) -> dict[str, object]:
+    """Return all names that the modules generated for these messages bind by imports.
+
+    These include the packages of the messages that they contain, at any depth.
+    """
+    found = {name: imported_name(name) for name in (*MODULES, "python3")}
+    seen, new = set[str](), list(classes)
+    while new:
+        for field_type in getattr(new.pop(), "_slot_types", ()):
+            type_name = field_type.partition("[")[0]
+            package, slash, name = type_name.partition("/")
+            if slash and type_name not in seen:
+                seen.add(type_name)
+                new.append(getattr(import_module(f"{package}.msg"), name))
+                found[package] = import_module(package)
+    return found

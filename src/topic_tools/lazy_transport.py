@@ -1,0 +1,65 @@
+"""`LazyTransport`: base of nodes that subscribe only while their own topics have subscribers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import rospy
+
+_WARN_AFTER = rospy.Duration(5)
+
+
+class LazyTransport(rospy.SubscribeListener):
+    """Calls `subscribe` for the first subscriber of what `advertise` made, and `unsubscribe` after the last.
+
+    Derive from it and define both. With the parameter `~lazy` false `unsubscribe` is not called. As in Noetic
+    on Python 3, `_post_init`, which subscribes at once then, is not called by itself.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._publishers: list[rospy.Publisher[Any]] = []
+        self._connection_status: bool | None = None  # None before the first call of `subscribe`
+        rospy.Timer(_WARN_AFTER, self._warn_never_subscribed_cb, oneshot=True)
+
+    def _post_init(self) -> None:
+        if not rospy.get_param("~lazy", True):
+            self.subscribe()
+            self._connection_status = True
+
+    def _warn_never_subscribed_cb(self, timer_event: object) -> None:  # noqa: ARG002 # the timer's
+        if self._connection_status is None:
+            rospy.logwarn(
+                f"[{rospy.get_name()}] has not subscribed to anything yet, because it has no subscribers. "
+                "Set '~lazy' to False to make it subscribe always."
+            )
+
+    def subscribe(self) -> None:
+        """Subscribe to the input. Must be defined."""
+        raise NotImplementedError("a subclass of LazyTransport must define subscribe()")
+
+    def unsubscribe(self) -> None:
+        """Unsubscribe from the input. Must be defined."""
+        raise NotImplementedError("a subclass of LazyTransport must define unsubscribe()")
+
+    def peer_subscribe(self, *args: object, **kwargs: object) -> None:  # noqa: ARG002
+        """Subscribe to the input if that has not happened yet. rospy calls it for each new subscriber."""
+        if not self._connection_status:
+            self.subscribe()
+            self._connection_status = True
+
+    def peer_unsubscribe(self, *args: object, **kwargs: object) -> None:  # noqa: ARG002
+        """Unsubscribe from the input after the last subscriber of all topics left."""
+        if not rospy.get_param("~lazy", True) or not self._connection_status:
+            return
+        if all(publisher.get_num_connections() == 0 for publisher in self._publishers):
+            self.unsubscribe()
+            self._connection_status = False
+
+    def advertise(self, *args: Any, **kwargs: Any) -> rospy.Publisher[Any]:
+        """Create a publisher, with the arguments of `rospy.Publisher` but without `subscriber_listener`."""
+        assert len(args) < 3 or args[2] is None  # noqa: S101 # callers see the class of genuine ROS
+        assert kwargs.get("subscriber_listener") is None  # noqa: S101
+        publisher = rospy.Publisher(*args, **{**kwargs, "subscriber_listener": self})
+        self._publishers.append(publisher)
+        return publisher

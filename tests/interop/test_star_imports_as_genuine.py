@@ -1,0 +1,110 @@
+"""`from package import *` binds the names here that it binds with genuine ROS, imported modules included."""
+
+from __future__ import annotations
+
+import fnmatch
+import json
+import subprocess
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import pytest
+
+from tests.interop.test_python_api_as_genuine import PACKAGES, listed
+from tests.support.environments import REPOSITORY, genuine_environment, make_tool_folder, pipros_environment
+
+LACKING = {
+    "bondpy.bondpy.BondSM_sm": "a state machine that a compiler wrote; pipros has its own",
+    "camera_calibration_parsers.camera_calibration_parsers_wrapper": "a library in C++",
+    "catkin.environment_cache.*": "makes scripts for genuine catkin; here it says how to use that",
+    "genmsg.template_tools.em": "empy, which is installed with an extra, if at all",
+    "image_geometry.cameramodels.cv2": "OpenCV, which is installed with an extra, if at all",
+    "rosbag.bag.AES": "a library that is installed for encrypted bags, if at all",
+    "rosbag.bag.gnupg": "a library that is installed for encrypted bags, if at all",
+    "rosbag.bag.roslz4": "pipros uses lz4 from PyPI",
+    "roswtf.*_check": "rules; those of pipros are in `pipros.health`",
+    "roswtf.graph.NodeInfoThread": "rules; those of pipros are in `pipros.health`",
+    "roswtf.graph.topic_timestamp_drift": "rules; those of pipros are in `pipros.health`",
+    "roswtf.roslaunchwtf.paramiko_*": "rules; those of pipros are in `pipros.health`",
+    "tf*PyKDL": "a library that pip does not have",
+    "tf_conversions.*": "what PyKDL binds, a library that pip does not have",
+}
+"""Names that are not bound here, and what they are. Those of `python_api_differences` come on top."""
+
+MESSAGES = [
+    f"{folder.parent.name}.{folder.name}"
+    for kind in ("msg", "srv")
+    for folder in sorted((REPOSITORY / "src" / "pipros" / "share").glob(f"*/{kind}"))
+]
+
+Bound = Mapping[str, Mapping[str, list[str]]]
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory: pytest.TempPathFactory) -> tuple[Bound, Bound]:
+    """What star imports bind with genuine ROS, and here, by module."""
+    home = tmp_path_factory.mktemp("stars")
+    uri = "http://127.0.0.1:1"
+    genuine = bound("/usr/bin/python3", genuine_environment(home, uri))
+    ours = bound("python3", pipros_environment(home, uri, make_tool_folder(home / "tools")))
+    assert not {name: names for name, names in ours.items() if isinstance(names, str)}
+    # An error is a text. Some modules cannot be imported there, either.
+    return {name: names for name, names in genuine.items() if not isinstance(names, str)}, ours
+
+
+def bound(python: str, environment: dict[str, str]) -> Bound:
+    program = Path(__file__).parent / "programs" / "dump_star_imports.py"
+    ran = subprocess.run(
+        [python, "-W", "ignore", str(program), *PACKAGES, *MESSAGES],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    found: Bound = json.loads(ran.stdout)
+    return found
+
+
+def differences(genuine: Bound, ours: Bound) -> Iterator[str]:
+    for module in genuine.keys() & ours.keys():
+        for name, origin in genuine[module].items():
+            if name not in ours[module] and not name.startswith("__") and origin[0] != "value of __future__":
+                yield f"{module}.{name}"
+
+
+def is_known(name: str) -> bool:
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in LACKING) or listed(name) is not None
+
+
+@pytest.mark.timeout(240)
+def test_star_imports_bind_what_they_bind_there(both: tuple[Bound, Bound]) -> None:
+    assert sum(map(len, both[0].values())) > 4000
+    assert [name for name in sorted(differences(*both)) if not is_known(name)] == []
+
+
+@pytest.mark.timeout(240)
+def test_no_exception_is_listed_that_is_not_needed(both: tuple[Bound, Bound]) -> None:
+    names = list(differences(*both))
+    optional = {"genmsg.template_tools.em", "image_geometry.cameramodels.cv2", "rosbag.rosbag_main"}
+    assert [one for one in LACKING.keys() - optional if not fnmatch.filter(names, one)] == []
+
+
+@pytest.mark.timeout(240)
+def test_star_imports_of_packages_and_messages_bind_nothing_else(both: tuple[Bound, Bound]) -> None:
+    genuine, ours = both
+    whole = [name for name in genuine if name in PACKAGES or name in MESSAGES]
+    assert len(whole) > 50
+    assert {name: more for name in whole if (more := ours[name].keys() - genuine[name].keys())} == {}
+
+
+@pytest.mark.timeout(240)
+def test_imported_modules_are_those_that_they_are_there(both: tuple[Bound, Bound]) -> None:
+    genuine, ours = both
+    different = [
+        (module, name, origin[0], ours[module][name])
+        for module in genuine.keys() & ours.keys()
+        for name, origin in genuine[module].items()
+        if name in ours[module] and not origin[1] and ours[module][name] != origin
+    ]
+    assert different == []
