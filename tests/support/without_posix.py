@@ -24,9 +24,9 @@ except ImportError:
 
 MODULES = {"fcntl", "grp", "posix", "pty", "pwd", "readline", "resource", "termios", "tty"}
 NAMES = {
-    os: "chown fork forkpty geteuid getgid getloadavg getpgid getuid initgroups killpg mkfifo posix_spawn "
-    "register_at_fork sched_getaffinity setgid setpgid setpgrp setsid setuid sysconf uname wait4 waitid "
-    "WNOHANG WIFEXITED WIFSIGNALED O_CLOEXEC O_DIRECTORY O_NOFOLLOW O_NONBLOCK",
+    os: "chown fork forkpty geteuid getgid getloadavg getpgid getuid initgroups killpg mkfifo openpty "
+    "posix_spawn register_at_fork sched_getaffinity setgid setpgid setpgrp setsid setuid sysconf uname "
+    "wait4 waitid WNOHANG WIFEXITED WIFSIGNALED O_CLOEXEC O_DIRECTORY O_NOFOLLOW O_NONBLOCK",
     signal: "SIGKILL SIGHUP SIGUSR1 SIGUSR2 SIGCHLD SIGALRM SIGPIPE SIGQUIT SIGSTOP SIGCONT SIGTSTP alarm "
     "pthread_kill pthread_sigmask setitimer siginterrupt sigwait",
     socket: "AF_NETLINK AF_PACKET SCM_RIGHTS SO_REUSEPORT SO_BINDTODEVICE TCP_QUICKACK "

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import glob
 import io
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
 import tempfile
@@ -19,6 +17,7 @@ from typing import Any
 from pipros.env import DISTRIBUTION
 from pipros.errors import PiprosError
 from pipros.input_file import read_text
+from pipros.posix import kill_with_group
 from pipros.reconfigure import cache
 from pipros.reconfigure.generator import OUTPUT_VARIABLE
 
@@ -130,18 +129,10 @@ def _run(arguments: list[str], environment: dict[str, str], limit_s: float) -> t
     except subprocess.TimeoutExpired:
         code = None
     finally:
-        _end_all(process)
+        kill_with_group(process)
         process.wait()
         reader.join(1.0)
     return code, said.decode("utf-8", "replace").strip()[-_SHOWN_CHARACTERS:]
-
-
-def _end_all(process: subprocess.Popen[bytes]) -> None:
-    if hasattr(os, "killpg"):
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(process.pid, signal.SIGKILL)
-    else:
-        process.kill()
 
 
 def parameters(group: dict[str, Any]) -> list[dict[str, Any]]:
