@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-
 import rospy
+from pipros.interrupts import interrupt_main_thread
 from rospy.core import is_shutdown_requested
 
 
@@ -42,4 +40,4 @@ class Prompt:
 
     def _wake(self) -> None:
         if self._is_reading:
-            signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+            interrupt_main_thread()

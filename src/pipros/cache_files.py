@@ -10,12 +10,12 @@ import errno
 import os
 from stat import S_ISDIR, S_ISREG
 
-_HAS_OWNERS = hasattr(os, "getuid")  # not on Windows, where a profile's folders are its user's by default
+from pipros.posix import HAS_OWNERS, NO_LINK, READ, user_id
+
 _OTHERS_MAY_WRITE = 0o022
-_NO_LINK = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
-_READ = os.O_RDONLY | _NO_LINK | getattr(os, "O_BINARY", 0)
-_MAKE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINK | getattr(os, "O_BINARY", 0)
-_ENTER = os.O_RDONLY | _NO_LINK | getattr(os, "O_DIRECTORY", 0)
+_READ = READ | NO_LINK
+_MAKE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | NO_LINK | getattr(os, "O_BINARY", 0)
+_ENTER = os.O_RDONLY | NO_LINK | getattr(os, "O_DIRECTORY", 0)
 
 
 class Untrusted(PermissionError):
@@ -42,7 +42,7 @@ class CacheFolder:
     def read(self, name: str) -> bytes | None:
         """The content of a file; None when it is missing or not trusted."""
         try:
-            if not _HAS_OWNERS:
+            if not HAS_OWNERS:
                 return _read_plain(os.path.join(self._path, name))
             folder = self._open()
             try:
@@ -60,7 +60,7 @@ class CacheFolder:
         unfinished = f".{name}.{os.urandom(6).hex()}"
         try:
             self._make()
-            if not _HAS_OWNERS:
+            if not HAS_OWNERS:
                 _replace(os.path.join(self._path, unfinished), os.path.join(self._path, name), content, None)
                 return
             folder = self._open()
@@ -94,7 +94,7 @@ class CacheFolder:
             missing.append(folder)
             folder = os.path.dirname(folder)
         # Nothing is made in another user's folder: root would leave files there that its owner cannot use.
-        if missing and _HAS_OWNERS and os.stat(folder).st_uid != os.getuid():
+        if missing and HAS_OWNERS and os.stat(folder).st_uid != user_id():
             raise PermissionError(f"{folder} belongs to another user")
         for path in reversed(missing):
             try:  # importing contextlib takes time
@@ -142,7 +142,7 @@ def _read_own(name: str, folder: int, folder_path: str) -> bytes:
 
 def check_owner(status: os.stat_result, path: str) -> None:
     """Raises `Untrusted` unless a file or folder belongs to this user, and no other user may write to it."""
-    if status.st_uid != os.getuid():
+    if status.st_uid != user_id():
         raise Untrusted(f"{path} belongs to another user (uid {status.st_uid})")
     if status.st_mode & _OTHERS_MAY_WRITE:
         raise Untrusted(f"{path} is writable for other users")

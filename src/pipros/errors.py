@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from pipros.printable import printable
 
 _TEXT_LIMIT = 2_000
@@ -10,6 +12,13 @@ _TEXT_LIMIT = 2_000
 
 class PiprosError(Exception):
     """The base class of all errors of pipros."""
+
+
+class NeedsPosix(PiprosError):
+    """This system lacks a feature of POSIX."""
+
+    def __init__(self, feature: str) -> None:
+        super().__init__(f"{feature} needs a POSIX system, this is {sys.platform}")
 
 
 class InvalidName(PiprosError, ValueError):

@@ -10,6 +10,8 @@ from contextlib import suppress
 from functools import cache
 from stat import S_ISDIR
 
+from pipros.posix import HAS_OWNERS, user_id
+
 
 def expanded(path: str) -> str:
     """The path with a leading `~` or `~name` replaced by the home folder of that user.
@@ -30,7 +32,7 @@ def fallback_home() -> str:
     """
     import tempfile
 
-    name = f"pipros-home-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
+    name = f"pipros-home-{user_id() if HAS_OWNERS else 'user'}"
     try:
         folder = os.path.join(tempfile.gettempdir(), name)
         with suppress(FileExistsError):
@@ -52,5 +54,5 @@ def fallback_home() -> str:
 def _is_mine_alone(folder: str) -> bool:
     status = os.lstat(folder)
     return S_ISDIR(status.st_mode) and (
-        not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & 0o022)
+        not HAS_OWNERS or (status.st_uid == user_id() and not status.st_mode & 0o022)
     )

@@ -6,7 +6,7 @@ import errno
 import os
 from stat import S_ISREG
 
-_FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+from pipros.posix import READ
 
 
 def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> bytes:
@@ -22,7 +22,7 @@ def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> b
         from pipros.limits import process_limits
 
         limit_bytes = process_limits().file_bytes
-    descriptor = os.open(path, _FLAGS)
+    descriptor = os.open(path, READ)
     with open(descriptor, "rb") as file:
         if not S_ISREG(os.fstat(descriptor).st_mode):
             raise OSError(errno.EINVAL, "it is not a regular file", os.fspath(path))

@@ -110,7 +110,7 @@ def _interrupt_again() -> None:
 def interrupt_main_thread() -> None:
     """Has the handler of SIGINT called in the main thread, also when that waits for a lock or for input."""
     main = threading.main_thread().ident
-    if main is not None and hasattr(signal, "pthread_kill"):  # it also ends a wait of the system
-        signal.pthread_kill(main, signal.SIGINT)
+    if sys.platform != "win32" and main is not None and hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(main, signal.SIGINT)  # it also ends a wait of the system
     else:
         _thread.interrupt_main()

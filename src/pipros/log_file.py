@@ -14,11 +14,10 @@ from contextlib import suppress
 from stat import S_ISCHR, S_ISLNK, S_ISREG
 
 from pipros.limits import Limits, process_limits
+from pipros.posix import HAS_OWNERS, NO_LINK, user_id
 from pipros.warn_once import warn_once
 
-_HAS_OWNERS = hasattr(os, "getuid")
 _ROOT = 0
-_SAFELY = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
 _WRITE = os.O_WRONLY | os.O_CREAT | getattr(os, "O_BINARY", 0)
 _LINKS_FOLLOWED = 10
 
@@ -42,7 +41,7 @@ def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
         OSError: it cannot be opened.
     """
     place = os.fspath(path)
-    flags = _WRITE | _SAFELY | (os.O_APPEND if append else 0)
+    flags = _WRITE | NO_LINK | (os.O_APPEND if append else 0)
     for _ in range(_LINKS_FOLLOWED):
         try:
             descriptor = os.open(place, flags, 0o666)
@@ -53,7 +52,7 @@ def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
         folder = os.path.realpath(os.path.dirname(place))
         if folder.startswith("/proc/"):  # the target of /dev/stderr, which may be a pipe
             place = os.path.join(folder, os.path.basename(place))
-            return os.open(place, _WRITE | os.O_CLOEXEC | (flags & os.O_APPEND), 0o666)
+            return os.open(place, _WRITE | (flags & os.O_APPEND), 0o666)
         place = os.path.join(os.path.dirname(place), _target(place))
     else:
         raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), place)
@@ -61,7 +60,7 @@ def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
         _check(descriptor, place)
         if not append and S_ISREG(os.fstat(descriptor).st_mode):
             os.ftruncate(descriptor, 0)
-        if hasattr(os, "set_blocking"):
+        if sys.platform != "win32":
             os.set_blocking(descriptor, True)
     except BaseException:
         os.close(descriptor)
@@ -75,18 +74,18 @@ def _check(descriptor: int, path: str) -> None:
         return
     if not S_ISREG(status.st_mode):
         raise Planted(errno.EPERM, "it is not a regular file", path)
-    if _HAS_OWNERS and status.st_nlink > 1:
+    if HAS_OWNERS and status.st_nlink > 1:
         raise Planted(errno.EPERM, "it has a second name elsewhere (a hard link)", path)
 
 
 def refuse_planted_link(path: str | os.PathLike[str]) -> None:
     """Raises `Planted` when a path is a link that another user made."""
-    if _HAS_OWNERS:
+    if HAS_OWNERS:
         _check_link(os.lstat(path), os.fspath(path))
 
 
 def _check_link(status: os.stat_result, path: str) -> None:
-    if S_ISLNK(status.st_mode) and status.st_uid not in (os.getuid(), _ROOT):
+    if S_ISLNK(status.st_mode) and status.st_uid not in (user_id(), _ROOT):
         raise Planted(errno.EPERM, "it is a link of another user", path)
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 import socketserver
+import sys
 from typing import Any
 from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
@@ -46,7 +47,10 @@ class ThreadingXMLRPCServer(socketserver.ThreadingMixIn, SimpleXMLRPCServer):
         _logger.exception("error in connection from %s (%s)", client_address, request)
 
 
-if hasattr(socketserver, "ForkingMixIn"):
+__all__ = ["SilenceableXMLRPCRequestHandler", "ThreadingXMLRPCServer"]
+
+if sys.platform != "win32" and hasattr(socketserver, "ForkingMixIn"):
+    __all__ += ["ForkingXMLRPCServer"]
 
     class ForkingXMLRPCServer(socketserver.ForkingMixIn, SimpleXMLRPCServer):
         """Server with one process per connection."""
@@ -58,10 +62,3 @@ if hasattr(socketserver, "ForkingMixIn"):
             log_requests: bool = True,
         ) -> None:
             super().__init__(addr, requestHandler=request_handler, logRequests=bool(log_requests))
-
-
-__all__ = [
-    "ForkingXMLRPCServer",
-    "SilenceableXMLRPCRequestHandler",
-    "ThreadingXMLRPCServer",
-]

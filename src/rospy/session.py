@@ -35,6 +35,7 @@ from pipros.node.params import Parameters
 from pipros.node.service_client import OpenCalls
 from pipros.node.signals import NotInMainThread, Signals
 from pipros.node.start_params import is_on, set_private_params, window_limits
+from pipros.posix import call_in_children
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 
 Hook = Callable[..., object]
@@ -363,8 +364,7 @@ class Session:
             self._start_with_signals(node)
         atexit.unregister(self.end)
         atexit.register(self.end, "atexit")
-        if hasattr(os, "register_at_fork"):  # the end of a child is not the end of the node
-            os.register_at_fork(after_in_child=lambda: atexit.unregister(self.end))
+        call_in_children(lambda: atexit.unregister(self.end))  # the end of a child is not the end of the node
         try:
             node.wait_for_master(lambda _: _say_that_there_is_no_master(node))
         except Interrupted:

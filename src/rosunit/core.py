@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from pipros.env import Environment
 from pipros.lazy_names import star_names as _star_names
+from pipros.node.program_log import make_folders_as_parent
 from pipros.testing import result_paths, script_runner
 from pipros.testing.result_paths import XML_OUTPUT_FLAG
 from pipros.testing.runner import XmlRunner
@@ -51,17 +51,7 @@ def printerrlog(msg: str, *args: object) -> None:
 
 def makedirs_with_parent_perms(p: str) -> None:
     """Makes a folder and those above it, each with owner and permissions of the folder that it is in."""
-    path = Path(os.path.abspath(p))
-    missing = [folder for folder in (path, *path.parents) if not folder.exists()]
-    for folder in reversed(missing):
-        above = folder.parent.stat()
-        with suppress(FileExistsError):
-            folder.mkdir()
-        made = folder.stat()
-        if (made.st_uid, made.st_gid) != (above.st_uid, above.st_gid):
-            os.chown(folder, above.st_uid, above.st_gid)
-        if made.st_mode != above.st_mode:
-            folder.chmod(above.st_mode)
+    make_folders_as_parent(Path(os.path.abspath(p)))
 
 
 def xml_results_file(

@@ -1,4 +1,8 @@
-"""A Python that lacks what Windows and macOS lack of Linux: modules, and names in modules."""
+"""A Python that lacks what Windows, macOS or a browser lacks of Linux: modules, and names in modules.
+
+The lists are here alone. Modules and names are missing on at least one of these systems; Pyodide, Python in a
+browser, lacks the modules, too. What a browser has in name but cannot do is in `_BROWSER`.
+"""
 
 from __future__ import annotations
 
@@ -13,20 +17,24 @@ PACKAGES = sorted(
 """The packages of pipros, whose imports of the modules fail. Python's own library may need them on Linux."""
 
 _BEGINNING = """
-import asyncio, builtins, concurrent.futures, logging.handlers, multiprocessing, optparse, os, pathlib
-import platform, random, secrets, select, selectors, shutil, signal, socket, socketserver, subprocess
-import tarfile, tempfile, threading, uuid, webbrowser, xml.dom.minidom, xml.sax, yaml, zipfile
+import asyncio, builtins, bz2, concurrent.futures, logging.handlers, multiprocessing, optparse, os, pathlib
+import platform, random, secrets, select, selectors, shutil, signal, socket, socketserver, sqlite3
+import ssl, subprocess, sys, tarfile, tempfile, threading, uuid, webbrowser
+import xml.dom.minidom, xml.sax, yaml, zipfile
 
 try:
     import numpy
 except ImportError:
     pass
 
-MODULES = {"fcntl", "grp", "posix", "pty", "pwd", "readline", "resource", "termios", "tty"}
+MODULES = {
+    "_multiprocessing", "_posixsubprocess", "curses", "fcntl", "grp", "posix", "pty", "pwd", "readline",
+    "resource", "syslog", "termios", "tty",
+}
 NAMES = {
-    os: "chown fork forkpty geteuid getgid getloadavg getpgid getuid initgroups killpg mkfifo posix_spawn "
-    "register_at_fork sched_getaffinity setgid setpgid setpgrp setsid setuid sysconf uname wait4 waitid "
-    "WNOHANG WIFEXITED WIFSIGNALED O_CLOEXEC O_DIRECTORY O_NOFOLLOW O_NONBLOCK",
+    os: "chown fork forkpty geteuid getgid getloadavg getpgid getuid initgroups killpg mkfifo openpty "
+    "posix_spawn register_at_fork sched_getaffinity setgid setpgid setpgrp setsid setuid sysconf uname "
+    "wait4 waitid WNOHANG WIFEXITED WIFSIGNALED O_CLOEXEC O_DIRECTORY O_NOFOLLOW O_NONBLOCK",
     signal: "SIGKILL SIGHUP SIGUSR1 SIGUSR2 SIGCHLD SIGALRM SIGPIPE SIGQUIT SIGSTOP SIGCONT SIGTSTP alarm "
     "pthread_kill pthread_sigmask setitimer siginterrupt sigwait",
     socket: "AF_NETLINK AF_PACKET SCM_RIGHTS SO_REUSEPORT SO_BINDTODEVICE TCP_QUICKACK "
@@ -53,15 +61,41 @@ for line in ("import fcntl", "from termios import tcgetattr", "from os import fo
     raise SystemExit(f"[{line}] works, and nothing below would prove anything")
 """
 
+_BROWSER = """
+import _thread
 
-def run_without_posix(code: str) -> str:
+def refused(*_, **__):
+    raise RuntimeError("a browser starts no threads or processes, and connects no sockets")
+
+sys.platform = "emscripten"
+for place, names in {
+    _thread: "start_new_thread start_joinable_thread",
+    threading: "_start_new_thread _start_joinable_thread",
+    threading.Thread: "start",
+    subprocess.Popen: "__init__",
+    multiprocessing.Process: "start",
+    os: "system popen posix_spawnp",
+    socket.socket: "bind connect connect_ex listen",
+    socket: "create_connection create_server socketpair",
+}.items():
+    for name in names.split():
+        if hasattr(place, name):
+            setattr(place, name, refused)
+"""
+
+
+def run_without_posix(code: str, *, in_browser: bool = False) -> str:
     """What the code prints.
+
+    Args:
+        in_browser: also refuse what Pyodide cannot do: to start threads or processes, and to connect sockets.
 
     Raises:
         AssertionError: with what it says on standard error, when it fails.
     """
+    code = f"OURS = {set(PACKAGES)!r}\n{_BEGINNING}\n{_BROWSER if in_browser else ''}\n{code}"
     ended = subprocess.run(
-        [sys.executable, "-c", f"OURS = {set(PACKAGES)!r}\n{_BEGINNING}\n{code}"],
+        [sys.executable, "-c", code],
         capture_output=True,
         text=True,
         timeout=50,

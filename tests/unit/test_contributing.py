@@ -47,7 +47,7 @@ def test_hooks_before_a_commit_are_the_parts_of_the_check() -> None:
 def test_an_unknown_part_of_the_check_is_refused() -> None:
     ended = subprocess.run([REPOSITORY / "script" / "check", "spelling"], capture_output=True, text=True)
     assert (ended.returncode, ended.stdout) == (2, "")
-    assert "must be lint, format or types, got spelling" in ended.stderr
+    assert "must be lint, format, types or platforms, got spelling" in ended.stderr
 
 
 def test_the_workflow_runs_what_our_own_integration_runs_and_all_pythons() -> None:

@@ -20,6 +20,7 @@ LAYERS: list[list[set[str]]] = [
     [
         {"interruptible_wait", "interrupts", "lazy_names", "printable", "shared_names"},
         {"errors"},
+        {"posix", "terminals"},
         {"limits", "warn_once"},
         {"cache_files", "home", "input_file", "log_file"},
         {"names", "env", "graph_variables", "wire", "safe"},

@@ -137,9 +137,7 @@ def _handle_signals(session: Callable[[], Launching | None]) -> Callable[[], Non
             requested = True
             raise KeyboardInterrupt
 
-    numbers = [signal.SIGINT, signal.SIGTERM]
-    if hasattr(signal, "SIGHUP"):
-        numbers.append(signal.SIGHUP)
+    numbers = {signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)}
     before = [(number, signal.signal(number, handle)) for number in numbers]
 
     def restore() -> None:

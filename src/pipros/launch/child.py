@@ -32,6 +32,7 @@ from pipros.launch.server import LaunchServer
 from pipros.launch.xml import load
 from pipros.net.address import plain_address
 from pipros.net.this_machine import Caller, has_address, knows_users
+from pipros.posix import user_id
 from pipros.workspace.index import PackageIndex
 
 
@@ -183,5 +184,5 @@ class Child:
             logged_in_from = os.environ.get("SSH_CLIENT", "").split()[:1]
             return caller.host in (*parent, *map(plain_address, logged_in_from))
         if knows_users():
-            return caller.user_id() in {0, os.geteuid(), self._link.user_id}
+            return caller.user_id() in {0, user_id(), self._link.user_id}
         return any(map(has_address, parent))

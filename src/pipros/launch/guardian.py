@@ -24,6 +24,7 @@ from typing import IO, TYPE_CHECKING
 if TYPE_CHECKING:
     import subprocess
 
+SIGKILL: signal.Signals = getattr(signal, "SIGKILL", signal.SIGTERM)
 _ON_POSIX = os.name == "posix"
 _GRACE_S = 1.0
 _CHECK_EVERY_S = 0.02
@@ -102,9 +103,9 @@ def end(groups: set[int], tag: str = "") -> None:
         time.sleep(_CHECK_EVERY_S)
         left = {group for group in left if _signal_group(group, 0)}
     for group in left:
-        _signal_group(group, signal.SIGKILL)
+        _signal_group(group, SIGKILL)
     for process in tagged_processes(tag):
-        _signal(process, signal.SIGKILL)
+        _signal(process, SIGKILL)
 
 
 def tagged_processes(tag: str) -> list[int]:
@@ -123,6 +124,8 @@ def tagged_processes(tag: str) -> list[int]:
 
 def _signal_group(group: int, number: int) -> bool:
     """Whether the group existed."""
+    if sys.platform == "win32":
+        return False
     try:
         os.killpg(group, number)
     except OSError:
@@ -136,6 +139,6 @@ def _signal(process: int, number: int) -> None:
 
 
 if __name__ == "__main__":
-    for ignored in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for ignored in (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)):
         signal.signal(ignored, signal.SIG_IGN)
     end(read_groups(sys.stdin), sys.argv[1])

@@ -15,6 +15,8 @@ import sys
 import threading
 from dataclasses import dataclass
 
+from pipros.terminals import HAS_PTYS, is_raw, open_pty
+
 _COLOURS = (36, 32, 35, 33, 34, 96, 92, 95)
 _CHUNK_BYTES = 65536
 
@@ -30,7 +32,7 @@ _INCOMPLETE_LINE_S = 0.1
 def is_available() -> bool:
     """Whether both outputs of this process are terminals, and ptys can be opened."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
-        return hasattr(os, "openpty") and os.isatty(sys.stdout.fileno()) and os.isatty(sys.stderr.fileno())
+        return HAS_PTYS and os.isatty(sys.stdout.fileno()) and os.isatty(sys.stderr.fileno())
     return False
 
 
@@ -65,8 +67,7 @@ class PrefixedOutput:
         Raises:
             OSError: the system has no pty left.
         """
-        self._read_end, self.write_end = os.openpty()
-        self._copy_settings()
+        self._read_end, self.write_end = open_pty(sys.stdout.fileno())
         colour = _COLOURS[number % len(_COLOURS)]
         self._prefix = LinePrefix(f"\033[{colour}m[{name}]\033[0m ".encode())
         self._target = sys.stdout.fileno()
@@ -80,20 +81,6 @@ class PrefixedOutput:
     def finish(self, timeout_s: float = 0.5) -> None:
         """Waits until all output of the ended process is shown."""
         self._copier.join(timeout_s)
-
-    def _copy_settings(self) -> None:
-        """Sets the size of our terminal, and disables processing that would change the bytes."""
-        import fcntl
-        import termios
-
-        with contextlib.suppress(OSError, termios.error):
-            size = fcntl.ioctl(sys.stdout.fileno(), termios.TIOCGWINSZ, b"\0" * 8)
-            fcntl.ioctl(self.write_end, termios.TIOCSWINSZ, size)
-        with contextlib.suppress(termios.error):
-            settings = termios.tcgetattr(self.write_end)
-            settings[1] &= ~termios.OPOST
-            settings[3] &= ~termios.ECHO
-            termios.tcsetattr(self.write_end, termios.TCSANOW, settings)
 
     def _copy(self) -> None:
         pending = b""
@@ -118,19 +105,9 @@ class PrefixedOutput:
         """Writes a piece of output; returns the new pending text, which is empty."""
         if text:
             shown = self._prefix.format(text)
-            if self._is_raw():
+            # Nodes that read single keys restore the terminal before they print, but it may be raw again.
+            if is_raw(self._target):
                 shown = _BARE_LINE_END.sub(b"\r\n", shown)
             with contextlib.suppress(OSError):
                 os.write(self._target, shown)
         return b""
-
-    def _is_raw(self) -> bool:
-        """Whether the terminal adds no carriage returns, because a node reads single keys from it.
-
-        Such nodes restore the terminal before they print, but it may be raw again when their output is shown.
-        """
-        import termios
-
-        with contextlib.suppress(OSError, termios.error):
-            return not termios.tcgetattr(self._target)[1] & termios.OPOST
-        return False

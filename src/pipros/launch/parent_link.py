@@ -19,6 +19,7 @@ from pipros.errors import PiprosError
 from pipros.launch.model import LaunchError
 from pipros.net.rpc_client import RpcClient
 from pipros.net.this_machine import has_address, user_listening
+from pipros.posix import user_id
 from pipros.wire.uri import split_uri
 from pipros.wire.xmlrpc import Fault
 
@@ -80,7 +81,7 @@ class ParentLink:
         if self._user_id is None:
             for host in filter(has_address, self.addresses):
                 self._user_id = user_listening(host, self._port)
-        return os.geteuid() if self._user_id is None else self._user_id
+        return user_id() if self._user_id is None else self._user_id
 
     def register(self, uri: str) -> None:
         """Registers the URI of this side with the parent, and starts reporting.

@@ -13,15 +13,15 @@ from pathlib import Path
 from typing import IO
 
 from pipros.launch.command import CannotLaunch, CannotStart, Command
-from pipros.launch.guardian import Guardian
+from pipros.launch.guardian import SIGKILL, Guardian
 from pipros.launch.output_prefix import PrefixedOutput
 from pipros.log_file import open_to_write
+from pipros.posix import signal_group
 from pipros.workspace.program_start import has_windows_line_ends, why_not_startable
 
 _ON_WINDOWS = os.name == "nt"
 
 SIGINT, SIGTERM = signal.SIGINT, signal.SIGTERM
-SIGKILL: signal.Signals = getattr(signal, "SIGKILL", signal.SIGTERM)
 
 
 class NodeProcess:
@@ -95,7 +95,7 @@ class NodeProcess:
                 event: signal.Signals = getattr(signal, "CTRL_BREAK_EVENT", SIGTERM)
                 self._popen.send_signal(event if number is SIGINT else SIGTERM)
             else:
-                os.killpg(self.pid, number)
+                signal_group(self.pid, number)
 
     def wait(self, timeout_s: float | None = None) -> bool:
         """Waits for the end of the process; False when the time was over before."""
@@ -176,7 +176,7 @@ def _is_group_alive(group: int) -> bool:
     They stay when the init process does not reap orphans, as in many containers.
     """
     try:
-        os.killpg(group, 0)
+        signal_group(group, 0)
     except OSError:
         return False
     numbers = [name for name in os.listdir("/proc") if name.isdigit()] if os.path.isdir("/proc") else []

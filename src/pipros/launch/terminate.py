@@ -6,7 +6,8 @@ import time
 from collections.abc import Callable, Sequence
 
 from pipros.launch.console import Console
-from pipros.launch.process import SIGINT, SIGKILL, SIGTERM, NodeProcess, last_lines
+from pipros.launch.guardian import SIGKILL
+from pipros.launch.process import SIGINT, SIGTERM, NodeProcess, last_lines
 
 SIGINT_TIMEOUT_S = 15.0
 SIGTERM_TIMEOUT_S = 2.0

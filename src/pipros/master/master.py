@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import gc
-import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -18,6 +17,7 @@ from pipros.net import address
 from pipros.net.loop import BackgroundLoop
 from pipros.net.sockets import connections_that_fit
 from pipros.net.this_machine import addresses_of
+from pipros.posix import make_room_for_descriptors, raise_descriptor_limit
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -154,26 +154,8 @@ def tune_for_master() -> None:
     """
     sys.setswitchinterval(0.0005)
     gc.set_threshold(2_000, 10, 10_000)
-    try:
-        import resource
-    except ImportError:  # Windows, where sockets do not count as files
-        return
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    wanted = _DESCRIPTORS if hard == resource.RLIM_INFINITY else min(hard, _DESCRIPTORS)
-    if soft != resource.RLIM_INFINITY and soft < wanted:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
-    _make_room_for_descriptors(min(wanted, connections_that_fit() * 2))
-
-
-def _make_room_for_descriptors(count: int) -> None:
-    """Makes the kernel grow the descriptor table of the process now.
-
-    The table doubles when it is full, and on Linux a process with threads then stands still for 10 to 20 ms.
-    """
-    import fcntl
-
-    with contextlib.suppress(OSError), open(os.devnull, "rb") as any_file:
-        os.close(fcntl.fcntl(any_file.fileno(), fcntl.F_DUPFD_CLOEXEC, count - 1))
+    raise_descriptor_limit(_DESCRIPTORS)
+    make_room_for_descriptors(connections_that_fit() * 2)
 
 
 def _advertised_host(host: str | None, environment: Environment) -> str:

@@ -28,6 +28,7 @@ from pipros.cache_files import Untrusted, check_owner
 from pipros.errors import PiprosError
 from pipros.master.params import ParamsFull, ParamTree
 from pipros.master.registry import Registry, Role
+from pipros.posix import HAS_OWNERS, NO_LINK, user_id
 from pipros.wire.xmlrpc import decode_response, encode_response
 
 _log = logging.getLogger("rosmaster.master")
@@ -215,12 +216,12 @@ def _make_private(file: Path) -> None:
     SQLite gives its auxiliary files the same permissions.
     """
     file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    if not hasattr(os, "getuid"):
+    if not HAS_OWNERS:
         return
     try:
         _check_not_planted(file.parent)
         try:
-            os.close(os.open(file, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600))
+            os.close(os.open(file, os.O_RDWR | os.O_CREAT | os.O_EXCL | NO_LINK, 0o600))
         except FileExistsError:
             _check_not_planted(file)
             file.chmod(0o600)
@@ -232,7 +233,7 @@ def _make_private(file: Path) -> None:
 
 def _check_not_planted(path: Path) -> None:
     link = os.lstat(path)
-    if S_ISLNK(link.st_mode) and link.st_uid != os.getuid():
+    if S_ISLNK(link.st_mode) and link.st_uid != user_id():
         raise Untrusted(f"{path} is a link of another user")
     check_owner(os.stat(path), str(path))
 

@@ -10,6 +10,7 @@ import struct
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
+from pipros.posix import call_in_children, descriptor_limit
 from pipros.wire.uri import host_and_port
 
 _DONTWAIT: int = getattr(socket, "MSG_DONTWAIT", 0)
@@ -78,14 +79,7 @@ def listen_all(hosts: Sequence[str], port: int = 0) -> list[socket.socket]:
 
 def connections_that_fit(share: float = 0.5) -> int:
     """The number of connections for a share of the process's descriptors; the rest is for other files."""
-    try:
-        import resource
-    except ImportError:  # Windows, where sockets do not count as files
-        return int(8192 * share)
-    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-    if soft == resource.RLIM_INFINITY or soft > 32768:
-        soft = 32768
-    return max(32, int(soft * share))
+    return max(32, int(min(descriptor_limit(), 32768) * share))
 
 
 def close_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
@@ -100,8 +94,7 @@ def close_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
             os.dup2(nothing, descriptor, inheritable=False)
         os.close(nothing)
 
-    if hasattr(os, "register_at_fork"):
-        os.register_at_fork(after_in_child=replace_by_null)
+    call_in_children(replace_by_null)
 
 
 def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
@@ -124,7 +117,7 @@ def is_unanswered(sock: socket.socket, limit_s: float) -> bool:
     a quarter of an hour. A peer that is alive but does not read does acknowledge, so this is False for it.
     Always False on systems other than Linux.
     """
-    if not sys.platform.startswith("linux"):
+    if sys.platform != "linux":
         return False
     with contextlib.suppress(OSError, struct.error):
         info = _TCP_INFO.unpack(sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _TCP_INFO.size))
@@ -138,7 +131,7 @@ def is_nearly_drained(sock: socket.socket) -> bool:
 
     Always True on systems other than Linux.
     """
-    if not sys.platform.startswith("linux"):
+    if sys.platform != "linux":
         return True
     import fcntl
     import termios
@@ -178,9 +171,9 @@ def receive_now(sock: socket.socket, buffer: memoryview) -> int:
 
 def send_gathered(sock: socket.socket, buffers: Sequence[bytes | memoryview]) -> int:
     """Writes several buffers in one call; returns how many bytes the socket accepted."""
-    if hasattr(sock, "sendmsg"):
-        return sock.sendmsg(buffers)
-    return sock.send(b"".join(buffers))
+    if sys.platform == "win32":
+        return sock.send(b"".join(buffers))
+    return sock.sendmsg(buffers)
 
 
 def wait_writable(sock: socket.socket, timeout_s: float) -> bool:
@@ -194,8 +187,8 @@ def wait_readable(sock: socket.socket, timeout_s: float) -> bool:
 
 
 def _wait(sock: socket.socket, timeout_s: float, *, is_write: bool) -> bool:
-    if hasattr(select, "poll"):  # select() itself cannot watch descriptors above 1024
-        poll = select.poll()
+    if sys.platform != "win32" and hasattr(select, "poll"):
+        poll = select.poll()  # select() itself cannot watch descriptors above 1024
         poll.register(sock, select.POLLOUT if is_write else select.POLLIN)
         return bool(poll.poll(timeout_s * 1000))
     reading, writing = ([], [sock]) if is_write else ([sock], [])
@@ -210,7 +203,7 @@ def wait_any_writable(socks: Sequence[socket.socket], timeout_s: float) -> Seque
     numbers = {number: sock for sock in socks if (number := sock.fileno()) >= 0}
     if not numbers:
         return []
-    if hasattr(select, "poll"):
+    if sys.platform != "win32" and hasattr(select, "poll"):
         poll = select.poll()
         for number in numbers:
             poll.register(number, select.POLLOUT)

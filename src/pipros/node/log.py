@@ -22,6 +22,7 @@ from pipros.errors import PiprosError
 from pipros.log_file import LogFile
 from pipros.msg.time import NS_PER_S
 from pipros.node.clock import Clock
+from pipros.posix import HAS_OWNERS
 from pipros.printable import write_line
 from pipros.warn_once import warn_once
 
@@ -255,7 +256,7 @@ def find_log_config(environment: Environment) -> Path | None:
         if not config.is_file():
             continue
         try:
-            if hasattr(os, "getuid"):
+            if HAS_OWNERS:
                 for path in (folder, config):
                     check_owner(path.stat(), str(path))
         except Untrusted as error:

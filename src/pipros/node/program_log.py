@@ -10,6 +10,7 @@ from pathlib import Path
 from pipros.env import Environment
 from pipros.errors import PiprosError
 from pipros.node.log import configure_by_file, find_log_config, open_file_handler
+from pipros.posix import give_to
 
 
 def log_program(logname: str, level: int, filename: str | None, environment: Environment) -> Path | None:
@@ -67,7 +68,7 @@ def make_folders_as_parent(folder: Path) -> None:
     folder.mkdir(exist_ok=True)
     above, made = folder.parent.stat(), folder.stat()
     if (above.st_uid, above.st_gid) != (made.st_uid, made.st_gid):
-        os.chown(folder, above.st_uid, above.st_gid)
+        give_to(folder, above.st_uid, above.st_gid)
     if above.st_mode != made.st_mode:
         folder.chmod(above.st_mode)
 

@@ -16,6 +16,7 @@ from pipros.errors import PiprosError
 from pipros.interruptible_wait import OnceEvent
 from pipros.interrupts import interrupt_main_thread
 from pipros.node.node import Node
+from pipros.posix import call_in_children
 
 _FROM_HANDLER = 0x80
 """Set in the byte that the handler writes, beside the number of the signal."""
@@ -89,8 +90,7 @@ class Signals:
         for number in (signal.SIGINT, signal.SIGTERM):
             self._previous_handlers[number] = signal.signal(number, self._handle)
         self._previous_descriptor = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
-        if hasattr(os, "register_at_fork"):
-            os.register_at_fork(after_in_child=self._uninstall_in_child)
+        call_in_children(self._uninstall_in_child)
 
     def listen(self, node: Node) -> None:
         """Has signals end the node, also those since `install`. They are read in its event loop."""

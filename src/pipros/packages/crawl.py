@@ -19,6 +19,8 @@ import os
 import time
 from stat import S_ISREG
 
+from pipros.posix import READ
+
 MANIFEST = "package.xml"
 DRY_MANIFEST = "manifest.xml"
 
@@ -39,7 +41,6 @@ _NO_DESCENT_MARKER = "rospack_nosubdirs"
 _RACY_NS = 2_000_000_000
 
 
-_READ = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 _NAME_WITHIN_BYTES = 1024 * 1024
 
 
@@ -150,7 +151,7 @@ def _read_package(folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
     manifest = os.path.join(folder, MANIFEST)
     try:
         # A pipe or a device would block the crawl, or have no end.
-        with open(os.open(manifest, _READ), "rb") as file:
+        with open(os.open(manifest, READ), "rb") as file:
             status = os.fstat(file.fileno())
             if not S_ISREG(status.st_mode):
                 return None

@@ -13,12 +13,13 @@ from __future__ import annotations
 import os
 from stat import S_ISREG
 
+from pipros.posix import READ
+
 TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
 if TYPE_CHECKING:
     import ast
     from collections.abc import Iterable
 
-_READ = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 _LIMIT_BYTES = 256 * 1024
 
 
@@ -112,7 +113,7 @@ def _literal(node: ast.expr | None) -> object:
 def _read(file: str) -> bytes:
     """The content of a file; empty if there is none, if it is too long, or no regular file."""
     try:
-        with open(os.open(file, _READ), "rb") as opened:
+        with open(os.open(file, READ), "rb") as opened:
             status = os.fstat(opened.fileno())
             if not S_ISREG(status.st_mode) or status.st_size > _LIMIT_BYTES:
                 return b""

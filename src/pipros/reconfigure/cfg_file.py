@@ -19,6 +19,7 @@ from typing import Any
 from pipros.env import DISTRIBUTION
 from pipros.errors import PiprosError
 from pipros.input_file import read_file, read_text
+from pipros.posix import kill_with_group
 from pipros.reconfigure import cache
 from pipros.reconfigure.generator import OUTPUT_VARIABLE
 
@@ -162,22 +163,16 @@ def _run(arguments: list[str], environment: dict[str, str], limit_s: float) -> t
     except subprocess.TimeoutExpired:
         code = None
     finally:
-        _end_all(process)
+        kill_with_group(process)
         process.wait()
         reader.join(1.0)
     return code, said.decode("utf-8", "replace").strip()[-_SHOWN_CHARACTERS:]
 
 
-def _end_all(process: subprocess.Popen[bytes]) -> None:
-    if hasattr(os, "killpg"):
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(process.pid, signal.SIGKILL)
-    else:
-        process.kill()
-
-
 def _end_daemons(variable: str) -> None:
     """Kill processes that left the group; on Linux they are found by a variable of their environment."""
+    if sys.platform != "linux":
+        return
     wanted = os.fsencode(variable)
     for folder in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):  # it has ended, or is another user's

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import select
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from optparse import OptionParser, OptionValueError, Values
 from typing import Any
@@ -17,6 +16,7 @@ from pipros.bag.player import Player, PlayOptions, opened_bags
 from pipros.cli.command import CommandError, add_flag, option_parser
 from pipros.cli.command_node import command_node
 from pipros.names import parse_arguments
+from pipros.terminals import single_keys
 
 _SHOW_PERIOD_S = 0.1
 _KEY_PERIOD_S = 0.02
@@ -34,7 +34,7 @@ def play(argv: Sequence[str]) -> int:
         for path in paths:
             say(f"[ INFO] [{time.time():.9f}]: Opening {path}")
         with opened_bags(paths) as bags, command_node("play", argv, wall_time=True) as node:
-            with _keyboard() as is_keyboard:
+            with single_keys() as is_keyboard:
                 terminal = _Terminal(is_keyboard=is_keyboard, is_quiet=options.quiet)
                 player = Player(node, bags, chosen, terminal, say)
                 if is_keyboard:
@@ -203,33 +203,6 @@ class _Terminal:
     def finish(self) -> None:
         if self._has_shown:
             print()
-
-
-@contextlib.contextmanager
-def _keyboard() -> Iterator[bool]:
-    """Gives single keys without echo while it lasts; False without a terminal in the foreground."""
-    try:
-        import termios
-
-        descriptor = sys.stdin.fileno()
-        before = termios.tcgetattr(descriptor)
-        if os.tcgetpgrp(descriptor) != os.getpgrp():
-            raise OSError("in the background")
-    except (ImportError, OSError, ValueError, AttributeError):
-        yield False
-        return
-    except Exception as error:
-        if type(error).__name__ != "error":  # termios.error: it is not a terminal
-            raise
-        yield False
-        return
-    changed = termios.tcgetattr(descriptor)
-    changed[3] &= ~(termios.ICANON | termios.ECHO)
-    termios.tcsetattr(descriptor, termios.TCSANOW, changed)
-    try:
-        yield True
-    finally:
-        termios.tcsetattr(descriptor, termios.TCSANOW, before)
 
 
 def _say(text: str) -> None:

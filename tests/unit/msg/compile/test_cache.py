@@ -135,7 +135,7 @@ def test_a_full_disk_leaves_nothing_behind(place: Place, monkeypatch: pytest.Mon
 def test_what_belongs_to_somebody_else_is_not_run(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
     place.code()
     stranger = os.getuid() + 1
-    monkeypatch.setattr(os, "getuid", lambda: stranger)
+    monkeypatch.setattr(os, "geteuid", lambda: stranger)
     assert place.cached() is None
 
 

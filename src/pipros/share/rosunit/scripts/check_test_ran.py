@@ -25,7 +25,7 @@ def main(words: list[str]) -> int:
     is_rostest = len(files) < len(words)
     if len(words) != (3 if is_rostest else 1):
         print(USAGE, file=sys.stderr)
-        return os.EX_USAGE
+        return 64  # EX_USAGE of sysexits.h
     file = files[-1]
     if is_rostest:  # the test is named, not its result file
         folder = rospkg.RosPack().get_path(rospkg.get_package_name(file))
