@@ -32,13 +32,13 @@ class PackageFolders:
     def __init__(
         self, roots: Sequence[str], cache_folder: str | None = None, kinds: Sequence[str] = PACKAGES
     ) -> None:
-        """Reads nothing yet; packages of other `kinds` are left out."""
+        """Read nothing yet; packages of other `kinds` are left out."""
         cache = None if cache_folder is None else CacheFolder(os.path.abspath(cache_folder))
         self._kinds = kinds
         self._roots = [_Root(os.path.abspath(root), cache, kinds) for root in roots]
 
     def get(self, name: str) -> str | None:
-        """The folder of that package, or None."""
+        """Return the folder of that package, or None."""
         for root in self._roots:
             folder = root.get(name)
             if folder is not None:
@@ -53,7 +53,7 @@ class PackageFolders:
         return folders
 
     def occurrences(self) -> Iterator[tuple[str, str]]:
-        """Name and folder of every package; one that hides another comes before it."""
+        """Yield name and folder of every package; one that hides another comes before it."""
         for root in self._roots:
             for package in root.crawl().packages:
                 if package.kind in self._kinds:
@@ -94,7 +94,7 @@ class _Root:
         return None if package is None else package.path
 
     def crawl(self) -> Crawl:
-        """All packages of the folder, as they were at the first call of this method or are now."""
+        """Return all packages of the folder, as they were at the first call of this method or are now."""
         known = self._known
         if known is None or not self._is_own:
             kept = self._read_cache() if known is None else known[0]

@@ -27,7 +27,7 @@ class _Loader(SourceFileLoader):
         folder = self._folder
 
         def get_ros_paths(env: Mapping[str, str] | None = None) -> list[str]:
-            """The folders in which rospkg looks for packages, those that come with pipros last."""
+            """Return the folders in which rospkg looks for packages, those that come with pipros last."""
             paths = original(env)
             return paths if folder in paths else [*paths, folder]
 
@@ -35,7 +35,9 @@ class _Loader(SourceFileLoader):
 
 
 def spec(path: Sequence[str] | None, folder: str) -> ModuleSpec | None:
-    """The spec of the module in `path`, changed to search `folder` too; None if the module is not there."""
+    """Return the spec of the module in `path`, changed to search `folder` too; None if the module is not
+    there.
+    """
     found = PathFinder.find_spec(MODULE, path)
     if found is not None and type(found.loader) is SourceFileLoader:
         found.loader = _Loader(MODULE, found.loader.path, folder)

@@ -28,7 +28,7 @@ class SetupModules:
         self._texts: dict[str, bytes] = {}
 
     def find(self, name: str, packages: Iterable[str]) -> str | None:
-        """The path of a module or of the folder of a Python package.
+        """Return the path of a module or of the folder of a Python package.
 
         Args:
             name: without dots.
@@ -46,7 +46,7 @@ class SetupModules:
 
 
 def declared_module(text: bytes, folder: str, name: str) -> str | None:
-    """The path of a module or Python package that a `setup.py` names and that exists; else None.
+    """Return the path of a module or Python package that a `setup.py` names and that exists; else None.
 
     Args:
         text: the content of the `setup.py`.
@@ -81,7 +81,7 @@ def declared_module(text: bytes, folder: str, name: str) -> str | None:
 
 
 def _literal(node: ast.expr | None) -> object:
-    """The value of a literal; None for anything else."""
+    """Return the value of a literal; None for anything else."""
     import ast
 
     try:
@@ -91,7 +91,7 @@ def _literal(node: ast.expr | None) -> object:
 
 
 def _read(file: str) -> bytes:
-    """The content of a file; empty if there is none, if it is too long, or no regular file."""
+    """Return the content of a file; empty if there is none, if it is too long, or no regular file."""
     try:
         with open(os.open(file, _READ), "rb") as opened:
             status = os.fstat(opened.fileno())
