@@ -1,4 +1,5 @@
 """The two variables that every tool reads: `ROS_MASTER_URI` and `ROS_NAMESPACE`. `env.py` has them all.
+
 Importing `env.py` takes as long as a whole run of a tool that only lists something.
 """
 

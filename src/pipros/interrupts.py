@@ -23,9 +23,7 @@ _AGAIN_S = 0.02
 
 
 def install() -> None:
-    """Make every Ctrl-C of this process effective, also one that Python only reports. May be called
-    repeatedly.
-    """
+    """Make every Ctrl-C effective, including one that Python only reports. May be called repeatedly."""
     if not isinstance(sys.unraisablehook, _InterruptKeeper):
         sys.unraisablehook = _InterruptKeeper(sys.unraisablehook)
 
@@ -67,9 +65,7 @@ def _exit_by_signal(number: int, _: FrameType | None) -> None:
 
 
 class _InterruptKeeper:
-    """An `unraisablehook` that repeats a KeyboardInterrupt, and passes other exceptions on to the previous
-    hook, which reports them.
-    """
+    """An `unraisablehook` that repeats KeyboardInterrupt; other exceptions go to the previous hook."""
 
     def __init__(self, report: Callable[[Any], object]) -> None:
         self._report = report

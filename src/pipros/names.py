@@ -185,8 +185,7 @@ def is_remapping_argument(argument: str) -> bool:
 
 
 def is_legal_remapping(argument: str) -> bool:
-    """Return True for a `key:=...` that is removed from a program's arguments: its key is a name or begins
-    with `_`.
+    """Return True for a `key:=...` that programs do not receive: the key is a name or begins with `_`.
 
     >>> [is_legal_remapping(argument) for argument in ("a:=b", "_rate:=5", "-a:=b", "a b:=c", ":=b")]
     [True, True, False, False, False]

@@ -47,6 +47,7 @@ class Arguments:
 
     def guarded(self, name: str, method: Callable[..., Answer], error_value: Any) -> Callable[..., Answer]:
         """Return `method` with checks of caller_id and number of arguments, and errors turned into answers.
+
         Calls with invalid arguments are logged; at level DEBUG, all calls are.
         """
         name_characters = self.name_characters

@@ -1,5 +1,7 @@
-"""Detects registered nodes that have ended. Theory of operation: every node is probed (queried for its
-process id) regularly, and at once if a notice could not be delivered to it. The result decides:
+"""Detects registered nodes that have ended.
+
+Theory of operation: every node is probed (queried for its process id) regularly, and at once if a notice
+could not be delivered to it. The result decides:
 
 - it answers: it is alive, and its process id is stored;
 - the connection is refused, or a different process answers although the node has not registered anything
@@ -115,9 +117,10 @@ class Liveness:
             self._met.add((node, api))
 
     async def is_at(self, node: str, api: str) -> bool:
-        """Return whether `api` still belongs to the node of that name, as far as known. The result is False
-        if nothing answers there, if another registered node has that API by now, or if the answer has a
-        different name (only Python nodes give one) or process id than the node had.
+        """Return whether `api` still belongs to the node of that name, as far as known.
+
+        The result is False if nothing answers there, if another registered node has that API by now, or if
+        the answer has a different name (only Python nodes give one) or process id than the node had.
         """
         if any(entry.api == api and entry.name != node for entry in self._registry.nodes.values()):
             return False
@@ -218,8 +221,9 @@ class Liveness:
 
 
 class _ProbeSlots:
-    """Limits the concurrent probes, so that calls are answered meanwhile. A slot is held for at most
-    `SLOW_S`, so that silent nodes do not delay the probes of others.
+    """Limits the concurrent probes, so that calls are answered meanwhile.
+
+    A slot is held for at most `SLOW_S`, so that silent nodes do not delay the probes of others.
     """
 
     def __init__(self, count: int) -> None:
@@ -242,7 +246,9 @@ class _ProbeSlots:
 
 async def ask_node(api: str, method: str, timeout_s: float) -> Any:
     """Call a method without arguments; return its value, or None if the answer is not `[1, text, value]`.
-    Raises: Unreachable, ProtocolError, Fault: as in `call_async`.
+
+    Raises:
+        Unreachable, ProtocolError, Fault: as in `call_async`.
     """
     try:
         answer = await call_async(api, method, MASTER_ID, timeout_s=timeout_s)
@@ -252,9 +258,10 @@ async def ask_node(api: str, method: str, timeout_s: float) -> Any:
 
 
 async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask = ask_node) -> set[str]:
-    """Return which nodes (name to API) of a previous run of the master to keep. These are the nodes that
-    answer, unless with another name, and those that do not answer in time, but not those that refuse
-    connections.
+    """Return which nodes (name to API) of a previous run of the master to keep.
+
+    These are the nodes that answer, unless with another name, and those that do not answer in time, but not
+    those that refuse connections.
     """
     slots = asyncio.Semaphore(PROBES_AT_A_TIME * 5)
 

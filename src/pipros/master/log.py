@@ -45,9 +45,9 @@ class MasterLog(logging.Handler):
 
         Args:
             level: one of `LEVELS`, for the master's own messages; by default `info`.
-            loggers: the loggers to record, with their children; "" means all of the process. limits:
-                `log_bytes` and `log_files` limit the file and its predecessors `x.log.1`, …; by default the
-                limits of the process.
+            loggers: the loggers to record, with their children; "" means all of the process.
+            limits: `log_bytes` and `log_files` limit the file and its predecessors `x.log.1`, …; by default
+                the limits of the process.
 
         Raises:
             OSError: the folder or the file cannot be created.

@@ -28,8 +28,9 @@ _DESCRIPTORS: Final = 65536
 
 
 class Master:
-    """A ROS master with its parameter server, in its own thread. Several may run in one process. As a context
-    manager, it starts on entry and stops on exit.
+    """A ROS master with its parameter server, in its own thread.
+
+    Several may run in one process. As a context manager, it starts on entry and stops on exit.
 
     Examples:
         >>> with Master(port=0) as master:  # doctest: +SKIP
@@ -47,10 +48,15 @@ class Master:
         environment: Environment | None = None,
         **settings: Unpack[MasterSettings],
     ) -> None:
-        """Store the settings; `start` opens the port. Args:
-        options: all settings as one value. environment: by default that of the process. settings: fields
-        of `MasterOptions`, which override those of `options`. Raises: ValueError: an entry of `allow` is
-        not a network.
+        """Store the settings; `start` opens the port.
+
+        Args:
+            options: all settings as one value.
+            environment: by default that of the process.
+            settings: fields of `MasterOptions`, which override those of `options`.
+
+        Raises:
+            ValueError: an entry of `allow` is not a network.
         """
         options = replace(options or MasterOptions(), **settings)
         environment = environment or Environment.from_os()

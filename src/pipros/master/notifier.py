@@ -1,7 +1,8 @@
-"""Delivers the master's notices: in order for each node, and no node waits for another. Theory of operation:
-each API with a pending notice has a queue. A new notice supersedes a queued one about the same topic or
-parameter, because each contains the whole new state; so a queue cannot exceed the subscriptions of its node,
-and a node that hung receives the current state afterwards.
+"""Delivers the master's notices: in order for each node, and no node waits for another.
+
+Theory of operation: each API with a pending notice has a queue. A new notice supersedes a queued one about
+the same topic or parameter, because each contains the whole new state; so a queue cannot exceed the
+subscriptions of its node, and a node that hung receives the current state afterwards.
 
 The queues take turns, one notice a turn and `TURNS_AT_A_TIME` at once, so that thousands of notices do not
 keep the loop from answering calls. A node that does not answer within `SLOW_S` no longer counts towards
@@ -88,8 +89,8 @@ class Notifier:
         """
         Args:
             limits: `notices` may be queued for a node, which has `notice_s` to answer each; by default the
-                limits of the process. connect: returns the client for an API; raises ValueError for an
-                invalid URI.
+                limits of the process.
+            connect: returns the client for an API; raises ValueError for an invalid URI.
         """
         self._recipients = recipients
         self._connect = connect

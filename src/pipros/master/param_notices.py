@@ -11,11 +11,14 @@ from pipros.master.registry import MASTER_ID, Notice, Registry, Role
 
 
 def param_notices(registry: Registry, key: str, value: Any, *, except_node: str) -> Iterator[Notice]:
-    """Return the `paramUpdate` notices after `key` changed to `value` (`{}` if it was deleted). A subscriber
-    at or above the key receives the key and its value; one below receives its own part of the value, `{}` if
-    there is none. `except_node`, which made the change, receives nothing. Announced keys end with a slash, as
-    in genuine masters. The subscribed keys are looked up at once, their nodes lazily as the notices are
-    consumed, because a key may have thousands of subscribers.
+    """Return the `paramUpdate` notices after `key` changed to `value` (`{}` if it was deleted).
+
+    A subscriber at or above the key receives the key and its value; one below receives its own part of the
+    value, `{}` if there is none. `except_node`, which made the change, receives nothing. Announced keys end
+    with a slash, as in genuine masters.
+
+    The subscribed keys are looked up at once, their nodes lazily as the notices are consumed, because a key
+    may have thousands of subscribers.
     """
     return _notices(registry, registry.param_keys_around(key), key, value, except_node)
 

@@ -58,7 +58,7 @@ class ParamTree:
     """
 
     def __init__(self, tree: Tree | None = None, *, limit_bytes: int | None = None) -> None:
-        """Limit the weight of all parameters to `limit_bytes`, by default `parameter_bytes` of the process."""
+        """Limit the weight of all parameters to `limit_bytes`, by default the process's `parameter_bytes`."""
         self._root: Tree = {} if tree is None else tree
         self._limit_bytes = process_limits().parameter_bytes if limit_bytes is None else limit_bytes
         self._known_weights: Mapping[int, int] = {}
@@ -80,8 +80,9 @@ class ParamTree:
         return value_below(self._root, key, _NOTHING) is not _NOTHING
 
     def set(self, key: str, value: Any) -> None:
-        """Set a value, replacing the former value or a whole namespace. Plain values on the path to the key
-        become namespaces.
+        """Set a value, replacing the former value or a whole namespace.
+
+        Plain values on the path to the key become namespaces.
 
         Raises:
             NotATree: the key is `/` and the value is not a dictionary.
@@ -112,9 +113,7 @@ class ParamTree:
             self.journal.param_set(key, value)
 
     def former(self, key: str) -> Any:
-        """Return the value that setting `key` would replace: its own, or a plain one on the path to it; else
-        None.
-        """
+        """Return the value that setting `key` would replace, which may be a plain one above it; else None."""
         former = self._place(_parts(key))[0]
         return None if former is _NOTHING else former
 
@@ -185,8 +184,7 @@ class ParamTree:
         return found
 
     def search(self, ns: str, key: str) -> str | None:
-        """Return the full name of `key`, searched for in the namespace `ns` (`/a/node`) and upwards; None if
-        not found.
+        """Return the full name of `key` in the namespace `ns` (`/a/node`) or above; None if not found.
 
         As in ROS, only the first component of the key has to exist: with `/a/x` set, the result for `x/y` is
         `/a/x/y`, whether or not that is set.

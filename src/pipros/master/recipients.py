@@ -12,8 +12,9 @@ _log = logging.getLogger("rosmaster.master")
 
 
 class RegisteredNodes:
-    """The `Recipients` of a master's `Notifier`: decides whether notices are still due, and reports the
-    outcome of deliveries to `Liveness`.
+    """The `Recipients` of a master's `Notifier`:
+
+    decides whether notices are still due, and reports the outcome of deliveries to `Liveness`.
     """
 
     def __init__(self, registry: Registry, liveness: Liveness) -> None:

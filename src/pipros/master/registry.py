@@ -1,7 +1,8 @@
-"""The registrations of a master: the publishers, subscribers and servers of each name, without any IO. A node
-is identified by its name, and has one API (the URI of its XML-RPC server) at a time. It is registered as long
-as it has at least one registration. A method that changes the registry returns the `Notice`s about the
-change; the `Notifier` delivers them.
+"""The registrations of a master: the publishers, subscribers and servers of each name, without any IO.
+
+A node is identified by its name, and has one API (the URI of its XML-RPC server) at a time. It is registered
+as long as it has at least one registration. A method that changes the registry returns the `Notice`s about
+the change; the `Notifier` delivers them.
 """
 
 from __future__ import annotations
@@ -94,6 +95,7 @@ class Registry:
     A node that registers under another process's name takes the name over. The other process is `replaced`
     until its `shutdown` notice is done, and its registrations meanwhile are ignored: a roscpp node subscribes
     to a parameter when it logs the shutdown request, and would so take its name back and end its successor.
+
     The type of a topic is kept after its last publisher and subscriber have unregistered, as in genuine
     masters, but only for as many such topics as the limits allow: the longest unused one is forgotten.
 
@@ -246,8 +248,11 @@ class Registry:
     def _check_room(
         self, role: Role, node: str, key: str, api: str, detail: str = "", former: str | None = None
     ) -> None:
-        """Raise `RegistryFull` if a registration would exceed the limit. Args: detail: its type or URI.
-        former: the type or URI that `detail` replaces.
+        """Raise `RegistryFull` if a registration would exceed the limit.
+
+        Args:
+            detail: its type or URI.
+            former: the type or URI that `detail` replaces.
         """
         growth = len(detail) - len(former or "")
         entry = self.nodes.get(node)

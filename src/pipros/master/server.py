@@ -79,8 +79,11 @@ class MasterServer:
         return self._api.uri
 
     async def start(self) -> None:
-        """Restore the contents of the store, set the parameters, then open the port. Raises: OSError: the
-        port is in use, the address does not belong to this machine, or the store cannot be created.
+        """Restore the contents of the store, set the parameters, then open the port.
+
+        Raises:
+            OSError: the port is in use, the address does not belong to this machine, or the store cannot be
+                created.
         """
         if self._options.store:
             self._store = await asyncio.to_thread(Store, self._options.store)

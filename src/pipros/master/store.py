@@ -2,9 +2,11 @@
 
 An SQLite database in WAL mode: a process that is killed loses at most the changes of the last `PAUSE_S`, and
 leaves no partial change. Parameters are stored as the calls that set them, in order; a call deletes those
-that it supersedes, so the file does not grow over time. A thread writes the file: at once under low load,
-else every `PAUSE_S`. Callers never wait for it, and it does not wait for the disk: written changes survive
-the end of the process; after a power failure the file is intact, but the last changes may be missing.
+that it supersedes, so the file does not grow over time.
+
+A thread writes the file: at once under low load, else every `PAUSE_S`. Callers never wait for it, and it does
+not wait for the disk: written changes survive the end of the process; after a power failure the file is
+intact, but the last changes may be missing.
 """
 
 from __future__ import annotations
@@ -63,7 +65,7 @@ class StoredState:
 
     Attributes:
         parameters: keys and values in the order to set them; an `Absence` marks a missing value.
-            registrations: in their original order.
+        registrations: in their original order.
         topic_types: topic to type.
     """
 

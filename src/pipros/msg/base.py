@@ -25,7 +25,7 @@ struct_I = struct.Struct("<I")  # noqa: N816 # genuine generated modules import 
 
 
 class Buffers(list[Buffer]):
-    """Collects the output of a message as separate buffers, for a transport that sends them without a copy."""
+    """Collects the output of a message as separate buffers, so that a transport need not copy them."""
 
     write = list.append
 
@@ -43,8 +43,11 @@ class Message:
     _connection_header: dict[str, str]
 
     def __init__(self, *args: Any, **kwds: Any) -> None:
-        """Set all fields in order, or some by name; the others become None. Raises: TypeError: too few or too
-        many values, or values of both kinds. AttributeError: a name is not a field.
+        """Set all fields in order, or some by name; the others become None.
+
+        Raises:
+            TypeError: too few or too many values, or values of both kinds.
+            AttributeError: a name is not a field.
         """
         fields = self.__slots__
         if args:
@@ -72,7 +75,9 @@ class Message:
         return self._slot_types
 
     def _check_types(self, exc: Exception | None = None) -> None:
-        """Raise an error that names the field that does not fit its type. Args:
+        """Raise an error that names the field that does not fit its type.
+
+        Args:
             exc: the error that serializing the message raised.
 
         Raises:
@@ -87,8 +92,10 @@ class Message:
             raise SerializationError(str(exc))
 
     def serialize(self, buff: Writable) -> None:
-        """Write the message, or nothing if a field does not fit its type. Raises: SerializationError: names
-        the field.
+        """Write the message, or nothing if a field does not fit its type.
+
+        Raises:
+            SerializationError: names the field.
         """
 
     def deserialize(self: AnyMessage, str: Buffer) -> AnyMessage:  # noqa: A002, ARG002 # genpy's name for it
@@ -107,8 +114,10 @@ class Message:
         self.serialize(buff)
 
     def _to_buffers(self) -> list[Buffer]:
-        """Return the serialized message as buffers; large arrays are not copied. Raises: SerializationError:
-        names the field that does not fit.
+        """Return the serialized message as buffers; large arrays are not copied.
+
+        Raises:
+            SerializationError: names the field that does not fit.
         """
         buffers = Buffers()
         self.serialize(buffers)
@@ -131,9 +140,7 @@ class Message:
     __str__ = __repr__
 
     def __eq__(self, other: object) -> bool:
-        """Return True for a message of the same class with equal fields; lists equal tuples with the same
-        elements.
-        """
+        """Return True for a message of the same class with equal fields; a list may equal a tuple."""
         if not isinstance(other, self.__class__):
             return False
         for name in self.__slots__:

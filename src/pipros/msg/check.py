@@ -20,8 +20,10 @@ _FLOAT_TYPE_NAMES = frozenset(
 
 
 def check_type(field_name: str, field_type: str, field_val: Any) -> None:
-    """Check that `field_val` fits `field_type`, a type as written in definitions. Raises: SerializationError:
-    names the field, with `[]` for an element and `.` for a member.
+    """Check that `field_val` fits `field_type`, a type as written in definitions.
+
+    Raises:
+        SerializationError: names the field, with `[]` for an element and `.` for a member.
     """
     if field_type in INTEGERS:
         _check_integer(field_name, field_type, field_val)

@@ -1,7 +1,9 @@
-"""Finds the class of messages received with their definition: over a link, or from a bag. The class of an
-installed package is used if its definition has the same md5 sum, so that messages are instances of the class
-that `from package.msg import Name` imports. Otherwise the class is created from the received definition:
-types that are not installed can be read too, and an installed type of the same name is not affected.
+"""Finds the class of messages received with their definition: over a link, or from a bag.
+
+The class of an installed package is used if its definition has the same md5 sum, so that messages are
+instances of the class that `from package.msg import Name` imports. Otherwise the class is created from the
+received definition: types that are not installed can be read too, and an installed type of the same name is
+not affected.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ class ClassFinder:
 
         Raises:
             MissingDefinition: `definition` is empty, and no installed type has this name and md5 sum.
-                DefinitionError: the definition is invalid.
+            DefinitionError: the definition is invalid.
         """
         key = type_name, md5sum, definition
         found = self._known.get(key)

@@ -1,5 +1,6 @@
 """Message classes created at run time from the full text in a connection header or a bag. Such a class is not
 in a module, so a pickle of its messages includes the full text, from which unpickling creates the class:
+
 another process need not know the type. The same process reuses its class.
 """
 
@@ -24,9 +25,13 @@ from pipros.msg.language.spec import DefinitionError, MessageSpec
 def message_classes_from_text(
     type_name: str, full_text: str, limits: Limits | None = None
 ) -> dict[str, type[Message]]:
-    """Return classes for all types in a full text. Packages with the same types are ignored. Args: limits: by
-    default those of the process. Raises: DefinitionError: a definition is invalid, an embedded type is
-    missing, or the text exceeds the limits.
+    """Return classes for all types in a full text. Packages with the same types are ignored.
+
+    Args:
+        limits: by default those of the process.
+
+    Raises:
+        DefinitionError: a definition is invalid, an embedded type is missing, or the text exceeds the limits.
     """
     limits = limits or process_limits()
     specs = specs_from_text(type_name, full_text, limits)
@@ -66,7 +71,7 @@ def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
         bytes_left -= len(spec.text) + sum(len(inner.text) for inner in embedded_types(spec, lookup).values())
         if bytes_left < 0:
             raise DefinitionError(
-                f"the definitions of the text's types, each with what it embeds, are longer than "
+                f"the definitions of the text's types, each with its embedded types, are longer than "
                 f"{limits.definition_copies_bytes} bytes together",
                 file=where,
             )
@@ -87,16 +92,14 @@ class DynamicClasses:
         added.__deepcopy__ = _deepcopy
 
     def get(self, type_name: str, full_text: str) -> type[Message]:
-        """Return the class for a full text; create it if none is in use. Raises as
-        `message_classes_from_text`.
-        """
+        """Return the class for a full text, created if necessary; raise as `message_classes_from_text`."""
         cls = self._in_use.get((type_name, full_text))
         return cls or message_classes_from_text(type_name, full_text)[type_name]
 
 
 @cache
 def _classes() -> DynamicClasses:
-    """Return the classes of this process, which are global because a pickle finds its class through a module."""
+    """Return the classes of this process. They are global because pickles find classes through modules."""
     return DynamicClasses()
 
 

@@ -18,9 +18,7 @@ _TIME_CLASSES: Mapping[str, type[TVal]] = {"time": Time, "duration": Duration}
 
 
 def get_printable_message_args(msg: Message, buff: StringIO | None = None, prefix: str = "") -> str:
-    """Return the names of all fields that take a value, separated by spaces; those of members as
-    `header.seq`.
-    """
+    """Return the names of all fields that take a value (members as `header.seq`), separated by spaces."""
     buff = StringIO() if buff is None else buff
     for name in msg.__slots__:
         value = getattr(msg, name)
@@ -36,9 +34,12 @@ def fill_message_args(msg: Message | TVal, msg_args: Any, keys: Mapping[str, Any
 
     Args:
         msg: changed in place.
-        msg_args: the parsed YAML; None means no arguments. keys: keywords for message or time fields, such as
-            `now`, with their values. Raises: MessageException: there are too many or too few values, or an
-            unknown field, which it names. ValueError: `msg_args` is neither a list nor a dictionary.
+        msg_args: the parsed YAML; None means no arguments.
+        keys: keywords for message or time fields, such as `now`, with their values.
+
+    Raises:
+        MessageException: there are too many or too few values, or an unknown field, which it names.
+        ValueError: `msg_args` is neither a list nor a dictionary.
     """
     args = [] if msg_args is None else msg_args
     if len(args) == 1 and type(args[0]) is dict:

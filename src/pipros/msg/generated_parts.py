@@ -43,9 +43,12 @@ class GenerationError(PiprosError):
 
 
 class Special:
-    """A type that is not generated: how to create a value, and how to finish reading one. Attributes:
-    constructor: an expression that creates a value. post_deserialize: the call after reading a value, as
-    `%s.canon()`; None for no call. import_str: the required import.
+    """A type that is not generated: how to create a value, and how to finish reading one.
+
+    Attributes:
+        constructor: an expression that creates a value.
+        post_deserialize: the call after reading a value, as `%s.canon()`; None for no call.
+        import_str: the required import.
     """
 
     def __init__(self, constructor: str, post_deserialize: str | None, import_str: str) -> None:
@@ -95,8 +98,10 @@ def registered(context: Any, type_: str) -> Any:
 
 
 def package_and_name(package: str, type_: str) -> tuple[str, str]:
-    """Return the package and name of a type that a definition in `package` uses. Raises: GenerationError: the
-    type has more than one slash.
+    """Return the package and name of a type that a definition in `package` uses.
+
+    Raises:
+        GenerationError: the type has more than one slash.
     """
     parts = type_.split("/")
     if len(parts) > 2:
@@ -174,7 +179,7 @@ def _safe(name: str) -> str:
 
 
 def flattened(context: Any, spec: Any) -> Iterator[tuple[str, str]]:
-    """Yield `(type, name)` of each field, with dots for those of embedded messages; arrays are not expanded."""
+    """Yield `(type, name)` of each field, embedded ones with dotted names. Arrays are not expanded."""
     for kind, name in spec.fields():
         if "[" in kind or (kind in BUILTINS and kind not in ("time", "duration")):
             yield kind, name

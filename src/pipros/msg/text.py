@@ -25,9 +25,11 @@ def strify_message(
     """Return the text of a message, or of any value that a field may have.
 
     Args:
-        val: the value. indent: the prefix of every line; if given, a multi-line value begins on a new line.
-            time_offset: times are written as the duration since this time. field_filter: returns the names of
-            the message fields to write. fixed_numeric_width: the width to which numbers are padded and cut.
+        val: the value.
+        indent: the prefix of every line; if given, a multi-line value begins on a new line.
+        time_offset: times are written as the duration since this time.
+        field_filter: returns the names of the message fields to write.
+        fixed_numeric_width: the width to which numbers are padded and cut.
     """
     return _Text(time_offset, field_filter, fixed_numeric_width).of(val, indent)
 
@@ -95,7 +97,7 @@ class _Text:
 
 
 def _readable(value: Any, kind: str) -> Any:
-    """Return the octets of a `uint8[]` field as integers. Those of a `char[]` field stay bytes, as in genpy."""
+    """Return the octets of a `uint8[]` field as integers; those of a `char[]` stay bytes, as in genpy."""
     if "uint8[" in kind:
         if isinstance(value, bytes | bytearray):
             return list(value)

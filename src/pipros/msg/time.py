@@ -50,8 +50,10 @@ class TVal:
     nsecs: int
 
     def __init__(self, secs: Any = 0, nsecs: Any = 0) -> None:
-        """Set whole seconds and nanoseconds, or only seconds with a fraction. Raises: ValueError: fractional
-        seconds together with nanoseconds.
+        """Set whole seconds and nanoseconds, or only seconds with a fraction.
+
+        Raises:
+            ValueError: fractional seconds together with nanoseconds.
         """
         self.secs = int(secs)
         if type(secs) is int or _is_integral(secs):
@@ -107,8 +109,10 @@ class TVal:
     __nonzero__ = __bool__
 
     def __cmp__(self, other: object) -> int:
-        """Return -1, 0 or 1. Raises: TypeError: the value is of another kind: a point in time does not
-        compare with a span.
+        """Return -1, 0 or 1.
+
+        Raises:
+            TypeError: the value is of another kind: a point in time does not compare with a span.
         """
         if not isinstance(other, self._kind):
             raise TypeError(f"Cannot compare to non-{self._kind.__name__}")

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def serve_loggers(node: Node) -> None:
-    """Offers both services, for the loggers of this process."""
+    """Offer both services, for the loggers of this process."""
     get_class: Any = load_service_class("roscpp/GetLoggers")
     set_class: Any = load_service_class("roscpp/SetLoggerLevel")
     logger_class = load_message_class("roscpp/Logger")

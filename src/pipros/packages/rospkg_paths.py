@@ -1,8 +1,8 @@
-"""Makes `rospkg` find the packages that come with pipros, in every process of the environment.
+"""Makes `rospkg` find the packages shipped with pipros, in every process of the environment.
 
 rospkg searches only the folders of `ROS_ROOT` and `ROS_PACKAGE_PATH`. If these were set at every start of
-Python, its child processes would inherit them. Instead, the function of rospkg that lists the folders
-returns one more.
+Python, its child processes would inherit them. Instead, rospkg's function that lists the folders returns one
+more.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ MODULE = "rospkg.environment"
 
 
 class _Loader(SourceFileLoader):
-    """Loads that module, and appends a folder to those that it searches."""
+    """Loads `rospkg.environment`, and appends a folder to those that rospkg searches."""
 
     def __init__(self, name: str, path: str, folder: str) -> None:
         super().__init__(name, path)
@@ -27,7 +27,7 @@ class _Loader(SourceFileLoader):
         folder = self._folder
 
         def get_ros_paths(env: Mapping[str, str] | None = None) -> list[str]:
-            """Return the folders in which rospkg looks for packages, those that come with pipros last."""
+            """Return the folders that rospkg searches for packages, with that of pipros last."""
             paths = original(env)
             return paths if folder in paths else [*paths, folder]
 
@@ -35,9 +35,7 @@ class _Loader(SourceFileLoader):
 
 
 def spec(path: Sequence[str] | None, folder: str) -> ModuleSpec | None:
-    """Return the spec of the module in `path`, changed to search `folder` too; None if the module is not
-    there.
-    """
+    """Return the spec of the module in `path`, extended to search `folder`; None if there is no module."""
     found = PathFinder.find_spec(MODULE, path)
     if found is not None and type(found.loader) is SourceFileLoader:
         found.loader = _Loader(MODULE, found.loader.path, folder)

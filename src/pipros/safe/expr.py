@@ -133,7 +133,9 @@ def arithmetic(text: str) -> float:
     """Return the value of a sum of numbers and `pi`, such as `pi/2` or `-2*(pi+1)`.
 
     Raises:
-        ExpressionError: the text is anything else. >>> round(arithmetic("pi/2"), 4)
+        ExpressionError: the text is anything else.
+
+    >>> round(arithmetic("pi/2"), 4)
     1.5708
     """
     limits = process_limits()
@@ -320,8 +322,9 @@ class _Walk:
         return found  # type: ignore[no-any-return]
 
     def _function_named(self, node: ast.expr) -> Function | None:
-        """Return the function that is passed to another one by its name. Each call of it is charged as a call
-        by the expression: there may be a hundred thousand.
+        """Return the function that is passed to another one by its name.
+
+        Each call of it is charged as a call by the expression: there may be a hundred thousand.
         """
         if isinstance(node, ast.Constant) and node.value is None:
             return None
@@ -358,9 +361,7 @@ class _Walk:
         return self._budget.charge(self._budget.functions["dict"](pairs))
 
     def _each(self, generators: list[ast.comprehension], make: Callable[[], Any]) -> list[Any]:
-        """Return the value of `make` for each iteration of the loops. Their variables are discarded
-        afterwards.
-        """
+        """Return the value of `make` for each iteration of the loops, whose variables are discarded."""
         outer, made = self._names, list[Any]()
         names = dict(outer)
         self._names = names

@@ -72,8 +72,9 @@ class _Open:
 
 
 class _Outline:
-    """The anchors of the current document with their sizes, and the number of values so far, which is checked
-    when a list or mapping begins, and at each alias.
+    """The anchors of the current document with their sizes, and the number of values so far.
+
+    The number is checked when a list or mapping begins, and at each alias.
     """
 
     def __init__(self, limits: Limits) -> None:

@@ -52,8 +52,9 @@ class Element:
 
 
 def parse(content: bytes | str, file: str = "<string>", limits: Limits | None = None) -> Element:
-    """Return the root element of a document. The pieces of an element's text, between its children and
-    comments, are joined.
+    """Return the root element of a document.
+
+    The pieces of an element's text, between its children and comments, are joined.
 
     Args:
         limits: by default those of the process.

@@ -141,9 +141,10 @@ class FrameBuffer:
 
 
 class ReplyReader:
-    """Splits the byte stream from a service server into replies. Feed it the bytes from the socket, and take
-    the complete replies in order, one at a time. Memory grows with the bytes that really arrived, never with
-    the length that the server announces.
+    """Splits the byte stream from a service server into replies.
+
+    Feed it the bytes from the socket, and take the complete replies in order, one at a time. Memory grows
+    with the bytes that really arrived, never with the length that the server announces.
 
     >>> replies = ReplyReader(limit_bytes=1024)
     >>> replies.feed(b"\\x01\\x02\\x00\\x00\\x00h")
@@ -174,7 +175,9 @@ class ReplyReader:
 
     def next_reply(self) -> tuple[bool, bytes] | None:
         """Remove and return the next reply: whether the call succeeded, and the response or the error text.
-        Returns: None if no reply is complete; `missing_bytes` then says how many bytes the next one lacks.
+
+        Returns:
+            None if no reply is complete; `missing_bytes` then says how many bytes the next one lacks.
 
         Raises:
             LimitExceeded: a reply was announced that exceeds the limit.

@@ -72,8 +72,9 @@ def request_service_link(
 def accept_service_link(
     service: str, caller_id: str, interface: WireType, *, request_type: str = "", response_type: str = ""
 ) -> dict[str, str]:
-    """Return the header with which a service server accepts a client. It includes the types of request and
-    response, which roscpp expects.
+    """Return the header with which a service server accepts a client.
+
+    It includes the types of request and response, which roscpp expects.
     """
     fields = {
         "callerid": caller_id,
@@ -126,8 +127,8 @@ def check_topic_reply(fields: Mapping[str, str], interface: WireType, peer: str)
     """Check a publisher's reply header on the subscriber's side.
 
     Raises:
-        Refused: the publisher refused; the text is the publisher's. ProtocolError: the reply lacks a field,
-            or its type is not the requested one.
+        Refused: the publisher refused; the text is the publisher's.
+        ProtocolError: the reply lacks a field, or its type is not the requested one.
     """
     _raise_refusal(fields, peer)
     missing = _missing(fields, ("md5sum", "type"))

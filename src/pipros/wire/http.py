@@ -228,8 +228,9 @@ class _Reader:
 
 
 class RequestReader(_Reader):
-    """Splits the byte stream from a client into requests. Feed it the bytes from the socket, and take the
-    complete requests in order, one at a time.
+    """Splits the byte stream from a client into requests.
+
+    Feed it the bytes from the socket, and take the complete requests in order, one at a time.
 
     >>> reader = RequestReader()
     >>> reader.feed(b"POST / HTTP/1.1\\r\\nContent-Length: 2\\r\\n\\r\\nh")

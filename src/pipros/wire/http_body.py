@@ -59,8 +59,7 @@ class ChunkedBody:
         return len(self._body)
 
     def feed(self, buffer: bytearray) -> bytearray | None:
-        """Remove complete chunks from the front of `buffer`; return the body once it is complete, until then
-        None.
+        """Remove complete chunks from the front of `buffer`; return the body once complete, else None.
 
         Raises:
             HttpError: the bytes are not a chunk, or the body exceeds the limit.

@@ -69,8 +69,8 @@ def encode_call(method: str, params: tuple[Any, ...] | list[Any], *, size_limit:
     Raises:
         ValueTooLarge: with `size_limit`, as `encode_response`.
         TypeError: XML-RPC has no form for a value (None, a set, a dictionary key that is not a string).
-            OverflowError: an integer exceeds 32 bits. ValueError: a string has control characters, which XML
-            cannot represent.
+        OverflowError: an integer exceeds 32 bits.
+        ValueError: a string has control characters, which XML cannot represent.
     """
     parts = ["<?xml version='1.0'?>\n<methodCall><methodName>", _escape(method), "</methodName><params>"]
     budget = _Budget(size_limit)
@@ -83,9 +83,11 @@ def encode_call(method: str, params: tuple[Any, ...] | list[Any], *, size_limit:
 
 
 def encode_response(value: Any, *, size_limit: int | None = None) -> bytes:
-    """Return a `methodResponse` document with one value. Raises the errors of `encode_call`. Raises:
-    ValueTooLarge: the value has more than `size_limit` elements; a long string or binary counts as one for
-    each `SLICE_CHARACTERS`. Raised as soon as the count exceeds the limit.
+    """Return a `methodResponse` document with one value. Raises the errors of `encode_call`.
+
+    Raises:
+        ValueTooLarge: the value has more than `size_limit` elements; a long string or binary counts as one
+            for each `SLICE_CHARACTERS`. Raised as soon as the count exceeds the limit.
     """
     parts = ["<?xml version='1.0'?>\n<methodResponse><params><param>"]
     _encode(value, parts, ANSWER_NESTING_LIMIT, _Budget(size_limit))
@@ -234,9 +236,9 @@ def decode_call(body: bytes | bytearray, *, limit_bytes: int | None = None) -> t
     Base64 becomes `xmlrpc.client.Binary` and dates `xmlrpc.client.DateTime`, as ROS users know them.
 
     Raises:
-        LimitExceeded: the document is larger or deeper than the limits. ProtocolError: the document is not an
-            XML-RPC call, or has a DTD, nil, or integers beyond 32 bits, which could be stored but not sent
-            on.
+        LimitExceeded: the document is larger or deeper than the limits.
+        ProtocolError: the document is not an XML-RPC call, or has a DTD, nil, or integers beyond 32 bits,
+            which could be stored but not sent on.
     """
     _check_size(body, "body_bytes", process_limits().body_bytes if limit_bytes is None else limit_bytes)
     from pipros.wire import xmlrpc_fast
@@ -250,11 +252,11 @@ def decode_call(body: bytes | bytearray, *, limit_bytes: int | None = None) -> t
 
 
 def decode_response(body: bytes | bytearray, *, limit_bytes: int | None = None) -> Any:
-    """Return the value of a `methodResponse` document. The default limit is `Limits.answer_bytes` of the
-    process.
+    """Return the value of a `methodResponse` document. The default limit is `Limits.answer_bytes`.
 
     Raises:
-        Fault: the document is a fault. LimitExceeded, ProtocolError: as in `decode_call`.
+        Fault: the document is a fault.
+        LimitExceeded, ProtocolError: as in `decode_call`.
     """
     _check_size(body, "answer_bytes", process_limits().answer_bytes if limit_bytes is None else limit_bytes)
     if len(body) > BRIEF_BYTES or "pipros.wire.xmlrpc_fast" in sys.modules:
