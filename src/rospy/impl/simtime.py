@@ -6,7 +6,7 @@ from rospy.session import session
 
 
 def init_simtime() -> None:
-    """Has the node take its time from `/clock` if `/use_sim_time` is set. `init_node` sees to it for others.
+    """Make the node use `/clock` if `/use_sim_time` is set. `init_node` does this itself.
 
     Raises:
         ROSInitException: before init_node.

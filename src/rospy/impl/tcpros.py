@@ -9,5 +9,5 @@ from rospy.impl.tcpros_pubsub import get_tcpros_handler as get_tcpros_handler
 
 
 def init_tcpros(port: int = 0) -> None:
-    """Does nothing: `init_node(tcpros_port=…)` opens the port."""
+    """Do nothing: `init_node(tcpros_port=…)` opens the port."""
     del port
